@@ -1,0 +1,3 @@
+//! orogen: procedural solids from scripts.
+pub mod num;
+pub mod op;

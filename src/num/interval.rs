@@ -1,0 +1,399 @@
+//! Outward-rounded intervals.
+//!
+//! `[lo, hi]` stands for every number between its ends; an operation returns an interval that
+//! contains every possible result (*inclusion*). Rounding: after a correctly rounded operation the
+//! ends move outward by at least one unit in the last place, through a branch-free widening that is
+//! monotone, so a smaller argument never gives a larger result. Functions of the mathematical
+//! library are correct to within one unit in the last place here (`libm`) and are widened by four.
+//!
+//! Where an operation is undefined on part of its argument, the result covers the defined part;
+//! where it is undefined everywhere, the result is [`Interval::ENTIRE`], which proves nothing.
+
+use super::Real;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A closed interval `[lo, hi]`, `lo <= hi`, with possibly infinite ends.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Interval {
+    /// Lower end.
+    pub lo: f64,
+    /// Upper end.
+    pub hi: f64,
+}
+
+/// Smallest widening: far below any length of interest, yet not subnormal (which would be slow).
+const TINY: f64 = 1e-300;
+/// Widening of a correctly rounded result, relative.
+const ULP: f64 = f64::EPSILON;
+/// Widening of a library function, relative.
+const LIBM: f64 = 4.0 * f64::EPSILON;
+
+#[inline(always)]
+fn down(x: f64, relative: f64) -> f64 {
+    let y = x - (x.abs() * relative + TINY);
+    // `inf - inf` and `inf * 0` leave no information about this end.
+    if y.is_nan() { f64::NEG_INFINITY } else { y }
+}
+
+#[inline(always)]
+fn up(x: f64, relative: f64) -> f64 {
+    -down(-x, relative)
+}
+
+#[inline(always)]
+fn times(a: f64, b: f64) -> f64 {
+    // An infinite end means "unbounded", and zero times any real number is zero.
+    if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
+}
+
+impl Interval {
+    /// All real numbers.
+    pub const ENTIRE: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+    /// `[0, 1]`.
+    pub const UNIT: Interval = Interval { lo: 0.0, hi: 1.0 };
+
+    /// `[lo, hi]`; the ends may come in any order. A NaN end gives [`Interval::ENTIRE`].
+    #[inline]
+    pub fn new(lo: f64, hi: f64) -> Self {
+        if lo <= hi {
+            Interval { lo, hi }
+        } else if hi < lo {
+            Interval { lo: hi, hi: lo }
+        } else {
+            Interval::ENTIRE
+        }
+    }
+
+    /// `[x, x]`.
+    #[inline(always)]
+    pub fn point(x: f64) -> Self {
+        if x.is_nan() { Interval::ENTIRE } else { Interval { lo: x, hi: x } }
+    }
+
+    /// `[-r, r]` for `r >= 0`.
+    #[inline(always)]
+    pub fn radius(r: f64) -> Self {
+        Interval { lo: -r, hi: r }
+    }
+
+    /// `[mid - r, mid + r]`, rounded outward.
+    #[inline(always)]
+    pub fn around(mid: f64, r: f64) -> Self {
+        Interval { lo: down(mid - r, ULP), hi: up(mid + r, ULP) }
+    }
+
+    #[inline(always)]
+    fn outward(lo: f64, hi: f64, relative: f64) -> Self {
+        Interval { lo: down(lo, relative), hi: up(hi, relative) }
+    }
+
+    /// Whether `x` lies inside.
+    #[inline(always)]
+    pub fn contains(self, x: f64) -> bool {
+        self.lo <= x && x <= self.hi
+    }
+
+    /// Whether every number of `other` lies inside.
+    #[inline]
+    pub fn encloses(self, other: Interval) -> bool {
+        self.lo <= other.lo && other.hi <= self.hi
+    }
+
+    /// Distance from `mid` to the farther end, rounded up.
+    #[inline(always)]
+    pub fn rad(self) -> f64 {
+        let m = self.mid();
+        up(Real::max(self.hi - m, m - self.lo), ULP)
+    }
+
+    /// Width.
+    #[inline(always)]
+    pub fn width(self) -> f64 {
+        self.hi - self.lo
+    }
+
+    /// A point near the middle; finite whenever an end is.
+    #[inline(always)]
+    pub fn mid(self) -> f64 {
+        let m = self.lo * 0.5 + self.hi * 0.5;
+        if m.is_finite() {
+            m
+        } else if self.lo.is_finite() {
+            self.lo
+        } else if self.hi.is_finite() {
+            self.hi
+        } else {
+            0.0
+        }
+    }
+
+    /// Largest absolute value.
+    #[inline(always)]
+    pub fn mag(self) -> f64 {
+        Real::max(self.lo.abs(), self.hi.abs())
+    }
+
+    /// Smallest absolute value.
+    #[inline(always)]
+    pub fn mig(self) -> f64 {
+        if self.lo > 0.0 {
+            self.lo
+        } else if self.hi < 0.0 {
+            -self.hi
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether both ends are finite.
+    #[inline(always)]
+    pub fn is_finite(self) -> bool {
+        self.lo.is_finite() && self.hi.is_finite()
+    }
+
+    /// Smallest interval around both.
+    #[inline(always)]
+    pub fn hull(self, other: Interval) -> Interval {
+        Interval { lo: Real::min(self.lo, other.lo), hi: Real::max(self.hi, other.hi) }
+    }
+
+    /// Numbers in both. Two enclosures of one value always meet; should rounding part them, the
+    /// tighter one is returned.
+    #[inline(always)]
+    pub fn meet(self, other: Interval) -> Interval {
+        let (lo, hi) = (Real::max(self.lo, other.lo), Real::min(self.hi, other.hi));
+        if lo <= hi {
+            Interval { lo, hi }
+        } else if self.width() <= other.width() {
+            self
+        } else {
+            other
+        }
+    }
+
+    /// Enclosure of a function that grows with its argument.
+    #[inline]
+    fn rising(self, f: impl Fn(f64) -> f64, relative: f64) -> Interval {
+        Interval::outward(f(self.lo), f(self.hi), relative)
+    }
+
+    /// Clips to `[lo, hi]`; `None` when nothing is left.
+    #[inline]
+    fn clip(self, lo: f64, hi: f64) -> Option<Interval> {
+        let x = Interval { lo: Real::max(self.lo, lo), hi: Real::min(self.hi, hi) };
+        (x.lo <= x.hi).then_some(x)
+    }
+
+    /// Whether `phase + k * period` may lie inside for an integer `k`.
+    fn meets(self, phase: f64, period: f64) -> bool {
+        // The argument of a library sine is exact, so only this test is rounded: widen it.
+        let slack = 4.0 * f64::EPSILON * (self.mag() + period);
+        let k = ((self.lo - slack - phase) / period).ceil();
+        phase + k * period <= self.hi + slack
+    }
+}
+
+impl Add for Interval {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Interval::outward(self.lo + o.lo, self.hi + o.hi, ULP)
+    }
+}
+
+impl Sub for Interval {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Interval::outward(self.lo - o.hi, self.hi - o.lo, ULP)
+    }
+}
+
+impl Neg for Interval {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Interval { lo: -self.hi, hi: -self.lo }
+    }
+}
+
+impl Mul for Interval {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        let (a, b) = (times(self.lo, o.lo), times(self.lo, o.hi));
+        let (c, d) = (times(self.hi, o.lo), times(self.hi, o.hi));
+        let lo = Real::min(Real::min(a, b), Real::min(c, d));
+        let hi = Real::max(Real::max(a, b), Real::max(c, d));
+        Interval::outward(lo, hi, ULP)
+    }
+}
+
+impl Div for Interval {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, o: Self) -> Self {
+        if o.lo > 0.0 || o.hi < 0.0 {
+            self * Interval::outward(1.0 / o.hi, 1.0 / o.lo, ULP)
+        } else if o.lo == 0.0 && o.hi > 0.0 {
+            self * Interval { lo: down(1.0 / o.hi, ULP), hi: f64::INFINITY }
+        } else if o.hi == 0.0 && o.lo < 0.0 {
+            self * Interval { lo: f64::NEG_INFINITY, hi: up(1.0 / o.lo, ULP) }
+        } else {
+            Interval::ENTIRE
+        }
+    }
+}
+
+impl Mul<f64> for Interval {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, k: f64) -> Self {
+        let (a, b) = (times(self.lo, k), times(self.hi, k));
+        Interval::outward(Real::min(a, b), Real::max(a, b), ULP)
+    }
+}
+
+impl Real for Interval {
+    #[inline(always)]
+    fn of(c: f64) -> Self {
+        Interval::point(c)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Interval { lo: self.mig(), hi: self.mag() }
+    }
+    #[inline(always)]
+    fn square(self) -> Self {
+        let (a, b) = (self.mig(), self.mag());
+        Interval { lo: Real::max(down(a * a, ULP), 0.0), hi: up(b * b, ULP) }
+    }
+    #[inline]
+    fn sqrt(self) -> Self {
+        match self.clip(0.0, f64::INFINITY) {
+            Some(x) => {
+                let r = x.rising(f64::sqrt, ULP);
+                Interval { lo: Real::max(r.lo, 0.0), hi: r.hi }
+            }
+            None => Interval::ENTIRE,
+        }
+    }
+    fn powi(self, n: i32) -> Self {
+        if n < 0 {
+            return Interval::point(1.0) / self.powi(-n);
+        }
+        // Repeated squaring: at most two roundings a bit.
+        let relative = 2.0 * ULP * 64.0_f64.min(f64::from(n.max(1)));
+        let power = |x: f64| if n == 0 { 1.0 } else { Real::powi(x, n) };
+        if n % 2 == 1 {
+            Interval::outward(power(self.lo), power(self.hi), relative)
+        } else {
+            let r = Interval::outward(power(self.mig()), power(self.mag()), relative);
+            Interval { lo: Real::max(r.lo, 0.0), hi: r.hi }
+        }
+    }
+    fn powf(self, p: Self) -> Self {
+        let Some(x) = self.clip(0.0, f64::INFINITY) else { return Interval::ENTIRE };
+        // Monotone in each argument on either side of x = 1 and p = 0: extremes lie at corners.
+        let corners = [(x.lo, p.lo), (x.lo, p.hi), (x.hi, p.lo), (x.hi, p.hi)].map(|(x, p)| libm::pow(x, p));
+        let mut lo = corners.iter().copied().fold(f64::INFINITY, Real::min);
+        let mut hi = corners.iter().copied().fold(f64::NEG_INFINITY, Real::max);
+        if x.contains(1.0) || p.contains(0.0) {
+            (lo, hi) = (Real::min(lo, 1.0), Real::max(hi, 1.0));
+        }
+        let r = Interval::outward(lo, hi, LIBM);
+        Interval { lo: Real::max(r.lo, 0.0), hi: r.hi }
+    }
+    #[inline]
+    fn exp(self) -> Self {
+        let r = self.rising(libm::exp, LIBM);
+        Interval { lo: Real::max(r.lo, 0.0), hi: r.hi }
+    }
+    #[inline]
+    fn ln(self) -> Self {
+        self.clip(0.0, f64::INFINITY).map_or(Interval::ENTIRE, |x| x.rising(libm::log, LIBM))
+    }
+    fn sin(self) -> Self {
+        Interval::wave(self, libm::sin, FRAC_PI_2)
+    }
+    fn cos(self) -> Self {
+        Interval::wave(self, libm::cos, 0.0)
+    }
+    fn tan(self) -> Self {
+        if !self.is_finite() || self.meets(FRAC_PI_2, PI) {
+            Interval::ENTIRE
+        } else {
+            self.rising(libm::tan, LIBM)
+        }
+    }
+    fn asin(self) -> Self {
+        self.clip(-1.0, 1.0).map_or(Interval::ENTIRE, |x| x.rising(libm::asin, LIBM))
+    }
+    fn acos(self) -> Self {
+        self.clip(-1.0, 1.0)
+            .map_or(Interval::ENTIRE, |x| Interval::outward(libm::acos(x.hi), libm::acos(x.lo), LIBM))
+    }
+    fn atan(self) -> Self {
+        self.rising(libm::atan, LIBM)
+    }
+    fn atan2(self, x: Self) -> Self {
+        let whole = Interval { lo: down(-PI, LIBM), hi: up(PI, LIBM) };
+        if x.lo <= 0.0 && self.contains(0.0) {
+            return whole; // the box meets the cut along the negative x axis, or the origin
+        }
+        let corners = [(self.lo, x.lo), (self.lo, x.hi), (self.hi, x.lo), (self.hi, x.hi)];
+        let angles = corners.map(|(y, x)| libm::atan2(y, x));
+        let lo = angles.iter().copied().fold(f64::INFINITY, Real::min);
+        let hi = angles.iter().copied().fold(f64::NEG_INFINITY, Real::max);
+        Interval::outward(lo, hi, LIBM)
+    }
+    #[inline]
+    fn floor(self) -> Self {
+        Interval { lo: self.lo.floor(), hi: self.hi.floor() }
+    }
+    #[inline(always)]
+    fn min(self, o: Self) -> Self {
+        Interval { lo: Real::min(self.lo, o.lo), hi: Real::min(self.hi, o.hi) }
+    }
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        Interval { lo: Real::max(self.lo, o.lo), hi: Real::max(self.hi, o.hi) }
+    }
+    #[inline(always)]
+    fn if_less(self, o: Self, then: Self, otherwise: Self) -> Self {
+        if self.hi < o.lo {
+            then
+        } else if self.lo >= o.hi {
+            otherwise
+        } else {
+            then.hull(otherwise)
+        }
+    }
+    #[inline]
+    fn slope_of_jump(self) -> Self {
+        if self.lo > 0.0 || self.hi < 0.0 { Interval::point(0.0) } else { Interval::ENTIRE }
+    }
+    #[inline]
+    fn slope_of_floor(self) -> Self {
+        if self.lo.floor() == self.hi.floor() && self.lo.floor() != self.lo {
+            Interval::point(0.0)
+        } else {
+            Interval::ENTIRE
+        }
+    }
+}
+
+impl Interval {
+    /// Range of a cosine-shaped wave over `x`: the ends, and the crest at `crest + 2 k pi` and the
+    /// trough half a period later where they lie inside.
+    fn wave(x: Interval, f: fn(f64) -> f64, crest: f64) -> Interval {
+        if !x.is_finite() || x.width() >= 2.0 * PI {
+            return Interval { lo: -1.0, hi: 1.0 };
+        }
+        let (a, b) = (f(x.lo), f(x.hi));
+        let lo = if x.meets(crest - PI, 2.0 * PI) { -1.0 } else { down(Real::min(a, b), LIBM) };
+        let hi = if x.meets(crest, 2.0 * PI) { 1.0 } else { up(Real::max(a, b), LIBM) };
+        Interval { lo: Real::max(lo, -1.0), hi: Real::min(hi, 1.0) }
+    }
+}

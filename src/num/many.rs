@@ -1,0 +1,107 @@
+//! Batches: one instruction of a tape works on many numbers, so that its dispatch disappears.
+//!
+//! A lane never sees another, so a batch equals its lanes computed one by one, bit for bit.
+//! Functions map over the lanes in a loop that the compiler vectorises; kernels gather the centres
+//! of all lanes, evaluate their jets in one go, and expand them lane by lane.
+
+use super::number::{Centred, Jets};
+use super::simd::widest;
+use super::{Function, Interval, Kernel, Number, Order, Point};
+
+/// `B` numbers side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Many<T, const B: usize>(pub [T; B]);
+
+impl<T: Copy, const B: usize> Many<T, B> {
+    #[inline(always)]
+    fn map(&self, f: impl Fn(&T) -> T) -> Self {
+        widest(|| Many(std::array::from_fn(|i| f(&self.0[i]))))
+    }
+
+    #[inline(always)]
+    fn zip(&self, o: &Self, f: impl Fn(&T, &T) -> T) -> Self {
+        widest(|| Many(std::array::from_fn(|i| f(&self.0[i], &o.0[i]))))
+    }
+}
+
+impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
+    #[inline]
+    fn constant(c: f64) -> Self {
+        Many([T::constant(c); B])
+    }
+    #[inline]
+    fn add(&self, other: &Self) -> Self {
+        self.zip(other, T::add)
+    }
+    #[inline]
+    fn sub(&self, other: &Self) -> Self {
+        self.zip(other, T::sub)
+    }
+    #[inline]
+    fn neg(&self) -> Self {
+        self.map(T::neg)
+    }
+    #[inline]
+    fn scale(&self, k: f64) -> Self {
+        self.map(|x| x.scale(k))
+    }
+    #[inline]
+    fn shift(&self, c: f64) -> Self {
+        self.map(|x| x.shift(c))
+    }
+    #[inline]
+    fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self {
+        widest(
+            #[inline(always)]
+            || Many(std::array::from_fn(|i| T::lift(f, std::array::from_fn(|j| &x[j].0[i])))),
+        )
+    }
+    fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
+        let mut at = [[0.0; B]; 3];
+        for i in 0..B {
+            let c = T::centre(p.map(|p| &p.0[i]));
+            for axis in 0..3 {
+                at[axis][i] = c[axis];
+            }
+        }
+        let jets = Jetted::<B>::of(k, T::ORDER, &at);
+        let bounds = k.bounds();
+        Many(std::array::from_fn(|i| {
+            let size = at[0][i].abs().max(at[1][i].abs()).max(at[2][i].abs());
+            T::expand(&bounds, &jets.point(i), k.error(size), p.map(|p| &p.0[i]))
+        }))
+    }
+    fn range(&self) -> Interval {
+        self.0.iter().map(T::range).reduce(Interval::hull).unwrap_or(Interval::ENTIRE)
+    }
+}
+
+/// The jets of a batch, as arrays.
+struct Jetted<const B: usize> {
+    value: [f64; B],
+    grad: [[f64; B]; 3],
+    hess: [[f64; B]; 6],
+}
+
+impl<const B: usize> Jetted<B> {
+    #[inline(always)]
+    fn of<K: Kernel + ?Sized>(k: &K, order: Order, at: &[[f64; B]; 3]) -> Self {
+        let mut jets = Jetted { value: [0.0; B], grad: [[0.0; B]; 3], hess: [[0.0; B]; 6] };
+        let out = Jets {
+            value: &mut jets.value,
+            grad: (order >= Order::Gradient).then(|| jets.grad.each_mut().map(|g| &mut g[..])),
+            hess: (order >= Order::Hessian).then(|| jets.hess.each_mut().map(|h| &mut h[..])),
+        };
+        k.jets([&at[0][..], &at[1][..], &at[2][..]], out);
+        jets
+    }
+
+    #[inline(always)]
+    fn point(&self, lane: usize) -> Point {
+        Point {
+            value: self.value[lane],
+            grad: std::array::from_fn(|i| self.grad[i][lane]),
+            hess: std::array::from_fn(|i| self.hess[i][lane]),
+        }
+    }
+}

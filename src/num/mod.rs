@@ -1,0 +1,44 @@
+//! Kinds of number, and how a function is lifted to each of them.
+//!
+//! A *function* ([`Function`]) states its meaning once: value, partial derivatives, range and
+//! linear form. A *kernel* ([`Kernel`]), such as a noise, states its jet at a point and bounds on
+//! its derivatives. Every kind of number is one [`Number`] with one rule for functions and one for
+//! kernels, so that the work is functions plus numbers and never their product:
+//!
+//! | number | answers | rule |
+//! |---|---|---|
+//! | `f64` | the value at a point | evaluate |
+//! | [`Dual`] | value and gradient | chain rule |
+//! | [`Jet`] | value, gradient, Hessian | second-order chain rule |
+//! | [`Interval`] | an enclosure over a box | `range` |
+//! | [`Slope`] | an enclosure of value, gradient and its norm over a box | chain rule on intervals |
+//! | [`Affine`] | an enclosure that remembers which inputs it came from | `form`, condensed |
+//! | [`Reduced`] | the same with `K` shared symbols | `form` |
+//! | [`Many`] | a batch of any of these | lane by lane, noises in SIMD |
+
+mod affine;
+mod dual;
+mod function;
+mod interval;
+mod jet;
+mod many;
+mod number;
+mod real;
+mod reduced;
+mod simd;
+mod slope;
+
+pub use affine::{Affine, Symbol};
+pub use dual::Dual;
+pub use function::{Class, Combine, Form, Function};
+pub use interval::Interval;
+pub use jet::Jet;
+pub use many::Many;
+pub use number::{Bounds, Centred, Jets, Kernel, Number, Order, Point};
+pub use real::Real;
+pub use reduced::Reduced;
+pub use simd::{Level, at_level, simd_level, widest};
+pub use slope::Slope;
+
+/// Unit roundoff of `f64`: half the distance from 1 to the next number.
+pub const ROUNDOFF: f64 = f64::EPSILON / 2.0;

@@ -1,0 +1,120 @@
+//! Enclosures of value and gradient over a box, with a bound on the gradient's norm.
+//!
+//! The components of a gradient, each in its own interval, lose what the norm knows: for a noise
+//! with Lipschitz bound `L` the box `[-L, L]^3` has corners of length `sqrt(3) L`. So the norm is
+//! carried beside the components, by the triangle inequality and by the spectral norm of the map
+//! from space to a kernel's argument, and the smaller bound wins.
+
+use super::jet::Region;
+use super::number::{Centred, centred_kernel};
+use super::{Bounds, Function, Interval, Kernel, Number, Order, Point};
+
+/// Enclosure over a box of a value, its gradient and the norm of its gradient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slope {
+    /// Encloses the values.
+    pub value: Interval,
+    /// Encloses the gradients, by component.
+    pub grad: [Interval; 3],
+    /// Bounds the gradients' norm.
+    pub norm: f64,
+}
+
+/// Covers the rounding of a handful of additions and multiplications of bounds.
+const ROUND_UP: f64 = 1.0 + 16.0 * f64::EPSILON;
+
+impl Slope {
+    /// The coordinate `axis` (0, 1, 2) over the interval `x`.
+    pub fn coordinate(x: Interval, axis: usize) -> Self {
+        let mut grad = [Interval::point(0.0); 3];
+        grad[axis] = Interval::point(1.0);
+        Slope { value: x, grad, norm: 1.0 }
+    }
+
+    fn new(value: Interval, grad: [Interval; 3], norm: f64) -> Self {
+        let box_norm = length(grad.map(Interval::mag));
+        // A NaN bound (zero times infinity) bounds nothing.
+        let norm = if norm <= box_norm { norm } else { box_norm };
+        Slope { value, grad, norm: if norm.is_nan() { f64::INFINITY } else { norm } }
+    }
+
+    fn zip(&self, o: &Self, f: impl Fn(Interval, Interval) -> Interval) -> Self {
+        let grad = std::array::from_fn(|i| f(self.grad[i], o.grad[i]));
+        Slope::new(f(self.value, o.value), grad, (self.norm + o.norm) * ROUND_UP)
+    }
+}
+
+fn length([x, y, z]: [f64; 3]) -> f64 {
+    (x * x + y * y + z * z).sqrt() * ROUND_UP
+}
+
+/// `a b`, where a derivative that is exactly zero silences an unbounded partial derivative.
+fn silenced(partial: Interval, d: Interval) -> Interval {
+    if d.lo == 0.0 && d.hi == 0.0 { Interval::point(0.0) } else { partial * d }
+}
+
+/// Gradient of a composition: the chain rule on enclosures.
+fn chain<const N: usize>(partial: &[Interval; N], x: &[&Slope; N]) -> [Interval; 3] {
+    std::array::from_fn(|axis| {
+        (0..N).fold(Interval::point(0.0), |sum, i| {
+            let term = silenced(partial[i], x[i].grad[axis]);
+            if sum == Interval::point(0.0) { term } else { sum + term }
+        })
+    })
+}
+
+/// Bound on the spectral norm of the Jacobian whose rows are the gradients of `p`:
+/// `|J|_2^2 <= |J|_1 |J|_inf`, and the Frobenius norm.
+fn spectral(p: &[&Slope; 3]) -> f64 {
+    let mag: [[f64; 3]; 3] = std::array::from_fn(|i| p[i].grad.map(Interval::mag));
+    let row = (0..3).map(|i| mag[i].iter().sum::<f64>()).fold(0.0, f64::max);
+    let column = (0..3).map(|j| mag[0][j] + mag[1][j] + mag[2][j]).fold(0.0, f64::max);
+    let frobenius = length([p[0].norm, p[1].norm, p[2].norm]);
+    ((row * column).sqrt() * ROUND_UP).min(frobenius)
+}
+
+impl Number for Slope {
+    fn constant(c: f64) -> Self {
+        Slope { value: Interval::point(c), grad: [Interval::point(0.0); 3], norm: 0.0 }
+    }
+    fn add(&self, other: &Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+    fn sub(&self, other: &Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+    fn neg(&self) -> Self {
+        Slope { value: -self.value, grad: self.grad.map(|g| -g), norm: self.norm }
+    }
+    fn scale(&self, k: f64) -> Self {
+        Slope::new(self.value * k, self.grad.map(|g| g * k), self.norm * k.abs() * ROUND_UP)
+    }
+    fn shift(&self, c: f64) -> Self {
+        Slope { value: self.value + Interval::point(c), ..*self }
+    }
+    fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self {
+        let at = x.map(|x| x.value);
+        let partial = f.grad(at);
+        let norm = (0..N).map(|i| silenced(partial[i], Interval::point(x[i].norm)).mag()).sum::<f64>();
+        Slope::new(f.range(at), chain(&partial, &x), norm * ROUND_UP)
+    }
+    fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
+        centred_kernel(k, p)
+    }
+    fn range(&self) -> Interval {
+        self.value
+    }
+}
+
+impl Centred for Slope {
+    const ORDER: Order = Order::Hessian;
+    fn centre(p: [&Self; 3]) -> [f64; 3] {
+        p.map(|p| p.value.mid())
+    }
+    fn expand(bounds: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
+        let region = Region::around(p.map(|p| p.value));
+        let grad = region.gradient(bounds, jet, error);
+        let own = length(grad.map(Interval::mag)).min(bounds.lipschitz);
+        Slope::new(region.value(bounds, jet, error), chain(&grad, &p), own * spectral(&p) * ROUND_UP)
+    }
+}

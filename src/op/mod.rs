@@ -1,0 +1,109 @@
+//! Every operation of the expression language, each stated once.
+//!
+//! An operation is a type that implements [`Function`]: its value, derivatives, range and linear
+//! form. The list at the end of this file gives it a script name and a sentence of documentation,
+//! and generates from that the enum [`Op`], its dispatch to every kind of number, and the tour that
+//! the law tests and the reference page take. To add an operation, write the type in the file of
+//! its family and add one line to the list.
+
+mod arithmetic;
+mod exponential;
+mod order;
+mod trigonometric;
+mod vector;
+
+pub use arithmetic::*;
+pub use exponential::*;
+pub use order::*;
+pub use trigonometric::*;
+pub use vector::*;
+
+use crate::num::{Class, Function, Number};
+
+/// Takes the tour over all operations; see [`Op::visit_all`].
+pub trait Visitor {
+    /// One operation: its script name, documentation, and meaning.
+    fn visit<F: Function<N>, const N: usize>(&mut self, name: &str, doc: &str, f: &F);
+}
+
+macro_rules! ops {
+    ($($op:ident($arity:literal) = $sample:expr, $name:literal, $doc:literal;)*) => {
+        /// An operation with its parameters.
+        #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+        pub enum Op {
+            $(#[doc = $doc] $op($op),)*
+        }
+
+        impl Op {
+            /// Every operation, with sample parameters where it has some.
+            pub const ALL: &'static [Op] = &[$(Op::$op($sample)),*];
+
+            /// Name in scripts.
+            pub fn name(&self) -> &'static str {
+                match self { $(Op::$op(_) => $name,)* }
+            }
+
+            /// One sentence of documentation.
+            pub fn doc(&self) -> &'static str {
+                match self { $(Op::$op(_) => $doc,)* }
+            }
+
+            /// Number of arguments.
+            pub fn arity(&self) -> usize {
+                match self { $(Op::$op(_) => $arity,)* }
+            }
+
+            /// Continuity class of the operation alone.
+            pub fn class(&self) -> Class {
+                match self { $(Op::$op(f) => Function::<$arity>::class(f),)* }
+            }
+
+            /// Applies the operation to numbers `arg(0)`, `arg(1)`, ...
+            #[inline]
+            pub fn apply<'a, T: Number>(&self, arg: impl Fn(usize) -> &'a T) -> T {
+                match self {
+                    $(Op::$op(f) => Function::<$arity>::apply(f, std::array::from_fn(&arg)),)*
+                }
+            }
+
+            /// Shows every operation to `visitor`.
+            pub fn visit_all(visitor: &mut impl Visitor) {
+                $(visitor.visit::<$op, $arity>($name, $doc, &$sample);)*
+            }
+        }
+    };
+}
+
+ops! {
+    Add(2) = Add, "+", "Sum.";
+    Sub(2) = Sub, "-", "Difference.";
+    Mul(2) = Mul, "*", "Product.";
+    Div(2) = Div, "/", "Quotient.";
+    Neg(1) = Neg, "neg", "The same with the other sign.";
+    Square(1) = Square, "square", "The number times itself.";
+    Sqrt(1) = Sqrt, "sqrt", "Square root; undefined below zero.";
+    Powi(1) = Powi { n: 3 }, "powi", "Integer power.";
+    Powf(2) = Powf, "pow", "Real power of a number that is not negative.";
+    Exp(1) = Exp, "exp", "e to the power of a number.";
+    Ln(1) = Ln, "ln", "Natural logarithm; undefined below zero.";
+    Sin(1) = Sin, "sin", "Sine of an angle in radians.";
+    Cos(1) = Cos, "cos", "Cosine of an angle in radians.";
+    Tan(1) = Tan, "tan", "Tangent of an angle in radians.";
+    Asin(1) = Asin, "asin", "Arc sine in radians; undefined outside [-1, 1].";
+    Acos(1) = Acos, "acos", "Arc cosine in radians; undefined outside [-1, 1].";
+    Atan(1) = Atan, "atan", "Arc tangent in radians.";
+    Atan2(2) = Atan2, "atan2", "atan2(y, x): angle of the point (x, y) in radians, from -pi to pi.";
+    Abs(1) = Abs, "abs", "Absolute value.";
+    Min(2) = Min, "min", "The smaller of two; the union of two solids.";
+    Max(2) = Max, "max", "The larger of two; the intersection of two solids.";
+    Clamp(3) = Clamp, "clamp", "clamp(x, low, high): x, or the bound that it passes.";
+    Sign(1) = Sign, "sign", "-1, 0 or 1.";
+    Step(2) = Step, "step", "step(edge, x): 0 below the edge, else 1.";
+    Floor(1) = Floor, "floor", "Largest integer not above.";
+    Fract(1) = Fract, "fract", "What is left above the floor, from 0 to 1.";
+    Modulo(2) = Modulo, "modulo", "modulo(x, period): x minus whole periods, with the sign of the period.";
+    Smoothstep(1) = Smoothstep, "smoothstep", "smoothstep(low, high, x): rises smoothly from 0 at low to 1 at high.";
+    Mix(3) = Mix, "mix", "mix(a, b, t): a at t = 0, b at t = 1, linear between and beyond.";
+    Length(3) = Length, "length", "Length of a vector.";
+    Dot(6) = Dot, "dot", "Dot product of two vectors.";
+}

@@ -1,0 +1,339 @@
+//! Comparison and rounding: operations with creases and jumps.
+
+use crate::num::{Class, Combine, Form, Function, Interval, Real};
+
+/// `|x|`
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Abs;
+
+impl Function<1> for Abs {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        x.abs()
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [x.if_less(R::of(0.0), R::of(-1.0), R::of(1.0))]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        [[x.slope_of_jump()]]
+    }
+    /// Chord slope `s = (a + b) / (b - a)`: `|x| - s x` runs from 0 at the crease to
+    /// `-2 a b / (b - a)` at both ends.
+    fn form(&self, [x]: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        let c = Interval::point(x.mid());
+        if x.lo >= 0.0 {
+            return Form::linear([1.0], c);
+        }
+        if x.hi <= 0.0 {
+            return Form::linear([-1.0], -c);
+        }
+        let slope = (x.lo + x.hi) / x.width();
+        if !slope.is_finite() {
+            return Form::constant(Real::abs(*x));
+        }
+        let ends = [x.lo, x.hi].map(|e| Interval::point(e.abs()) - Interval::point(e) * slope);
+        Form::linear([slope], ends[0].hull(ends[1]).hull(Interval::point(0.0)) + c * slope)
+    }
+}
+
+/// Form of `y + g(x - y)` where `g` is linear on either side of zero and zero there (`min(d, 0)`
+/// or `max(d, 0)`), with the range `gap` of `x - y`, which correlated arguments keep narrow.
+fn switch(x: &[Interval; 2], gap: Interval, g: fn(f64) -> f64) -> Form<2> {
+    let [cx, cy] = x.map(|x| Interval::point(x.mid()));
+    let slope = (g(gap.hi) - g(gap.lo)) / gap.width();
+    if !slope.is_finite() {
+        return Form::constant(Interval::new(f64::NEG_INFINITY, f64::INFINITY));
+    }
+    let ends = [gap.lo, gap.hi].map(|d| Interval::point(g(d)) - Interval::point(d) * slope);
+    let crease = ends[0].hull(ends[1]).hull(Interval::point(0.0));
+    let other = 1.0 - slope;
+    // `other` is rounded: what it loses is charged over the whole of y.
+    let lost = (Interval::point(1.0) - Interval::point(slope) - Interval::point(other)) * x[1];
+    Form::linear([slope, other], crease + cx * slope + cy * other + lost)
+}
+
+/// The smaller of two.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Min;
+
+impl Function<2> for Min {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
+        x.min(y)
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        [x.if_less(y, one, zero), x.if_less(y, zero, one)]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x, y]: [R; 2]) -> [[R; 2]; 2] {
+        [[(x - y).slope_of_jump(); 2]; 2]
+    }
+    fn form(&self, x: &[Interval; 2], combine: Combine<'_, 2>) -> Form<2> {
+        let gap = combine(&[1.0, -1.0]);
+        if gap.hi <= 0.0 {
+            return Form::linear([1.0, 0.0], Interval::point(x[0].mid()));
+        }
+        if gap.lo >= 0.0 {
+            return Form::linear([0.0, 1.0], Interval::point(x[1].mid()));
+        }
+        switch(x, gap, |d| d.min(0.0))
+    }
+}
+
+/// The larger of two.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Max;
+
+impl Function<2> for Max {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
+        x.max(y)
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        [y.if_less(x, one, zero), y.if_less(x, zero, one)]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x, y]: [R; 2]) -> [[R; 2]; 2] {
+        [[(x - y).slope_of_jump(); 2]; 2]
+    }
+    fn form(&self, x: &[Interval; 2], combine: Combine<'_, 2>) -> Form<2> {
+        let gap = combine(&[1.0, -1.0]);
+        if gap.lo >= 0.0 {
+            return Form::linear([1.0, 0.0], Interval::point(x[0].mid()));
+        }
+        if gap.hi <= 0.0 {
+            return Form::linear([0.0, 1.0], Interval::point(x[1].mid()));
+        }
+        switch(x, gap, |d| d.max(0.0))
+    }
+}
+
+/// `min(max(x, low), high)`
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Clamp;
+
+impl Function<3> for Clamp {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x, low, high]: [R; 3]) -> R {
+        x.max(low).min(high)
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x, low, high]: [R; 3]) -> [R; 3] {
+        let [from_x, from_low] = Max.grad([x, low]);
+        let [outer, from_high] = Min.grad([x.max(low), high]);
+        [outer * from_x, outer * from_low, from_high]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x, low, high]: [R; 3]) -> [[R; 3]; 3] {
+        [[(x - low).slope_of_jump() + (x.max(low) - high).slope_of_jump(); 3]; 3]
+    }
+    fn apply<T: crate::num::Number>(&self, [x, low, high]: [&T; 3]) -> T {
+        T::lift(&Min, [&T::lift(&Max, [x, low]), high])
+    }
+}
+
+/// -1, 0 or 1.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Sign;
+
+impl Function<1> for Sign {
+    fn class(&self) -> Class {
+        Class::Jump
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        let zero = R::of(0.0);
+        x.if_less(zero, R::of(-1.0), zero.if_less(x, R::of(1.0), zero))
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [x.slope_of_jump()]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        [[x.slope_of_jump()]]
+    }
+}
+
+/// `step(edge, x)`: 0 where `x < edge`, else 1.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Step;
+
+impl Function<2> for Step {
+    fn class(&self) -> Class {
+        Class::Jump
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [edge, x]: [R; 2]) -> R {
+        x.if_less(edge, R::of(0.0), R::of(1.0))
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [edge, x]: [R; 2]) -> [R; 2] {
+        [(x - edge).slope_of_jump(); 2]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [edge, x]: [R; 2]) -> [[R; 2]; 2] {
+        [[(x - edge).slope_of_jump(); 2]; 2]
+    }
+}
+
+/// Largest integer not above.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Floor;
+
+impl Function<1> for Floor {
+    fn class(&self) -> Class {
+        Class::Jump
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        x.floor()
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [x.slope_of_floor()]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        [[x.slope_of_floor()]]
+    }
+}
+
+/// `x - floor(x)`
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Fract;
+
+impl Function<1> for Fract {
+    fn class(&self) -> Class {
+        Class::Jump
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        x - x.floor()
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [R::of(1.0) + x.slope_of_floor()]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        [[x.slope_of_floor()]]
+    }
+    #[inline(always)]
+    fn range(&self, x: [Interval; 1]) -> Interval {
+        self.value(x).meet(Interval::UNIT)
+    }
+}
+
+/// `x - period floor(x / period)`
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Modulo;
+
+impl Function<2> for Modulo {
+    fn class(&self) -> Class {
+        Class::Jump
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x, period]: [R; 2]) -> R {
+        x - period * (x / period).floor()
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x, period]: [R; 2]) -> [R; 2] {
+        let turns = x / period;
+        let jump = turns.slope_of_floor();
+        [R::of(1.0) + jump, -turns.floor() + jump]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x, period]: [R; 2]) -> [[R; 2]; 2] {
+        [[(x / period).slope_of_floor(); 2]; 2]
+    }
+    #[inline(always)]
+    fn range(&self, x: [Interval; 2]) -> Interval {
+        // The quotient is rounded once more than the true one, so the result may reach a little
+        // beyond the period on either side.
+        let reach = x[1].hull(Interval::point(0.0)) + Interval::radius(4.0 * f64::EPSILON * x[0].mag());
+        self.value(x).meet(reach)
+    }
+}
+
+/// `t^2 (3 - 2 t)` with `t` clamped to [0, 1].
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Smoothstep;
+
+impl Function<1> for Smoothstep {
+    fn class(&self) -> Class {
+        Class::C1
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        let t = x.max(R::of(0.0)).min(R::of(1.0));
+        t.square() * (R::of(3.0) - R::of(2.0) * t)
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        let t = x.max(R::of(0.0)).min(R::of(1.0));
+        [R::of(6.0) * t * (R::of(1.0) - t)]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        let inside = R::of(6.0) - R::of(12.0) * x;
+        [[x.if_less(zero, zero, one.if_less(x, zero, inside))]]
+    }
+    /// Rising, so its ends bound it.
+    #[inline(always)]
+    fn range(&self, [x]: [Interval; 1]) -> Interval {
+        let ends = [x.lo, x.hi].map(|e| self.value([Interval::point(e)]));
+        ends[0].hull(ends[1]).meet(Interval::UNIT)
+    }
+    fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        Form::taylor(self, x[0])
+    }
+}
+
+/// `a + (b - a) t`
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Mix;
+
+impl Function<3> for Mix {
+    #[inline(always)]
+    fn value<R: Real>(&self, [a, b, t]: [R; 3]) -> R {
+        a + (b - a) * t
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [a, b, t]: [R; 3]) -> [R; 3] {
+        [R::of(1.0) - t, t, b - a]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, _: [R; 3]) -> [[R; 3]; 3] {
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        [[zero, zero, -one], [zero, zero, one], [-one, one, zero]]
+    }
+    /// Both ways to write it; the second has `a` and `b` but once.
+    #[inline(always)]
+    fn range(&self, [a, b, t]: [Interval; 3]) -> Interval {
+        let one = Interval::point(1.0);
+        self.value([a, b, t]).meet(a * (one - t) + b * t)
+    }
+    fn form(&self, x: &[Interval; 3], _: Combine<'_, 3>) -> Form<3> {
+        super::arithmetic::quadratic_form(self, x)
+    }
+}

@@ -1,0 +1,79 @@
+//! Functions of vectors, whose components are separate arguments.
+
+use crate::num::{Class, Combine, Form, Function, Interval, ROUNDOFF, Real};
+
+/// `sqrt(x^2 + y^2 + z^2)`
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Length;
+
+impl Function<3> for Length {
+    fn class(&self) -> Class {
+        Class::C2 // everywhere but at the single point 0, as surfaces are asked about
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x, y, z]: [R; 3]) -> R {
+        (x.square() + y.square() + z.square()).sqrt()
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, x: [R; 3]) -> [R; 3] {
+        let r = self.value(x);
+        // Each component of a unit vector lies in [-1, 1], at the origin too.
+        x.map(|x| (x / r).max(R::of(-1.0)).min(R::of(1.0)))
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, x: [R; 3]) -> [[R; 3]; 3] {
+        let r = R::of(1.0) / self.value(x);
+        let n = x.map(|x| x * r);
+        let unit = |i: usize, j: usize| R::of(if i == j { 1.0 } else { 0.0 });
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let nn = if i == j { n[i].square() } else { n[i] * n[j] };
+                (unit(i, j) - nn) * r
+            })
+        })
+    }
+    /// With `n = c / |c|` the tangent `T = n . x` lies below `|x|`, and
+    /// `|x| - T = |x_perp|^2 / (|x| + T)` where `x_perp` is the part of `x - c` across `n`. So the
+    /// quadratic part is `d^T (I - n n^T) d` times a half of `[1 / max |x|, 1 / min T]`.
+    #[inline(always)]
+    fn form(&self, x: &[Interval; 3], combine: Combine<'_, 3>) -> Form<3> {
+        let c = x.map(Interval::mid);
+        let r = self.value(c);
+        let n = c.map(|c| c / r);
+        let tangent = combine(&n);
+        let far = self.range(*x).hi;
+        if !(tangent.lo > 0.0 && far.is_finite()) {
+            return Form::constant(self.range(*x));
+        }
+        let one = Interval::point(1.0);
+        let bend = Interval { lo: (one / Interval::point(far)).lo, hi: (one / Interval::point(tangent.lo)).hi };
+        let error = 8.0 * ROUNDOFF * (x[0].mag() + x[1].mag() + x[2].mag());
+        let matrix = std::array::from_fn(|i| {
+            std::array::from_fn(|j| if i == j { 1.0 - n[i] * n[j] } else { -n[i] * n[j] })
+        });
+        Form { slope: n, rest: Interval::around(r, error), bend, matrix }
+    }
+}
+
+/// `a . b` of `(a1, a2, a3, b1, b2, b3)`
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Dot;
+
+impl Function<6> for Dot {
+    #[inline(always)]
+    fn value<R: Real>(&self, [a, b, c, d, e, f]: [R; 6]) -> R {
+        a * d + b * e + c * f
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [a, b, c, d, e, f]: [R; 6]) -> [R; 6] {
+        [d, e, f, a, b, c]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, _: [R; 6]) -> [[R; 6]; 6] {
+        let entry = |i: usize, j: usize| R::of(if i.abs_diff(j) == 3 { 1.0 } else { 0.0 });
+        std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+    }
+    fn form(&self, x: &[Interval; 6], _: Combine<'_, 6>) -> Form<6> {
+        super::arithmetic::quadratic_form(self, x)
+    }
+}
