@@ -1,3 +1,10 @@
 //! orogen: procedural solids from scripts.
+pub mod cast;
+pub mod diag;
+pub mod expr;
+pub mod noise;
 pub mod num;
 pub mod op;
+pub mod scene;
+pub mod tape;
+pub mod world;

@@ -10,12 +10,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// For intervals each method encloses the image of the part of its argument that lies in the
 /// domain of the function.
 pub trait Real:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// The scalar that equals `c`.
     fn of(c: f64) -> Self;

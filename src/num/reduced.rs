@@ -127,7 +127,11 @@ impl<const K: usize> Reduced<K> {
     }
 
     /// Enclosure of the quadratic part when the boxes are not centred on the forms.
-    fn quadratic_of_box<const N: usize>(x: &[Interval; N], centre: &[f64; N], m: &[[f64; N]; N]) -> (f64, f64) {
+    fn quadratic_of_box<const N: usize>(
+        x: &[Interval; N],
+        centre: &[f64; N],
+        m: &[[f64; N]; N],
+    ) -> (f64, f64) {
         use super::Real;
         let d: [Interval; N] = std::array::from_fn(|i| x[i] - Interval::point(centre[i]));
         let mut sum = Interval::point(0.0);
@@ -141,7 +145,12 @@ impl<const K: usize> Reduced<K> {
     }
 
     #[inline(always)]
-    fn from_form<const N: usize>(form: Form<N>, x: &[&Self; N], boxes: &[Interval; N], range: Interval) -> Self {
+    fn from_form<const N: usize>(
+        form: Form<N>,
+        x: &[&Self; N],
+        boxes: &[Interval; N],
+        range: Interval,
+    ) -> Self {
         let centre = boxes.map(Interval::mid);
         let (offset, slope, mut rest, size) = Self::combine(x, &centre, &form.slope);
         let mut mid = form.rest.mid() + offset;
@@ -245,7 +254,8 @@ impl<const K: usize> Centred for Reduced<K> {
             return Self::constant_range(all);
         }
         let g = jet.grad;
-        let slope: [f64; K] = std::array::from_fn(|k| g[0] * p[0].slope[k] + g[1] * p[1].slope[k] + g[2] * p[2].slope[k]);
+        let slope: [f64; K] =
+            std::array::from_fn(|k| g[0] * p[0].slope[k] + g[1] * p[1].slope[k] + g[2] * p[2].slope[k]);
         let t = 0.5 * b.hessian * d * d + b.lipschitz * omega;
         let along: f64 = (0..3).map(|i| g[i].abs() * w[i]).sum();
         let t2 = along + 0.5 * b.hessian * (d + omega) * (d + omega);

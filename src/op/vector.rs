@@ -46,7 +46,8 @@ impl Function<3> for Length {
             return Form::constant(self.range(*x));
         }
         let one = Interval::point(1.0);
-        let bend = Interval { lo: (one / Interval::point(far)).lo, hi: (one / Interval::point(tangent.lo)).hi };
+        let bend =
+            Interval { lo: (one / Interval::point(far)).lo, hi: (one / Interval::point(tangent.lo)).hi };
         let error = 8.0 * ROUNDOFF * (x[0].mag() + x[1].mag() + x[2].mag());
         let matrix = std::array::from_fn(|i| {
             std::array::from_fn(|j| if i == j { 1.0 - n[i] * n[j] } else { -n[i] * n[j] })
