@@ -116,11 +116,26 @@ fn blocks<const ORDER: u8>(key: [u32; 2], at: [&[f64]; 3], value: &mut [f64], mu
     }
 }
 
-/// The loop that the compiler vectorises.
+/// The loops that the compiler vectorises: cells, hashes (twice as many 32-bit lanes to a vector),
+/// jets.
 #[inline(always)]
 fn block<const ORDER: u8>(key: [u32; 2], from: &[[f64; BLOCK]; 3], to: &mut [[f64; BLOCK]; 10]) {
+    let (mut cell, mut t) = ([[0; BLOCK]; 3], [[0.0; BLOCK]; 3]);
+    for axis in 0..3 {
+        for i in 0..BLOCK {
+            (cell[axis][i], t[axis][i]) = split(from[axis][i]);
+        }
+    }
+    let mut hashes = [[0; BLOCK]; 8];
     for i in 0..BLOCK {
-        let p = lane::<ORDER>(key, [from[0][i], from[1][i], from[2][i]]);
+        let h = corner_hashes(key, [cell[0][i], cell[1][i], cell[2][i]]);
+        for c in 0..8 {
+            hashes[c][i] = h[c];
+        }
+    }
+    for i in 0..BLOCK {
+        let h = each(|c| hashes[c][i]);
+        let p = jet::<ORDER>(h, [t[0][i], t[1][i], t[2][i]]);
         to[0][i] = p.value;
         if ORDER >= GRADIENT {
             for k in 0..3 {
@@ -139,16 +154,22 @@ fn block<const ORDER: u8>(key: [u32; 2], from: &[[f64; BLOCK]; 3], to: &mut [[f6
 #[inline(always)]
 fn lane<const ORDER: u8>(key: [u32; 2], at: [f64; 3]) -> Point {
     let [(ix, tx), (iy, ty), (iz, tz)] = at.map(split);
-    let corners = corners(key, [ix, iy, iz], [tx, ty, tz]);
-    let t = [tx, ty, tz];
+    jet::<ORDER>(corner_hashes(key, [ix, iy, iz]), [tx, ty, tz])
+}
+
+/// The jet from the hashes of the corners and the fractional coordinates.
+#[inline(always)]
+fn jet<const ORDER: u8>(hashes: [u32; 8], t: [f64; 3]) -> Point {
+    let [x, y, z] = t.map(|t| [t, t - 1.0]);
+    let corners = each(|c| corner(hashes[c], [x[c & 1], y[c >> 1 & 1], z[c >> 2]]));
     let s = t.map(|t| t * t * t * (t * (6.0 * t - 15.0) + 10.0));
-    let p = blend(pick(&corners, |c| c.p), s);
+    let p = blend(each(|c| corners[c].p), s);
     let mut out = Point { value: p.v, ..Point::default() };
     if ORDER >= GRADIENT {
         let g = [
-            blend(pick(&corners, |c| c.g[0]), s),
-            blend(pick(&corners, |c| c.g[1]), s),
-            blend(pick(&corners, |c| c.g[2]), s),
+            blend(each(|c| corners[c].g[0]), s),
+            blend(each(|c| corners[c].g[1]), s),
+            blend(each(|c| corners[c].g[2]), s),
         ];
         let s1 = t.map(|t| 30.0 * (t * (t - 1.0)) * (t * (t - 1.0)));
         out.grad = [0, 1, 2].map(|i| g[i].v + s1[i] * p.d[i]);
@@ -163,9 +184,11 @@ fn lane<const ORDER: u8>(key: [u32; 2], at: [f64; 3]) -> Point {
     out
 }
 
+/// An array over corners: bits 0, 1, 2 of the index step along x, y, z. Spelled out, because a loop
+/// with a large body is not unrolled in time to be vectorised over lanes.
 #[inline(always)]
-fn pick(c: &[Corner; 8], part: impl Fn(&Corner) -> f64) -> [f64; 8] {
-    [part(&c[0]), part(&c[1]), part(&c[2]), part(&c[3]), part(&c[4]), part(&c[5]), part(&c[6]), part(&c[7])]
+fn each<T>(f: impl Fn(usize) -> T) -> [T; 8] {
+    [f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7)]
 }
 
 /// Cell number (modulo 2^32) and fraction of a coordinate.
@@ -199,9 +222,9 @@ struct Corner {
     g: [f64; 3],
 }
 
-/// The eight corners of a cell; bits 0, 1, 2 of the index step along x, y, z.
+/// The hashes of the eight corners of a cell.
 #[inline(always)]
-fn corners(key: [u32; 2], cell: [u32; 3], t: [f64; 3]) -> [Corner; 8] {
+fn corner_hashes(key: [u32; 2], cell: [u32; 3]) -> [u32; 8] {
     // Odd constants near the golden ratio and the like (xxHash's), so that equal steps along
     // different axes change different bits.
     const STEP: [u32; 3] = [0x9e37_79b1, 0x85eb_ca77, 0xc2b2_ae3d];
@@ -209,13 +232,8 @@ fn corners(key: [u32; 2], cell: [u32; 3], t: [f64; 3]) -> [Corner; 8] {
         let word = cell[axis].wrapping_mul(STEP[axis]);
         [word, word.wrapping_add(STEP[axis])]
     };
-    let words = [steps(0), steps(1), steps(2)];
-    let one = |x: usize, y: usize, z: usize| {
-        let word = words[0][x] ^ words[1][y] ^ words[2][z];
-        corner(hash(word, key), [t[0] - x as f64, t[1] - y as f64, t[2] - z as f64])
-    };
-    // Spelled out, because a loop of this size is not unrolled in time to be vectorised over lanes.
-    [one(0, 0, 0), one(1, 0, 0), one(0, 1, 0), one(1, 1, 0), one(0, 0, 1), one(1, 0, 1), one(0, 1, 1), one(1, 1, 1)]
+    let (x, y, z) = (steps(0), steps(1), steps(2));
+    each(|c| hash(x[c & 1] ^ y[c >> 1 & 1] ^ z[c >> 2], key))
 }
 
 /// Two rounds of xor-shift and multiply with the constants of lowbias32 (Wellons 2018); the high
