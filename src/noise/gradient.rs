@@ -284,3 +284,191 @@ fn blend(c: [f64; 8], s: [f64; 3]) -> Blend {
         dd: [lerp(dxy[0], dxy[1] - dxy[0]), dxz, dyz],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::{Level, at_level};
+    use crate::noise::tests::Random;
+
+    const NOISE: Gradient = Gradient { seed: 20 };
+
+    fn close(a: f64, b: f64, within: f64) -> bool {
+        (a - b).abs() <= within
+    }
+
+    #[test]
+    fn derivatives_match_differences() {
+        let mut random = Random::new(1);
+        for _ in 0..2000 {
+            let p = random.point(50.0);
+            let jet = NOISE.jet(Order::Hessian, p);
+            let step = 1e-5;
+            for axis in 0..3 {
+                let side = |h: f64| {
+                    let mut q = p;
+                    q[axis] += h;
+                    NOISE.jet(Order::Gradient, q)
+                };
+                let (low, high) = (side(-step), side(step));
+                assert!(close((high.value - low.value) / (2.0 * step), jet.grad[axis], 1e-6), "{p:?}");
+                for other in 0..3 {
+                    let pair = [[0, 3, 4], [3, 1, 5], [4, 5, 2]][axis][other];
+                    let difference = (high.grad[other] - low.grad[other]) / (2.0 * step);
+                    assert!(close(difference, jet.hess[pair], 1e-4), "{p:?} {axis} {other}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn cells_meet_with_equal_jets() {
+        let mut random = Random::new(2);
+        for i in 0..3000 {
+            let mut p = random.point(30.0);
+            p[i % 3] = p[i % 3].floor();
+            let mut q = p;
+            q[i % 3] -= 1e-13;
+            let (a, b) = (NOISE.jet(Order::Hessian, p), NOISE.jet(Order::Hessian, q));
+            assert!(close(a.value, b.value, 1e-12));
+            assert!((0..3).all(|k| close(a.grad[k], b.grad[k], 1e-11)));
+            assert!((0..6).all(|k| close(a.hess[k], b.hess[k], 1e-10)), "{p:?} {a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn nodes_have_value_zero_and_a_direction_for_gradient() {
+        let mut random = Random::new(3);
+        let mut seen = std::collections::BTreeMap::new();
+        for _ in 0..12_000 {
+            let node = random.point(1e4).map(f64::round);
+            let jet = NOISE.jet(Order::Gradient, node);
+            assert_eq!(jet.value, 0.0);
+            assert_eq!(jet.grad.iter().filter(|g| **g == 0.0).count(), 1);
+            assert!(jet.grad.iter().all(|g| *g == 0.0 || g.abs() == 1.0));
+            *seen.entry(jet.grad.map(|g| g as i32)).or_insert(0) += 1;
+        }
+        assert_eq!(seen.len(), 12);
+        // Binomial with mean 1000 and deviation 30.
+        assert!(seen.values().all(|&n| (850..1150).contains(&n)), "{seen:?}");
+    }
+
+    #[test]
+    fn every_level_and_grouping_gives_the_same_bits() {
+        let mut random = Random::new(4);
+        let points: Vec<[f64; 3]> = (0..203)
+            .map(|i| random.point([1.0, 1e3, 1e9, 1e17, 1e-9][i % 5]))
+            .chain([[0.0, -0.0, -1e-300], [f64::NAN, 1.0, 2.0], [f64::INFINITY, 0.5, 0.5]])
+            .collect();
+        let bits = |p: &Point| {
+            let mut all = vec![p.value];
+            all.extend(p.grad.iter().chain(&p.hess));
+            // NaNs carry no promise about their payload.
+            all.into_iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }).collect::<Vec<_>>()
+        };
+        for order in [Order::Value, Order::Gradient, Order::Hessian] {
+            for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
+                for group in [1, 3, 16, 37, points.len()] {
+                    for part in points.chunks(group) {
+                        let batch = at_level(level, || jets_of(&NOISE, order, part));
+                        for (p, jet) in part.iter().zip(&batch) {
+                            assert_eq!(bits(jet), bits(&NOISE.jet(order, *p)), "{level:?} {group} {p:?}");
+                        }
+                    }
+                }
+                // `jets` picks its own level, so the blocks are also run at each one directly.
+                for part in points.chunks_exact(BLOCK) {
+                    let from = [0, 1, 2].map(|axis| std::array::from_fn(|i| part[i][axis]));
+                    let mut to = [[0.0; BLOCK]; 10];
+                    at_level(
+                        level,
+                        #[inline(always)]
+                        || block::<HESSIAN>(key(NOISE.seed), &from, &mut to),
+                    );
+                    for (i, p) in part.iter().enumerate() {
+                        let column = |k: usize| to[k][i];
+                        let jet = Point {
+                            value: column(0),
+                            grad: [1, 2, 3].map(column),
+                            hess: [4, 5, 6, 7, 8, 9].map(column),
+                        };
+                        assert_eq!(bits(&jet), bits(&NOISE.jet(Order::Hessian, *p)), "{level:?} {p:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    fn jets_of(noise: &Gradient, order: Order, points: &[[f64; 3]]) -> Vec<Point> {
+        let at = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
+        let mut to: [Vec<f64>; 10] = std::array::from_fn(|_| vec![0.0; points.len()]);
+        let [v, x, y, z, xx, yy, zz, xy, xz, yz] = &mut to;
+        let out = Jets {
+            value: v,
+            grad: (order >= Order::Gradient).then_some([&mut x[..], y, z]),
+            hess: (order >= Order::Hessian).then_some([&mut xx[..], yy, zz, xy, xz, yz]),
+        };
+        noise.jets([&at[0], &at[1], &at[2]], out);
+        (0..points.len())
+            .map(|i| Point {
+                value: to[0][i],
+                grad: std::array::from_fn(|k| to[1 + k][i]),
+                hess: std::array::from_fn(|k| to[4 + k][i]),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn statistics_and_bounds_hold_over_a_million_samples() {
+        let mut random = Random::new(5);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        let count = 1_000_000;
+        let b = Gradient::BOUNDS;
+        for i in 0..count / 1000 {
+            let size = [10.0, 1e4, 1e7][i % 3];
+            let points: Vec<_> = (0..1000).map(|_| random.point(size)).collect();
+            for jet in jets_of(&Gradient { seed: i as u64 }, Order::Hessian, &points) {
+                sum += jet.value;
+                squares += jet.value * jet.value;
+                assert!(jet.value.abs() <= b.range);
+                assert!(jet.grad.iter().map(|g| g * g).sum::<f64>() <= b.lipschitz * b.lipschitz);
+                // Diagonal entries are u^T H u on an axis; off-diagonal ones follow from polarisation.
+                assert!(jet.hess.iter().all(|h| h.abs() <= b.hessian));
+            }
+        }
+        let n = count as f64;
+        assert!((sum / n).abs() < 1.5e-3, "mean {}", sum / n);
+        assert!((squares / n - 0.07292).abs() < 4e-4, "variance {}", squares / n);
+    }
+
+    #[test]
+    fn neighbouring_nodes_are_uncorrelated() {
+        // Products of a component at nodes a small step apart: mean 0, deviation (2/3) / sqrt(n).
+        for step in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0], [2.0, -1.0, 1.0], [256.0, 0.0, 0.0]] {
+            let mut sum = [0.0; 9];
+            for i in 0..40_i32.pow(3) {
+                let p = [i % 40 - 20, i / 40 % 40 - 20, i / 1600 - 20].map(f64::from);
+                let q = [0, 1, 2].map(|axis| p[axis] + step[axis]);
+                let (g, h) = (NOISE.jet(Order::Gradient, p).grad, NOISE.jet(Order::Gradient, q).grad);
+                (0..9).for_each(|k| sum[k] += g[k / 3] * h[k % 3]);
+            }
+            assert!(sum.iter().all(|s| (s / 64_000.0).abs() < 0.0135), "{step:?} {sum:?}");
+        }
+    }
+
+    #[test]
+    fn total_for_any_coordinate() {
+        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(NOISE.jet(Order::Value, [0.3, x, 0.4]).value.is_nan());
+        }
+        let mut random = Random::new(6);
+        for _ in 0..10_000 {
+            let p = random.point(1.0).map(|x| x * 10_f64.powi((random.unit() * 300.0) as i32));
+            assert!(NOISE.jet(Order::Value, p).value.abs() <= Gradient::BOUNDS.range, "{p:?}");
+        }
+        let far = [2e9 + 0.25, -2e9 + 0.5, 1e7 + 0.75];
+        let jet = NOISE.jet(Order::Gradient, far);
+        let next = NOISE.jet(Order::Value, [far[0] + 1e-3, far[1], far[2]]);
+        assert!(close((next.value - jet.value) / 1e-3, jet.grad[0], 0.02));
+    }
+}
