@@ -56,25 +56,69 @@ fn rays(seed: u64) -> Vec<Ray> {
     out
 }
 
-/// First change of sign by dense sampling, bisected to the last bit.
+/// First change of sign by dense sampling, bisected to the last bit; positive minima that might
+/// reach zero between samples are refined by golden section.
 fn oracle(evaluator: &mut Evaluator<Many<f64, 64>>, field: &mut Field, ray: &Ray) -> Option<f64> {
     let dt = (ray.far - ray.near) / SAMPLES as f64;
     let t = |i: usize| ray.near + dt * i as f64;
-    for chunk in 0..SAMPLES / 64 {
-        let points: [DVec3; 64] = std::array::from_fn(|l| ray.at(t(chunk * 64 + l)));
+    let mut values = Vec::with_capacity(SAMPLES);
+    while values.len() < SAMPLES && values.last().is_none_or(|v| *v > 0.0) {
+        let from = values.len();
+        let points: [DVec3; 64] = std::array::from_fn(|l| ray.at(t(from + l)));
         let p = std::array::from_fn(|axis| Many(points.map(|p| p[axis])));
-        let values = evaluator.eval(&p).0;
-        if let Some(l) = values.iter().position(|v| *v <= 0.0) {
-            let i = chunk * 64 + l;
-            if i == 0 {
-                return Some(ray.near);
+        for v in evaluator.eval(&p).0 {
+            values.push(v);
+            if v <= 0.0 {
+                break;
             }
-            let (mut out, mut inside) = (t(i - 1), t(i));
-            for _ in 0..60 {
-                let mid = 0.5 * (out + inside);
-                if field.value(ray.at(mid)) > 0.0 { out = mid } else { inside = mid }
-            }
-            return Some(inside);
+        }
+    }
+    if values[0] <= 0.0 {
+        return Some(ray.near);
+    }
+    for i in 1..values.len() {
+        if values[i] <= 0.0 {
+            return Some(bisect(field, ray, t(i - 1), t(i)));
+        }
+        let low = i + 1 < values.len() && values[i] <= values[i - 1] && values[i] <= values[i + 1];
+        if low
+            && values[i] < 40.0 * dt
+            && let Some(inside) = dip(field, ray, t(i - 1), t(i + 1))
+        {
+            return Some(bisect(field, ray, t(i - 1), inside));
+        }
+    }
+    None
+}
+
+fn bisect(field: &mut Field, ray: &Ray, mut out: f64, mut inside: f64) -> f64 {
+    for _ in 0..60 {
+        let mid = 0.5 * (out + inside);
+        if field.value(ray.at(mid)) > 0.0 { out = mid } else { inside = mid }
+    }
+    inside
+}
+
+/// Golden section search for a place between `a` and `b` where the field is not positive.
+fn dip(field: &mut Field, ray: &Ray, mut a: f64, mut b: f64) -> Option<f64> {
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+    let (mut fc, mut fd) = (field.value(ray.at(c)), field.value(ray.at(d)));
+    for _ in 0..32 {
+        if fc <= 0.0 {
+            return Some(c);
+        }
+        if fd <= 0.0 {
+            return Some(d);
+        }
+        if fc < fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - golden * (b - a);
+            fc = field.value(ray.at(c));
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + golden * (b - a);
+            fd = field.value(ray.at(d));
         }
     }
     None
@@ -116,7 +160,7 @@ fn check(name: &str, build: fn(&mut Build) -> NodeId, kinds: &[Kind]) {
         assert_eq!(stats.uncertified, 0, "{name}, {kind:?}");
         let per_ray = stats.evaluations as f64 / rays.len() as f64;
         println!("{name} {kind:?}: {met} hits, {early} early, {per_ray:.1} evaluations a ray");
-        assert!(early * 100 < RAYS, "{name}, {kind:?}: {early} hits in front of the surface");
+        assert!(early * 200 < RAYS, "{name}, {kind:?}: {early} hits in front of the surface");
     }
 }
 
