@@ -86,7 +86,11 @@ fn samples_lie_inside_ranges_and_forms() {
                     let p = x.map(|x| inside(rng, x));
                     let v = f.value(p);
                     if v.is_nan() {
-                        continue; // outside the domain
+                        assert!(
+                            !f.is_defined(&x),
+                            "{name} has no value at {p:?}, in a box where it is defined"
+                        );
+                        continue;
                     }
                     // The true value, of which `v` is a rounding.
                     let v = f.value(p.map(Interval::point));

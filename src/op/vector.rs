@@ -16,8 +16,8 @@ impl Function<3> for Length {
     }
     #[inline(always)]
     fn grad<R: Real>(&self, x: [R; 3]) -> [R; 3] {
-        let r = self.value(x);
-        // Each component of a unit vector lies in [-1, 1], at the origin too.
+        // Each component of a unit vector lies in [-1, 1]; at the origin they are zero.
+        let r = self.value(x).max(R::of(1e-300));
         x.map(|x| (x / r).max(R::of(-1.0)).min(R::of(1.0)))
     }
     #[inline(always)]
