@@ -4,7 +4,7 @@
 use super::fault::{Fault, Outcome};
 use super::host::Host;
 use crate::expr::{Input, NodeId};
-use crate::noise::{Fractal, Noise};
+use crate::noise::{Fractal, Noise, Recipe};
 use crate::op::{self, Op};
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ pub enum Kind {
     /// A noise.
     One(Noise),
     /// A fractal sum, and whether the size of a pixel limits its detail.
-    Sum(Fractal, bool),
+    Sum(Recipe, bool),
 }
 
 /// Where a source is evaluated.
@@ -49,23 +49,23 @@ impl Source {
     pub fn noise(&self) -> &Noise {
         match &self.kind {
             Kind::One(noise) => noise,
-            Kind::Sum(fractal, _) => &fractal.noise,
+            Kind::Sum(recipe, _) => &recipe.noise,
         }
     }
 
     fn noise_mut(&mut self) -> &mut Noise {
         match &mut self.kind {
             Kind::One(noise) => noise,
-            Kind::Sum(fractal, _) => &mut fractal.noise,
+            Kind::Sum(recipe, _) => &mut recipe.noise,
         }
     }
 
     /// The same with its frequency times `k`.
     pub fn scaled(mut self, k: f64) -> Outcome<Source> {
         let frequency = self.noise().frequency * k;
-        if !(frequency.is_finite() && frequency > 0.0) {
+        if !(1e-12..=1e12).contains(&frequency) {
             return Err(Fault::new(format!("a noise cannot be scaled by {k}"))
-                .hint("the factor of its frequency is a positive number"));
+                .hint("the factor of its frequency is a positive number, and the frequency from 1e-12 to 1e12"));
         }
         self.noise_mut().frequency = frequency;
         Ok(self)
@@ -90,9 +90,10 @@ impl Source {
         };
         match &self.kind {
             Kind::One(noise) => Ok(host.graph.borrow_mut().noise(*noise, p)?),
-            Kind::Sum(fractal, detail) => {
+            Kind::Sum(recipe, detail) => {
+                let fractal = Fractal::new(*recipe).map_err(|e| Fault::new(e.to_string()))?;
                 let footprint = if *detail { host.input(Input::Footprint)? } else { host.constant(0.0)? };
-                Ok(host.graph.borrow_mut().fractal(Arc::new(fractal.clone()), p, footprint)?)
+                Ok(host.graph.borrow_mut().fractal(Arc::new(fractal), p, footprint)?)
             }
         }
     }

@@ -96,8 +96,8 @@ fn affine(a: &Affine) -> String {
 fn source(s: &Source) -> String {
     let noise = s.noise();
     let kind = match &s.kind {
-        Kind::One(_) => "gradient noise".to_owned(),
-        Kind::Sum(f, _) => format!("{:?} sum of {} octaves of gradient noise", f.model, f.octaves).to_lowercase(),
+        Kind::One(_) => format!("{} noise", noise.kind.name()),
+        Kind::Sum(f, _) => format!("{} of {} octaves of {} noise", f.model.name(), f.octaves, noise.kind.name()),
     };
     let place = match s.domain {
         Domain::Space => "",
@@ -169,12 +169,12 @@ fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut St
         }),
         Node::Op(op, args) => write_op(graph, op, args, outer, depth, out),
         Node::Noise(noise, p) => {
-            let _ = write!(out, "gradient({}, {})(", noise.seed, noise.frequency);
+            let _ = write!(out, "{}({}, {})(", noise.kind.name(), noise.seed, noise.frequency);
             write_list(graph, p, depth, out);
         }
         Node::Fractal(f, p, _) => {
-            let name = format!("{:?}", f.model).to_lowercase();
-            let _ = write!(out, "{name}(gradient({}, {}), {} octaves)(", f.noise.seed, f.noise.frequency, f.octaves);
+            let recipe = f.recipe();
+            let _ = write!(out, "{}({}, {} octaves)(", recipe.model.name(), recipe.noise.kind.name(), recipe.octaves);
             write_list(graph, p, depth, out);
         }
     }

@@ -31,7 +31,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
         });
     }
     lib.def("color_of(f)", "The colour of a solid as a vector of fields; grey if it has none.", "color_of(sphere(1.0))", |c| {
-        let grey = || Ok([c.host.constant(GREY)?; 3]);
+        let grey = || Ok::<_, Fault>([c.host.constant(GREY)?; 3]);
         Ok(Dynamic::from(VectorField(c.field(0)?.color.map_or_else(grey, Ok)?)))
     });
     lib.def("is_colored(f)", "Whether a solid has a colour of its own.", "is_colored(sphere(1.0))", |c| {

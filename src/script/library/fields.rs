@@ -142,7 +142,7 @@ fn affine_point(host: &Host, m: DMat3, shift: DVec3) -> Outcome<Vec<(Input, Node
             let term = host.op(Op::Mul(op::Mul), &[k, coordinate])?;
             sum = host.op(Op::Add(op::Add), &[sum, term])?;
         }
-        Ok(sum)
+        Ok::<NodeId, Fault>(sum)
     };
     Ok(vec![(Input::X, row(0)?), (Input::Y, row(1)?), (Input::Z, row(2)?)])
 }

@@ -13,6 +13,7 @@ mod numbers;
 mod scene;
 mod vectors;
 
+pub use numbers::unused;
 pub use scene::SceneValue;
 
 use super::fault::{Fault, Outcome};
