@@ -127,7 +127,7 @@ fn check(case: &Case) -> Vec<String> {
     let compiled = compile(&case.request);
     let said = annotations(&compiled);
     let mut wrong = Vec::new();
-    let expects = |key: &str| case.expectations.iter().filter(move |(k, _)| k == key);
+    let expects = |key: &'static str| case.expectations.iter().filter(move |(k, _)| k == key);
     for (key, value) in said.iter().filter(|(k, _)| k == "Error" || k == "Warning") {
         if !case.expectations.contains(&(key.clone(), value.clone())) {
             wrong.push(format!("not expected\n// {key}: {value}"));

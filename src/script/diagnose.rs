@@ -1,7 +1,7 @@
 //! Errors of the script engine as diagnostics: where, what, and what to do about it, in the words
 //! of scripts.
 
-use super::engine::{INPUTS, KEYWORDS, Limits, Setup, Stop};
+use super::engine::{INPUTS, Limits, Setup, Stop};
 use super::fault::Fault;
 use super::lexer;
 use super::options::describe;
@@ -349,7 +349,3 @@ fn type_text(text: &str) -> String {
     out.split(' ').map(|word| if word.contains("::") && word.contains('<') { "value" } else { word }).collect::<Vec<_>>().join(" ")
 }
 
-/// Whether a name is a keyword.
-pub fn is_keyword(name: &str) -> bool {
-    KEYWORDS.contains(&name)
-}

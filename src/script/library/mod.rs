@@ -236,11 +236,6 @@ impl Call<'_> {
         found.ok_or_else(|| self.wrong(i, "a noise such as gradient(7)"))
     }
 
-    /// An interval, a range of numbers, or a number.
-    pub fn interval(&self, i: usize) -> Outcome<Interval> {
-        interval_of(&self.args[i]).ok_or_else(|| self.wrong(i, "a range such as 0.0..1.0"))
-    }
-
     fn remember(&self, result: &Dynamic) {
         let Some(place) = &self.place else { return };
         if let Some(field) = result.read_lock::<Field>() {
