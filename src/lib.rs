@@ -7,5 +7,6 @@ pub mod noise;
 pub mod num;
 pub mod op;
 pub mod scene;
+pub mod script;
 pub mod tape;
 pub mod world;
