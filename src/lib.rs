@@ -5,6 +5,7 @@ pub mod expr;
 pub mod noise;
 pub mod num;
 pub mod op;
+pub mod render;
 pub mod scene;
 pub mod tape;
 pub mod world;
