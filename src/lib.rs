@@ -1,4 +1,11 @@
 //! orogen: procedural solids from scripts.
+pub mod cast;
+pub mod diag;
+pub mod expr;
+pub mod field;
 pub mod noise;
 pub mod num;
 pub mod op;
+pub mod scene;
+pub mod tape;
+pub mod world;

@@ -119,7 +119,9 @@ impl Affine {
                 let squares = shared(&x[i].terms, &x[j].terms);
                 let size: f64 = squares.iter().map(|s| s.abs()).sum();
                 let square = squares.iter().fold(Interval::point(0.0), |sum, &s| sum + Interval::UNIT * s);
-                let cross = Interval::radius((radii[i] * radii[j] - size * (1.0 - 64.0 * ROUNDOFF)).max(0.0) * ROUND_UP);
+                let cross = Interval::radius(
+                    (radii[i] * radii[j] - size * (1.0 - 64.0 * ROUNDOFF)).max(0.0) * ROUND_UP,
+                );
                 sum = sum + (square + cross) * (0.5 * m[i][j]);
             }
         }

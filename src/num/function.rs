@@ -78,6 +78,12 @@ pub trait Function<const N: usize> {
         self.value(x)
     }
 
+    /// Whether the function has a value everywhere in a box.
+    fn is_defined(&self, x: &[Interval; N]) -> bool {
+        let _ = x;
+        true
+    }
+
     /// The function of any kind of number. Sums and the like, which every number knows natively,
     /// say so here.
     #[inline(always)]

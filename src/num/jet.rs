@@ -45,12 +45,17 @@ impl<R: Real> Jet<R> {
     }
 
     /// Second-order chain rule: `grad = sum f_i grad_i`, `H = sum f_i H_i + sum f_ij grad_i grad_j^T`.
-    fn compose<const N: usize>(value: R, f: [R; N], ff: [[R; N]; N], x: [&Self; N], silent: impl Fn(R) -> bool) -> Self {
+    fn compose<const N: usize>(
+        value: R,
+        f: [R; N],
+        ff: [[R; N]; N],
+        x: [&Self; N],
+        silent: impl Fn(R) -> bool,
+    ) -> Self {
         // A derivative that is exactly zero silences even an unbounded partial derivative.
         let times = |a: R, b: R| if silent(b) { R::of(0.0) } else { a * b };
-        let grad = std::array::from_fn(|axis| {
-            (0..N).fold(R::of(0.0), |sum, i| sum + times(f[i], x[i].grad[axis]))
-        });
+        let grad =
+            std::array::from_fn(|axis| (0..N).fold(R::of(0.0), |sum, i| sum + times(f[i], x[i].grad[axis])));
         let hess = std::array::from_fn(|pair| {
             let (r, c) = PAIRS[pair];
             let mut sum = R::of(0.0);

@@ -10,12 +10,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// For intervals each method encloses the image of the part of its argument that lies in the
 /// domain of the function.
 pub trait Real:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// The scalar that equals `c`.
     fn of(c: f64) -> Self;
@@ -94,7 +89,7 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn powf(self, p: Self) -> Self {
-        libm::pow(self, p)
+        if self < 0.0 { f64::NAN } else { libm::pow(self, p) }
     }
     #[inline(always)]
     fn exp(self) -> Self {

@@ -251,6 +251,9 @@ impl Function<2> for Modulo {
     fn class(&self) -> Class {
         Class::Jump
     }
+    fn is_defined(&self, [_, period]: &[Interval; 2]) -> bool {
+        !period.contains(0.0)
+    }
     #[inline(always)]
     fn value<R: Real>(&self, [x, period]: [R; 2]) -> R {
         x - period * (x / period).floor()

@@ -16,8 +16,8 @@ impl Function<3> for Length {
     }
     #[inline(always)]
     fn grad<R: Real>(&self, x: [R; 3]) -> [R; 3] {
-        let r = self.value(x);
-        // Each component of a unit vector lies in [-1, 1], at the origin too.
+        // Each component of a unit vector lies in [-1, 1]; at the origin they are zero.
+        let r = self.value(x).max(R::of(1e-300));
         x.map(|x| (x / r).max(R::of(-1.0)).min(R::of(1.0)))
     }
     #[inline(always)]
@@ -46,7 +46,8 @@ impl Function<3> for Length {
             return Form::constant(self.range(*x));
         }
         let one = Interval::point(1.0);
-        let bend = Interval { lo: (one / Interval::point(far)).lo, hi: (one / Interval::point(tangent.lo)).hi };
+        let bend =
+            Interval { lo: (one / Interval::point(far)).lo, hi: (one / Interval::point(tangent.lo)).hi };
         let error = 8.0 * ROUNDOFF * (x[0].mag() + x[1].mag() + x[2].mag());
         let matrix = std::array::from_fn(|i| {
             std::array::from_fn(|j| if i == j { 1.0 - n[i] * n[j] } else { -n[i] * n[j] })

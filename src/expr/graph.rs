@@ -1,0 +1,234 @@
+//! The arena of nodes.
+
+use super::fold;
+use crate::diag::Place;
+use crate::noise::{Fractal, Noise};
+use crate::num::{Class, Kernel};
+use crate::op::Op;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Names a node of one graph.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct NodeId(pub(crate) u32);
+
+/// What an expression is a function of.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Input {
+    /// First coordinate.
+    X,
+    /// Second coordinate (up).
+    Y,
+    /// Third coordinate.
+    Z,
+    /// Animation time in seconds.
+    Time,
+    /// Size of a pixel at the point, in the units of the coordinates.
+    Footprint,
+}
+
+/// An expression.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum Node {
+    /// A number, by its bits so that it can be compared and hashed.
+    Const(u64),
+    /// A variable.
+    Input(Input),
+    /// An operation on earlier nodes.
+    Op(Op, Vec<NodeId>),
+    /// A noise at a point.
+    Noise(Noise, [NodeId; 3]),
+    /// A sum of octaves at a point, with the footprint that limits its detail.
+    Fractal(Arc<Fractal>, [NodeId; 3], NodeId),
+}
+
+/// A graph has as many nodes as it may.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("the expression has more than {limit} nodes")]
+pub struct TooLarge {
+    /// How many it may have.
+    pub limit: usize,
+}
+
+/// A hash-consed expression graph.
+#[derive(Clone, Debug)]
+pub struct Graph {
+    nodes: Vec<Node>,
+    classes: Vec<Class>,
+    places: Vec<Option<Place>>,
+    index: HashMap<Node, NodeId>,
+    limit: usize,
+}
+
+impl Default for Graph {
+    fn default() -> Self {
+        Graph::with_limit(1 << 20)
+    }
+}
+
+impl Graph {
+    /// An empty graph that takes at most `limit` nodes.
+    pub fn with_limit(limit: usize) -> Self {
+        Graph { nodes: Vec::new(), classes: Vec::new(), places: Vec::new(), index: HashMap::new(), limit }
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether there are no nodes.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The node of an id of this graph.
+    pub fn node(&self, id: NodeId) -> &Node {
+        &self.nodes[id.0 as usize]
+    }
+
+    /// Continuity class of an expression: the least of its operations.
+    pub fn class(&self, id: NodeId) -> Class {
+        self.classes[id.0 as usize]
+    }
+
+    /// Where in a script the node was made first.
+    pub fn place(&self, id: NodeId) -> Option<&Place> {
+        self.places[id.0 as usize].as_ref()
+    }
+
+    /// Records where a node was made, unless that is known already.
+    pub fn set_place(&mut self, id: NodeId, place: &Place) {
+        self.places[id.0 as usize].get_or_insert_with(|| place.clone());
+    }
+
+    /// The value of a node that is a number.
+    pub fn as_const(&self, id: NodeId) -> Option<f64> {
+        match self.node(id) {
+            Node::Const(bits) => Some(f64::from_bits(*bits)),
+            _ => None,
+        }
+    }
+
+    /// A number.
+    ///
+    /// # Errors
+    /// [`TooLarge`], here and in every function that adds nodes.
+    pub fn constant(&mut self, c: f64) -> Result<NodeId, TooLarge> {
+        // One zero, so that `x + 0` and `x - 0` meet.
+        let c = if c == 0.0 { 0.0 } else { c };
+        self.intern(Node::Const(c.to_bits()))
+    }
+
+    /// A variable.
+    pub fn input(&mut self, input: Input) -> Result<NodeId, TooLarge> {
+        self.intern(Node::Input(input))
+    }
+
+    /// The coordinates.
+    pub fn point(&mut self) -> Result<[NodeId; 3], TooLarge> {
+        Ok([self.input(Input::X)?, self.input(Input::Y)?, self.input(Input::Z)?])
+    }
+
+    /// An operation; folded where that changes no bit of any result that is a number.
+    pub fn op(&mut self, op: Op, args: &[NodeId]) -> Result<NodeId, TooLarge> {
+        debug_assert_eq!(op.arity(), args.len());
+        match fold::fold(self, op, args) {
+            fold::Folded::Node(id) => Ok(id),
+            fold::Folded::Const(c) => self.constant(c),
+            fold::Folded::Op(args) => self.intern(Node::Op(op, args)),
+        }
+    }
+
+    /// A noise at a point.
+    pub fn noise(&mut self, noise: Noise, p: [NodeId; 3]) -> Result<NodeId, TooLarge> {
+        self.intern(Node::Noise(noise, p))
+    }
+
+    /// A sum of octaves at a point.
+    pub fn fractal(
+        &mut self,
+        fractal: Arc<Fractal>,
+        p: [NodeId; 3],
+        footprint: NodeId,
+    ) -> Result<NodeId, TooLarge> {
+        self.intern(Node::Fractal(fractal, p, footprint))
+    }
+
+    /// The same expression with inputs replaced by other expressions: `f.translate(..)` replaces
+    /// the coordinates, an animation frame replaces the time.
+    pub fn substitute(&mut self, root: NodeId, with: &[(Input, NodeId)]) -> Result<NodeId, TooLarge> {
+        let used = self.reachable(&[root]);
+        let mut image: HashMap<NodeId, NodeId> = HashMap::with_capacity(used.len());
+        for id in used {
+            let node = self.node(id).clone();
+            let new = match node {
+                Node::Const(_) => id,
+                Node::Input(input) => with.iter().find(|w| w.0 == input).map_or(id, |w| w.1),
+                Node::Op(op, args) => {
+                    let args: Vec<NodeId> = args.iter().map(|a| image[a]).collect();
+                    self.op(op, &args)?
+                }
+                Node::Noise(noise, p) => self.noise(noise, p.map(|a| image[&a]))?,
+                Node::Fractal(f, p, footprint) => self.fractal(f, p.map(|a| image[&a]), image[&footprint])?,
+            };
+            if new != id
+                && let Some(place) = self.place(id).cloned()
+            {
+                self.set_place(new, &place);
+            }
+            image.insert(id, new);
+        }
+        Ok(image[&root])
+    }
+
+    /// The nodes that `roots` are made of, arguments before their users.
+    pub fn reachable(&self, roots: &[NodeId]) -> Vec<NodeId> {
+        let mut used = vec![false; roots.iter().map(|r| r.0 as usize + 1).max().unwrap_or(0)];
+        for r in roots {
+            used[r.0 as usize] = true;
+        }
+        for i in (0..used.len()).rev() {
+            if used[i] {
+                for a in self.nodes[i].args() {
+                    used[a.0 as usize] = true;
+                }
+            }
+        }
+        (0..used.len()).filter(|&i| used[i]).map(|i| NodeId(i as u32)).collect()
+    }
+
+    fn intern(&mut self, node: Node) -> Result<NodeId, TooLarge> {
+        if let Some(&id) = self.index.get(&node) {
+            return Ok(id);
+        }
+        if self.nodes.len() >= self.limit.min(u32::MAX as usize) {
+            return Err(TooLarge { limit: self.limit });
+        }
+        let id = NodeId(self.nodes.len() as u32);
+        let own = match &node {
+            Node::Const(_) | Node::Input(_) => Class::C2,
+            Node::Op(op, _) => op.class(),
+            Node::Noise(noise, _) => noise.class(),
+            Node::Fractal(fractal, ..) => fractal.class(),
+        };
+        let class = node.args().into_iter().map(|a| self.class(a)).fold(own, Class::min);
+        self.nodes.push(node.clone());
+        self.classes.push(class);
+        self.places.push(None);
+        self.index.insert(node, id);
+        Ok(id)
+    }
+}
+
+impl Node {
+    /// The nodes that this one reads.
+    pub fn args(&self) -> Vec<NodeId> {
+        match self {
+            Node::Const(_) | Node::Input(_) => Vec::new(),
+            Node::Op(_, args) => args.clone(),
+            Node::Noise(_, p) => p.to_vec(),
+            Node::Fractal(_, [x, y, z], footprint) => vec![*x, *y, *z, *footprint],
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Scenes: plain data between the script that describes a picture and the renderer that makes it.
+//!
+//! Units: a planet's radius is 1 unless the script says otherwise. Right-handed axes, y up. Angles
+//! in degrees, where scripts and people meet them. Colours are linear RGB with Rec. 709 primaries.
+
+use crate::expr::{Graph, NodeId};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Everything that a picture shows.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The expressions that the fields below are nodes of.
+    pub graph: Arc<Graph>,
+    /// The solid.
+    pub surface: Surface,
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// Its main light.
+    pub sun: Sun,
+    /// Light from everywhere else, and what is behind the solid.
+    pub sky: Sky,
+    /// Picture size and exposure.
+    pub film: Film,
+    /// The box outside of which nothing is looked for; found from the field where it is `None`.
+    pub bounds: Option<Aabb>,
+    /// The parameters that the script asked for, in order, with their values.
+    pub params: Vec<Param>,
+}
+
+/// A solid with its colour.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Implicit function: negative inside.
+    pub field: NodeId,
+    /// Linear red, green, blue in [0, 1] as fields; a neutral grey where `None`.
+    pub color: Option<[NodeId; 3]>,
+}
+
+/// An axis-parallel box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// Smallest coordinates.
+    pub min: DVec3,
+    /// Largest coordinates.
+    pub max: DVec3,
+}
+
+impl Aabb {
+    /// The cube from `-half` to `half` on all axes.
+    pub fn cube(half: f64) -> Self {
+        Aabb { min: DVec3::splat(-half), max: DVec3::splat(half) }
+    }
+
+    /// Parameters at which the line `origin + t direction` enters and leaves the box, if it meets it.
+    pub fn clip(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
+        let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
+        for axis in 0..3 {
+            if direction[axis] == 0.0 {
+                if origin[axis] < self.min[axis] || origin[axis] > self.max[axis] {
+                    return None;
+                }
+                continue;
+            }
+            let a = (self.min[axis] - origin[axis]) / direction[axis];
+            let b = (self.max[axis] - origin[axis]) / direction[axis];
+            near = near.max(a.min(b));
+            far = far.min(a.max(b));
+        }
+        (near <= far).then_some((near, far))
+    }
+
+    /// Length of the diagonal.
+    pub fn diagonal(&self) -> f64 {
+        (self.max - self.min).length()
+    }
+}
+
+/// A pinhole camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Position.
+    pub eye: DVec3,
+    /// The point in the middle of the picture.
+    pub target: DVec3,
+    /// Direction that points up in the picture; need not be perpendicular to the view.
+    pub up: DVec3,
+    /// Vertical field of view in degrees, between 0 and 180.
+    pub fov: f64,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Camera::orbit(DVec3::ZERO, 4.0, 30.0, 20.0, 35.0)
+    }
+}
+
+impl Camera {
+    /// A camera on a sphere of radius `distance` around `target`. Azimuth 0 looks along -z; it grows
+    /// eastwards (towards +x); elevation grows upwards. Angles in degrees.
+    pub fn orbit(target: DVec3, distance: f64, azimuth: f64, elevation: f64, fov: f64) -> Self {
+        let eye = target + distance * direction(azimuth, elevation);
+        // Straight above or below the target "up" would be the line of sight.
+        let up =
+            if elevation.abs() > 89.9 { direction(azimuth, 0.0) * -elevation.signum() } else { DVec3::Y };
+        Camera { eye, target, up, fov }
+    }
+}
+
+/// Unit vector of an azimuth (0 is +z, 90 is +x) and an elevation above the xz plane, in degrees.
+pub fn direction(azimuth: f64, elevation: f64) -> DVec3 {
+    let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+    DVec3::new(libm::cos(e) * libm::sin(a), libm::sin(e), libm::cos(e) * libm::cos(a))
+}
+
+/// A light so far away that its rays are parallel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Unit vector from the scene towards the sun.
+    pub direction: DVec3,
+    /// Irradiance on a surface that faces the sun, per channel; pi makes white come out as 1.
+    pub irradiance: DVec3,
+    /// Whether the solid throws shadows.
+    pub shadows: bool,
+}
+
+impl Default for Sun {
+    fn default() -> Self {
+        Sun { direction: direction(60.0, 45.0), irradiance: DVec3::splat(2.6), shadows: true }
+    }
+}
+
+/// Light from all around and the background.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sky {
+    /// Radiance of ambient light from above (as `up` has it).
+    pub zenith: DVec3,
+    /// Radiance of ambient light from below.
+    pub nadir: DVec3,
+    /// The direction that counts as above: `None` is away from the origin, as on a planet.
+    pub up: Option<DVec3>,
+    /// What is seen where nothing else is; transparent in pictures with alpha.
+    pub background: DVec3,
+    /// Air around a planet, if it has any.
+    pub air: Option<Air>,
+}
+
+impl Default for Sky {
+    fn default() -> Self {
+        Sky {
+            zenith: DVec3::new(0.20, 0.24, 0.30),
+            nadir: DVec3::new(0.07, 0.06, 0.05),
+            up: Some(DVec3::Y),
+            background: DVec3::new(0.012, 0.014, 0.02),
+            air: None,
+        }
+    }
+}
+
+/// A thin shell of clear air around the origin that scatters sunlight once (Rayleigh), with a
+/// density that falls off exponentially.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Air {
+    /// Radius at which `scattering` holds.
+    pub radius: f64,
+    /// Height over which the density falls by a factor e.
+    pub height: f64,
+    /// Scattering coefficient per unit length at `radius`, per channel.
+    pub scattering: DVec3,
+}
+
+/// Picture size and exposure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Film {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Samples per pixel; a square number keeps the strata square.
+    pub samples: u32,
+    /// Exposure in stops.
+    pub exposure: f64,
+}
+
+impl Default for Film {
+    fn default() -> Self {
+        Film { width: 800, height: 600, samples: 4, exposure: 0.0 }
+    }
+}
+
+/// A number that the script lets its user turn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Param {
+    /// Name, for `--set name=value`.
+    pub name: String,
+    /// Value where nobody sets another.
+    pub default: f64,
+    /// Smallest and largest value.
+    pub range: (f64, f64),
+    /// Value used.
+    pub value: f64,
+}

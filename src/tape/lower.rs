@@ -1,0 +1,169 @@
+//! From graph to straight-line code.
+
+use crate::expr::{Graph, Input, Node, NodeId};
+use crate::noise::{Fractal, Noise};
+use crate::op::Op;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// One instruction; slots are numbered by the instructions that write them.
+#[derive(Clone, Debug)]
+pub enum Instr {
+    /// A number.
+    Const(f64),
+    /// The coordinate with this number (0, 1, 2).
+    Coordinate(usize),
+    /// A slot times a number.
+    Scale(u32, f64),
+    /// A slot plus a number.
+    Shift(u32, f64),
+    /// An operation on slots; the first `arity` entries count.
+    Op(Op, [u32; 6]),
+    /// A noise at a point.
+    Noise(Noise, [u32; 3]),
+    /// A sum of octaves at a point, with the slot of the footprint where detail is limited.
+    Fractal(Arc<Fractal>, [u32; 3], Option<u32>),
+}
+
+/// Straight-line code for one or more expressions.
+#[derive(Clone, Debug)]
+pub struct Tape {
+    pub(super) code: Vec<Instr>,
+    pub(super) outputs: Vec<u32>,
+}
+
+impl Tape {
+    /// Lowers expressions of the coordinates. Time and footprint must have been substituted before;
+    /// any that are left read as zero.
+    pub fn new(graph: &Graph, roots: &[NodeId]) -> Tape {
+        let mut slot: HashMap<NodeId, u32> = HashMap::new();
+        let mut code = Vec::new();
+        for id in graph.reachable(roots) {
+            let at = |a: &NodeId| slot[a];
+            code.push(match graph.node(id) {
+                Node::Const(bits) => Instr::Const(f64::from_bits(*bits)),
+                Node::Input(Input::X) => Instr::Coordinate(0),
+                Node::Input(Input::Y) => Instr::Coordinate(1),
+                Node::Input(Input::Z) => Instr::Coordinate(2),
+                Node::Input(Input::Time | Input::Footprint) => Instr::Const(0.0),
+                Node::Op(op, args) => lower_op(graph, *op, args, at),
+                Node::Noise(noise, p) => Instr::Noise(*noise, [at(&p[0]), at(&p[1]), at(&p[2])]),
+                Node::Fractal(fractal, p, footprint) => {
+                    let limited = graph.as_const(*footprint) != Some(0.0);
+                    let p = [at(&p[0]), at(&p[1]), at(&p[2])];
+                    Instr::Fractal(fractal.clone(), p, limited.then(|| at(footprint)))
+                }
+            });
+            slot.insert(id, code.len() as u32 - 1);
+        }
+        let outputs = roots.iter().map(|r| slot[r]).collect();
+        Tape { code, outputs }.without_dead_code()
+    }
+
+    /// Number of instructions.
+    pub fn len(&self) -> usize {
+        self.code.len()
+    }
+
+    /// Whether the tape has no instructions, and so no outputs.
+    pub fn is_empty(&self) -> bool {
+        self.code.is_empty()
+    }
+
+    /// The instructions.
+    pub fn code(&self) -> &[Instr] {
+        &self.code
+    }
+
+    /// Number of outputs.
+    pub fn outputs(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// Noise evaluations at one point: octaves count one each.
+    pub fn noises(&self) -> u64 {
+        let count = |i: &Instr| match i {
+            Instr::Noise(..) => 1,
+            Instr::Fractal(f, ..) => u64::from(f.recipe().octaves),
+            _ => 0,
+        };
+        self.code.iter().map(count).sum()
+    }
+
+    pub(super) fn without_dead_code(self) -> Tape {
+        let mut used = vec![false; self.code.len()];
+        for &o in &self.outputs {
+            used[o as usize] = true;
+        }
+        for i in (0..self.code.len()).rev() {
+            if used[i] {
+                self.code[i].each_arg(|a| used[a as usize] = true);
+            }
+        }
+        let mut moved = vec![u32::MAX; self.code.len()];
+        let mut code = Vec::with_capacity(self.code.len());
+        for (i, mut instr) in self.code.into_iter().enumerate() {
+            if used[i] {
+                instr.map_args(|a| moved[a as usize]);
+                moved[i] = code.len() as u32;
+                code.push(instr);
+            }
+        }
+        Tape { code, outputs: self.outputs.iter().map(|&o| moved[o as usize]).collect() }
+    }
+}
+
+/// Sums and products with a number, which every kind of number does natively.
+fn lower_op(graph: &Graph, op: Op, args: &[NodeId], at: impl Fn(&NodeId) -> u32) -> Instr {
+    let number = |i: usize| graph.as_const(args[i]);
+    match op {
+        Op::Mul(_) => {
+            if let Some(k) = number(0) {
+                return Instr::Scale(at(&args[1]), k);
+            }
+            if let Some(k) = number(1) {
+                return Instr::Scale(at(&args[0]), k);
+            }
+        }
+        Op::Add(_) => {
+            if let Some(c) = number(0) {
+                return Instr::Shift(at(&args[1]), c);
+            }
+            if let Some(c) = number(1) {
+                return Instr::Shift(at(&args[0]), c);
+            }
+        }
+        Op::Sub(_) => {
+            if let Some(c) = number(1) {
+                return Instr::Shift(at(&args[0]), -c);
+            }
+        }
+        _ => {}
+    }
+    let mut slots = [0; 6];
+    for (slot, arg) in slots.iter_mut().zip(args) {
+        *slot = at(arg);
+    }
+    Instr::Op(op, slots)
+}
+
+impl Instr {
+    pub(super) fn each_arg(&self, mut f: impl FnMut(u32)) {
+        self.clone().map_args(|a| {
+            f(a);
+            a
+        });
+    }
+
+    pub(super) fn map_args(&mut self, mut f: impl FnMut(u32) -> u32) {
+        match self {
+            Instr::Const(_) | Instr::Coordinate(_) => {}
+            Instr::Scale(a, _) | Instr::Shift(a, _) => *a = f(*a),
+            Instr::Op(op, args) => args.iter_mut().take(op.arity()).for_each(|a| *a = f(*a)),
+            Instr::Noise(_, p) => p.iter_mut().for_each(|a| *a = f(*a)),
+            Instr::Fractal(_, p, footprint) => {
+                p.iter_mut().chain(footprint).for_each(|a| *a = f(*a));
+            }
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! Tapes: expressions lowered to straight-line code.
+//!
+//! A tape is a list of instructions in single assignment: instruction `i` writes slot `i` and reads
+//! slots before it. One loop evaluates a tape for every kind of number; with batches
+//! ([`Many`](crate::num::Many)) an instruction works on many points and its dispatch disappears.
+//! Over a region, [`Tape::prune`] drops what cannot matter there.
+
+mod eval;
+mod lower;
+mod prune;
+
+pub use eval::Evaluator;
+pub use lower::{Instr, Tape};
