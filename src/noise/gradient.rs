@@ -298,7 +298,6 @@ fn blend(c: [f64; 8], s: [f64; 3]) -> Blend {
 mod tests {
     use super::*;
     use crate::noise::tests::Random;
-    use crate::num::{Level, at_level};
 
     const NOISE: Gradient = Gradient { seed: 20 };
 
