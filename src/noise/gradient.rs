@@ -97,25 +97,42 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Fills the `PARTS` slices block by block. The last block is padded, which lanes cannot notice.
+    /// Fills the `PARTS` slices.
     #[inline(always)]
     fn run<const ORDER: u8, const PARTS: usize>(&self, mut out: [&mut [f64]; PARTS]) {
-        let length = self.at[0].len();
-        for start in (0..length).step_by(BLOCK) {
-            let count = (length - start).min(BLOCK);
-            let mut from = [[0.0; BLOCK]; 3];
-            for axis in 0..3 {
-                from[axis][..count].copy_from_slice(&self.at[axis][start..start + count]);
-            }
-            let mut to = [[0.0; BLOCK]; PARTS];
-            at_level(
-                self.level,
-                #[inline(always)]
-                || block::<ORDER, PARTS>(self.key, &from, &mut to),
-            );
-            for (slice, part) in out.iter_mut().zip(&to) {
-                slice[start..start + count].copy_from_slice(&part[..count]);
-            }
+        at_level(
+            self.level,
+            #[inline(always)]
+            || {
+                let length = self.at[0].len();
+                let whole = length - length % BLOCK;
+                for start in (0..whole).step_by(BLOCK) {
+                    self.part::<ORDER, PARTS>(start, BLOCK, &mut out);
+                }
+                if whole < length {
+                    self.part::<ORDER, PARTS>(whole, length - whole, &mut out);
+                }
+            },
+        );
+    }
+
+    /// One block, or the last few lanes of a batch, padded, which lanes cannot notice. Blocks pass
+    /// through arrays of their own, so that the compiler knows that nothing overlaps.
+    #[inline(always)]
+    fn part<const ORDER: u8, const PARTS: usize>(
+        &self,
+        start: usize,
+        count: usize,
+        out: &mut [&mut [f64]; PARTS],
+    ) {
+        let mut from = [[0.0; BLOCK]; 3];
+        for (own, at) in from.iter_mut().zip(self.at) {
+            own[..count].copy_from_slice(&at[start..start + count]);
+        }
+        let mut to = [[0.0; BLOCK]; PARTS];
+        block::<ORDER, PARTS>(self.key, &from, &mut to);
+        for (slice, part) in out.iter_mut().zip(&to) {
+            slice[start..start + count].copy_from_slice(&part[..count]);
         }
     }
 }

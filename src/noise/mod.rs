@@ -93,6 +93,7 @@ impl Kernel for Noise {
         self.kind.class()
     }
 
+    #[inline]
     fn bounds(&self) -> Bounds {
         self.kind.bounds().at_frequency(self.frequency)
     }
@@ -161,6 +162,7 @@ macro_rules! noises {
             }
 
             /// Bounds at unit frequency.
+            #[inline]
             pub fn bounds(self) -> Bounds {
                 match self { $(Kind::$noise => $noise { seed: 0 }.bounds(),)* }
             }

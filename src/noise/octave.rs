@@ -113,6 +113,7 @@ impl Kernel for Octave {
 
     /// Those of the noise: rotations keep norms. (The matrix is a rotation up to a few roundoffs,
     /// and the constants of a noise are rounded up by far more.)
+    #[inline]
     fn bounds(&self) -> Bounds {
         self.noise.bounds()
     }
@@ -158,6 +159,7 @@ impl Kernel for Octave {
 
     /// As for any kernel, with the error of `M x + t` in place of that of `k x`: a row of three
     /// products, each entry off by a few roundoffs of its own, then a shift.
+    #[inline]
     fn error(&self, size: f64) -> [f64; 3] {
         match self.placement {
             None => self.noise.error(size),
