@@ -6,6 +6,8 @@ pub mod field;
 pub mod noise;
 pub mod num;
 pub mod op;
+pub mod render;
 pub mod scene;
+pub mod script;
 pub mod tape;
 pub mod world;

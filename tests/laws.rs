@@ -363,7 +363,7 @@ mod composites {
                 _ => g.input(axes[rng.random_range(0..3)]).expect("room"),
             };
         }
-        let mut arg = |g: &mut Graph, rng: &mut StdRng| grow(g, rng, depth - 1);
+        let arg = |g: &mut Graph, rng: &mut StdRng| grow(g, rng, depth - 1);
         match rng.random_range(0..8) {
             0 => {
                 let p = std::array::from_fn(|_| arg(g, rng));

@@ -4,7 +4,7 @@
 //! Functions map over the lanes in a loop that the compiler vectorises; kernels gather the centres
 //! of all lanes, evaluate their jets in one go, and expand them lane by lane.
 
-use super::number::{Bounds, Centred, Jets};
+use super::number::{Centred, Jets};
 use super::simd::widest;
 use super::{Function, Interval, Kernel, Number, Order, Point};
 
@@ -92,55 +92,49 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
             let nothing = Point::default();
             return Many(std::array::from_fn(|i| T::expand(&bounds, &nothing, [0.0; 3], p.map(|p| &p.0[i]))));
         }
-        match T::ORDER {
-            Order::Value => Self::expanded::<K, 1>(k, &bounds, p),
-            Order::Gradient => Self::expanded::<K, 4>(k, &bounds, p),
-            Order::Hessian => Self::expanded::<K, 10>(k, &bounds, p),
+        let mut at = [[0.0; B]; 3];
+        for i in 0..B {
+            let c = T::centre(p.map(|p| &p.0[i]));
+            for axis in 0..3 {
+                at[axis][i] = c[axis];
+            }
         }
+        // Which arrays there are is known when this is compiled; the others cost nothing.
+        let mut value = [0.0; B];
+        let (mut grad, mut hess);
+        let (mut grads, mut hesses) = (None, None);
+        if T::ORDER >= Order::Gradient {
+            grad = [[0.0; B]; 3];
+            grads = Some(&mut grad);
+        }
+        if T::ORDER >= Order::Hessian {
+            hess = [[0.0; B]; 6];
+            hesses = Some(&mut hess);
+        }
+        let out = Jets {
+            value: &mut value,
+            grad: grads.as_mut().map(|g| g.each_mut().map(|g| &mut g[..])),
+            hess: hesses.as_mut().map(|h| h.each_mut().map(|h| &mut h[..])),
+        };
+        k.jets([&at[0][..], &at[1][..], &at[2][..]], out);
+        p[0].lanes(
+            #[inline(always)]
+            |i| {
+                let size = at[0][i].abs().max(at[1][i].abs()).max(at[2][i].abs());
+                let jet = Point {
+                    value: value[i],
+                    grad: grads.as_ref().map_or([0.0; 3], |g| [g[0][i], g[1][i], g[2][i]]),
+                    hess: hesses.as_ref().map_or([0.0; 6], |h| std::array::from_fn(|k| h[k][i])),
+                };
+                let error = if T::EXACT { [0.0; 3] } else { k.error(size) };
+                T::expand(&bounds, &jet, error, p.map(|p| &p.0[i]))
+            },
+        )
     }
     fn choose(by: &Self, test: impl Fn(Interval) -> bool, yes: &Self, no: &Self) -> Self {
         Many(std::array::from_fn(|i| T::choose(&by.0[i], &test, &yes.0[i], &no.0[i])))
     }
     fn range(&self) -> Interval {
         self.0.iter().map(T::range).reduce(Interval::hull).unwrap_or(Interval::ENTIRE)
-    }
-}
-
-impl<T: Centred + Copy, const B: usize> Many<T, B> {
-    /// The kernel rule, with room for as many parts of a jet (value, gradient, Hessian) as are
-    /// needed.
-    fn expanded<K: Kernel + ?Sized, const PARTS: usize>(k: &K, bounds: &Bounds, p: [&Self; 3]) -> Self {
-        let mut at = [[0.0; B]; 3];
-        let [x, y, z] = &mut at;
-        for i in 0..B {
-            [x[i], y[i], z[i]] = T::centre(p.map(|p| &p.0[i]));
-        }
-        let mut jets = [[0.0; B]; PARTS];
-        k.jets([&at[0][..], &at[1][..], &at[2][..]], split(&mut jets));
-        p[0].lanes(
-            #[inline(always)]
-            |i| {
-                let size = at[0][i].abs().max(at[1][i].abs()).max(at[2][i].abs());
-                let part = |n: usize| if n < PARTS { jets[n][i] } else { 0.0 };
-                let jet = Point {
-                    value: part(0),
-                    grad: [part(1), part(2), part(3)],
-                    hess: [part(4), part(5), part(6), part(7), part(8), part(9)],
-                };
-                let error = if T::EXACT { [0.0; 3] } else { k.error(size) };
-                T::expand(bounds, &jet, error, p.map(|p| &p.0[i]))
-            },
-        )
-    }
-}
-
-/// The slices of a jet's parts: value; gradient; Hessian.
-fn split<const B: usize, const PARTS: usize>(jets: &mut [[f64; B]; PARTS]) -> Jets<'_> {
-    let mut parts = jets.iter_mut().map(|part| &mut part[..]);
-    let mut next = || parts.next().unwrap_or_default();
-    Jets {
-        value: next(),
-        grad: (PARTS >= 4).then(|| [next(), next(), next()]),
-        hess: (PARTS >= 10).then(|| [next(), next(), next(), next(), next(), next()]),
     }
 }

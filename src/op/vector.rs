@@ -32,6 +32,10 @@ impl Function<3> for Length {
             })
         })
     }
+    /// The gradient is a unit vector.
+    fn steepness(&self, _: &[Interval; 3], _: &[f64; 3], jacobian: f64) -> f64 {
+        jacobian
+    }
     /// With `n = c / |c|` the tangent `T = n . x` lies below `|x|`, and
     /// `|x| - T = |x_perp|^2 / (|x| + T)` where `x_perp` is the part of `x - c` across `n`. So the
     /// quadratic part is `d^T (I - n n^T) d` times a half of `[1 / max |x|, 1 / min T]`.
