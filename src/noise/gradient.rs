@@ -28,7 +28,7 @@
 //! the machine. Nothing is fused or reordered, so all instruction sets, and all groupings of points
 //! into batches, give the same bits. The hash works on 32-bit lanes, twice as many to a vector.
 
-use crate::num::{Bounds, Class, Jets, Kernel, Level, Order, Point, at_level, simd_level};
+use crate::num::{Bounds, Class, Jets, Kernel, Level, Order, Point, at_level, simd_level, widest};
 
 /// Gradient noise at unit frequency: one lattice cell is one unit long.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -76,11 +76,14 @@ impl Kernel for Gradient {
 
     fn jet(&self, order: Order, at: [f64; 3]) -> Point {
         let key = key(self.seed);
-        match order {
-            Order::Value => lane::<VALUE>(key, at),
-            Order::Gradient => lane::<GRADIENT>(key, at),
-            Order::Hessian => lane::<HESSIAN>(key, at),
-        }
+        widest(
+            #[inline(always)]
+            || match order {
+                Order::Value => lane::<VALUE>(key, at),
+                Order::Gradient => lane::<GRADIENT>(key, at),
+                Order::Hessian => lane::<HESSIAN>(key, at),
+            },
+        )
     }
 }
 
