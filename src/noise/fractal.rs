@@ -16,7 +16,7 @@
 //! **Level of detail.** Gradient noise holds its power below about 1.25 cycles a lattice cell (its
 //! upper -20 dB edge), which takes 2.5 samples a cell to represent. So an octave is gone where a
 //! footprint (the size of a pixel at the point) spans 1/2.5 of its cells, is whole where it spans
-//! half of that, and fades smoothly between ([`Fade`]); nothing pops as a camera approaches. It
+//! half of that, and fades smoothly between (`shape::Fade`); nothing pops as a camera approaches. It
 //! fades to its mean, not to zero, so that distant relief keeps its height.
 //!
 //! **Work saved.** An octave whose weight is zero is not evaluated. Nor is one whose cells are so

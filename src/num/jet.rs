@@ -144,6 +144,7 @@ pub(super) fn matrix<R: Copy>(h: [R; 6]) -> [[R; 3]; 3] {
 
 impl Centred for Jet<f64> {
     const ORDER: Order = Order::Hessian;
+    const EXACT: bool = true;
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| p.value)
     }

@@ -126,7 +126,8 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
                     grad: grads.as_ref().map_or([0.0; 3], |g| [g[0][i], g[1][i], g[2][i]]),
                     hess: hesses.as_ref().map_or([0.0; 6], |h| std::array::from_fn(|k| h[k][i])),
                 };
-                T::expand(&bounds, &jet, k.error(size), p.map(|p| &p.0[i]))
+                let error = if T::EXACT { [0.0; 3] } else { k.error(size) };
+                T::expand(&bounds, &jet, error, p.map(|p| &p.0[i]))
             },
         )
     }
