@@ -15,7 +15,7 @@ use std::sync::atomic::AtomicBool;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1);
     let (Some(script), Some(out)) = (args.next(), args.next()) else {
-        return Err("usage: render SCRIPT FILE".into());
+        return Err("usage: render SCRIPT FILE [CASTER]".into());
     };
 
     // A script becomes a scene, or diagnostics that say why not.
@@ -35,7 +35,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The picture fixes the detail, and with it the field that the caster sees.
     let prepared = render::prepare(&scene, &Settings::of(&scene, bounds))?;
     let mut field = Field::new(&prepared.graph, prepared.field);
-    let caster = cast::caster(Kind::Auto, &mut field, &prepared.settings.bounds, prepared.tolerance)?;
+    let kind = args.next().map_or(Some(Kind::Auto), |name| Kind::ALL.iter().find(|k| k.1 == name).map(|k| k.0));
+    let caster = cast::caster(kind.ok_or("no such caster")?, &mut field, &prepared.settings.bounds, prepared.tolerance)?;
     let start = std::time::Instant::now();
     let picture = render::render(&prepared, &*caster, &Job::unwatched(&AtomicBool::new(false)))?;
     eprintln!("{:.2} s, {}", start.elapsed().as_secs_f64(), serde_json::to_string(&picture.stats)?);
