@@ -34,8 +34,10 @@ fn planet(graph: &mut Graph) -> Result<Surface, Box<dyn Error>> {
     let one = graph.constant(1.0)?;
     let sphere = graph.op(Op::Sub(op::Sub), &[radius, one])?;
     let field = graph.op(Op::Sub(op::Sub), &[sphere, height])?;
-    // From dark rock in the valleys to pale rock on the ridges.
-    let steps = scaled(graph, sphere, 25.0)?;
+    // From dark rock in the valleys, at 1.02, to pale rock on the ridges, at 1.06.
+    let valleys = graph.constant(0.02)?;
+    let above = graph.op(Op::Sub(op::Sub), &[sphere, valleys])?;
+    let steps = scaled(graph, above, 25.0)?;
     let pale = graph.op(Op::Smoothstep(op::Smoothstep), &[steps])?;
     let mut mix = |low: f64, high: f64| -> Result<NodeId, TooLarge> {
         let ends = [graph.constant(low)?, graph.constant(high)?];
@@ -57,7 +59,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut graph = Graph::default();
     let surface = planet(&mut graph)?;
-    let air = Air { radius: 1.0, height: 0.008, scattering: DVec3::new(5.8, 13.5, 33.1) };
+    // The ridges lift the ground: most of it lies between 1.02 and 1.06.
+    let air = Air { radius: 1.02, height: 0.008, scattering: DVec3::new(5.8, 13.5, 33.1) };
     let scene = Scene {
         graph: Arc::new(graph),
         surface,
@@ -68,7 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             shadows: true,
         },
         sky: Sky { up: None, background: DVec3::ZERO, air: Some(air), ..Sky::default() },
-        film: Film { width: 800, height: 600, samples: 4, exposure: 0.0 },
+        film: Film { width: 480, height: 360, samples: 4, exposure: 0.0 },
         bounds: Some(Aabb::cube(1.1)),
         params: Vec::new(),
     };
