@@ -1,7 +1,10 @@
 use orogen::noise::certify::{Method, prove, search};
 use std::time::Instant;
 fn main() {
-    for k in 0..6 { let t=Instant::now(); println!("{k}: {:?} {:?}", search(k, 400), t.elapsed()); }
+    for k in 0..6 {
+        let t = Instant::now();
+        println!("{k}: {:?} {:?}", search(k, 400), t.elapsed());
+    }
     let args: Vec<f64> = std::env::args().skip(1).map(|a| a.parse().unwrap()).collect();
     for c in args.chunks(3) {
         let t = Instant::now();

@@ -264,5 +264,8 @@ pub fn prove(k: usize, target: f64, method: Method, budget: u64) -> Option<u64> 
             }
         }
     }
-    parts.into_par_iter().map(|leaf| settle(k, target, method, leaf, budget)).try_reduce(|| 0, |a, b| Some(a + b))
+    parts
+        .into_par_iter()
+        .map(|leaf| settle(k, target, method, leaf, budget))
+        .try_reduce(|| 0, |a, b| Some(a + b))
 }
