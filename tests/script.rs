@@ -83,6 +83,8 @@ fn comparisons_of_fields_are_refused_in_any_order() {
         "[true, true, true, true, true, false]"
     );
     assert_eq!(value(&mut i, "vec3(1, 2, 3) == vec3(1, 2, 3)"), "true");
+    assert_eq!(value(&mut i, "[3, 1, 2].contains(2) && [3, 1, 2].index_of(2) == 2"), "true");
+    assert_eq!(value(&mut i, "let a = [3, 1, 2]; a.sort(); a"), "[1, 2, 3]");
 }
 
 #[test]

@@ -99,7 +99,7 @@ impl Explainer<'_> {
         }
         let Some(own) = d.trace.iter().position(|(_, place)| !embedded(place)) else { return };
         let (what, place) = d.trace[own].clone();
-        let inner = std::mem::replace(&mut d.place, Some(place.clone()));
+        let inner = d.place.replace(place.clone());
         if let Some(inner) = inner {
             d.trace.truncate(own);
             d.trace.insert(0, ("raised".to_owned(), inner));

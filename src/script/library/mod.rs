@@ -52,10 +52,13 @@ pub struct Library<'a> {
     group: &'static str,
 }
 
+/// Declares the functions under one heading.
+type Group = fn(&mut Library<'_>);
+
 /// Registers everything and returns what there is.
 pub fn register(engine: &mut Engine, host: &Rc<Host>) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), entries: Vec::new(), group: "" };
-    let groups: [(&'static str, fn(&mut Library<'_>)); 8] = [
+    let groups: [(&'static str, Group); 8] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
