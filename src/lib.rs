@@ -2,9 +2,11 @@
 pub mod cast;
 pub mod diag;
 pub mod expr;
+pub mod field;
 pub mod noise;
 pub mod num;
 pub mod op;
+pub mod render;
 pub mod scene;
 pub mod script;
 pub mod tape;

@@ -13,14 +13,36 @@ use super::{Function, Interval, Kernel, Number, Order, Point};
 pub struct Many<T, const B: usize>(pub [T; B]);
 
 impl<T: Copy, const B: usize> Many<T, B> {
+    /// The lanes one by one, as a plain loop: `array::from_fn` does not always inline its closure,
+    /// and what is not inlined is not vectorised.
+    #[inline(always)]
+    fn lanes(&self, f: impl Fn(usize) -> T) -> Self {
+        widest(
+            #[inline(always)]
+            || {
+                let mut out = *self;
+                for (i, lane) in out.0.iter_mut().enumerate() {
+                    *lane = f(i);
+                }
+                out
+            },
+        )
+    }
+
     #[inline(always)]
     fn map(&self, f: impl Fn(&T) -> T) -> Self {
-        widest(|| Many(std::array::from_fn(|i| f(&self.0[i]))))
+        self.lanes(
+            #[inline(always)]
+            |i| f(&self.0[i]),
+        )
     }
 
     #[inline(always)]
     fn zip(&self, o: &Self, f: impl Fn(&T, &T) -> T) -> Self {
-        widest(|| Many(std::array::from_fn(|i| f(&self.0[i], &o.0[i]))))
+        self.lanes(
+            #[inline(always)]
+            |i| f(&self.0[i], &o.0[i]),
+        )
     }
 }
 
@@ -51,9 +73,17 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
     }
     #[inline]
     fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self {
-        widest(
+        x[0].lanes(
             #[inline(always)]
-            || Many(std::array::from_fn(|i| T::lift(f, std::array::from_fn(|j| &x[j].0[i])))),
+            |i| {
+                T::lift(
+                    f,
+                    x.map(
+                        #[inline(always)]
+                        |x| &x.0[i],
+                    ),
+                )
+            },
         )
     }
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
@@ -69,46 +99,41 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
                 at[axis][i] = c[axis];
             }
         }
-        let jets = Jetted::<B>::of(k, T::ORDER, &at);
-        Many(std::array::from_fn(|i| {
-            let size = at[0][i].abs().max(at[1][i].abs()).max(at[2][i].abs());
-            T::expand(&bounds, &jets.point(i), k.error(size), p.map(|p| &p.0[i]))
-        }))
+        // Which arrays there are is known when this is compiled; the others cost nothing.
+        let mut value = [0.0; B];
+        let (mut grad, mut hess);
+        let (mut grads, mut hesses) = (None, None);
+        if T::ORDER >= Order::Gradient {
+            grad = [[0.0; B]; 3];
+            grads = Some(&mut grad);
+        }
+        if T::ORDER >= Order::Hessian {
+            hess = [[0.0; B]; 6];
+            hesses = Some(&mut hess);
+        }
+        let out = Jets {
+            value: &mut value,
+            grad: grads.as_mut().map(|g| g.each_mut().map(|g| &mut g[..])),
+            hess: hesses.as_mut().map(|h| h.each_mut().map(|h| &mut h[..])),
+        };
+        k.jets([&at[0][..], &at[1][..], &at[2][..]], out);
+        p[0].lanes(
+            #[inline(always)]
+            |i| {
+                let size = at[0][i].abs().max(at[1][i].abs()).max(at[2][i].abs());
+                let jet = Point {
+                    value: value[i],
+                    grad: grads.as_ref().map_or([0.0; 3], |g| [g[0][i], g[1][i], g[2][i]]),
+                    hess: hesses.as_ref().map_or([0.0; 6], |h| std::array::from_fn(|k| h[k][i])),
+                };
+                T::expand(&bounds, &jet, k.error(size), p.map(|p| &p.0[i]))
+            },
+        )
     }
     fn choose(by: &Self, test: impl Fn(Interval) -> bool, yes: &Self, no: &Self) -> Self {
         Many(std::array::from_fn(|i| T::choose(&by.0[i], &test, &yes.0[i], &no.0[i])))
     }
     fn range(&self) -> Interval {
         self.0.iter().map(T::range).reduce(Interval::hull).unwrap_or(Interval::ENTIRE)
-    }
-}
-
-/// The jets of a batch, as arrays.
-struct Jetted<const B: usize> {
-    value: [f64; B],
-    grad: [[f64; B]; 3],
-    hess: [[f64; B]; 6],
-}
-
-impl<const B: usize> Jetted<B> {
-    #[inline(always)]
-    fn of<K: Kernel + ?Sized>(k: &K, order: Order, at: &[[f64; B]; 3]) -> Self {
-        let mut jets = Jetted { value: [0.0; B], grad: [[0.0; B]; 3], hess: [[0.0; B]; 6] };
-        let out = Jets {
-            value: &mut jets.value,
-            grad: (order >= Order::Gradient).then(|| jets.grad.each_mut().map(|g| &mut g[..])),
-            hess: (order >= Order::Hessian).then(|| jets.hess.each_mut().map(|h| &mut h[..])),
-        };
-        k.jets([&at[0][..], &at[1][..], &at[2][..]], out);
-        jets
-    }
-
-    #[inline(always)]
-    fn point(&self, lane: usize) -> Point {
-        Point {
-            value: self.value[lane],
-            grad: std::array::from_fn(|i| self.grad[i][lane]),
-            hess: std::array::from_fn(|i| self.hess[i][lane]),
-        }
     }
 }
