@@ -7,10 +7,10 @@ use super::value::{Field, VectorField};
 use crate::diag::Diagnostic;
 use crate::expr::Input;
 use rhai::packages::{
-    ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage, BasicStringPackage,
-    LogicPackage, MoreStringPackage, Package,
+    ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage,
+    BasicStringPackage, LogicPackage, MoreStringPackage, Package,
 };
-use rhai::{Dynamic, Engine, Module};
+use rhai::{Dynamic, Engine, Module, OptimizationLevel};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -74,13 +74,14 @@ pub struct Setup {
 }
 
 /// Names that are fields everywhere.
-pub const INPUTS: [(&str, Input); 4] = [("x", Input::X), ("y", Input::Y), ("z", Input::Z), ("time", Input::Time)];
+pub const INPUTS: [(&str, Input); 4] =
+    [("x", Input::X), ("y", Input::Y), ("z", Input::Z), ("time", Input::Time)];
 
 /// Keywords of the language, for completion.
 pub const KEYWORDS: &[&str] = &[
-    "let", "const", "if", "else", "switch", "while", "loop", "do", "until", "for", "in", "fn", "private", "return",
-    "break", "continue", "import", "export", "as", "true", "false", "throw", "try", "catch", "this", "global",
-    "type_of", "print", "debug",
+    "let", "const", "if", "else", "switch", "while", "loop", "do", "until", "for", "in", "fn", "private",
+    "return", "break", "continue", "import", "export", "as", "true", "false", "throw", "try", "catch",
+    "this", "global", "type_of", "print", "debug",
 ];
 
 /// Builds an engine.
@@ -105,6 +106,9 @@ pub fn setup(
     engine.register_global_module(BasicIteratorPackage::new().as_shared_module());
     engine.register_global_module(BasicFnPackage::new().as_shared_module());
     engine.disable_symbol("eval");
+    // The optimizer would compute `x == 1.0` with the engine's own `==`, which is false, before ours
+    // can refuse it. Scripts run once, so there is nothing to gain.
+    engine.set_optimization_level(OptimizationLevel::None);
     bound(&mut engine, limits);
     watch(&mut engine, &host, cancel);
     listen(&mut engine, &host);

@@ -4,8 +4,11 @@ use super::{Call, Library};
 use crate::op::{self, Op};
 use crate::script::apply::{apply, component, scalar};
 use crate::script::fault::{Fault, Outcome};
-use crate::script::value::{Scalar, Value, Vec3, number};
-use rhai::Dynamic;
+use crate::script::options::with_article;
+use crate::script::value::{Field, Scalar, Value, Vec3, number};
+use rhai::{Dynamic, ImmutableString};
+use std::any::TypeId;
+use std::cmp::Ordering;
 
 pub(super) fn register(lib: &mut Library<'_>) {
     for &op in Op::ALL {
@@ -18,16 +21,28 @@ pub(super) fn register(lib: &mut Library<'_>) {
     }
     lib.bind("+", 1, |c| Ok(c.args[0].clone()));
     lib.bind("%", 2, |c| apply_all(c, Op::Modulo(op::Modulo)));
-    lib.document("%", "a % b", "Remainder; for fields that of `modulo`, with the sign of the period.", "x % 2.0");
+    lib.document(
+        "%",
+        "a % b",
+        "Remainder; for fields that of `modulo`, with the sign of the period.",
+        "x % 2.0",
+    );
+    // Adding a text to a field would otherwise make a text, as it does for every other value.
+    lib.bind_typed("+", [TypeId::of::<Field>(), TypeId::of::<ImmutableString>()], |c| Err(mismatch(c, 1)));
     powers(lib);
     vectors(lib);
     comparisons(lib);
-    lib.def("smoothstep(low, high, x)", doc(Op::Smoothstep(op::Smoothstep)), "smoothstep(0.0, 1.0, y)", |c| {
-        let [low, high, x] = [c.value(0)?, c.value(1)?, c.value(2)?];
-        let sub = |a, b| apply(c.host, Op::Sub(op::Sub), &[a, b]);
-        let t = apply(c.host, Op::Div(op::Div), &[sub(x, low.clone())?, sub(high, low)?])?;
-        apply(c.host, Op::Smoothstep(op::Smoothstep), &[t])?.into_dynamic(c.host)
-    });
+    lib.def(
+        "smoothstep(low, high, x)",
+        doc(Op::Smoothstep(op::Smoothstep)),
+        "smoothstep(0.0, 1.0, y)",
+        |c| {
+            let [low, high, x] = [c.value(0)?, c.value(1)?, c.value(2)?];
+            let sub = |a, b| apply(c.host, Op::Sub(op::Sub), &[a, b]);
+            let t = apply(c.host, Op::Div(op::Div), &[sub(x, low.clone())?, sub(high, low)?])?;
+            apply(c.host, Op::Smoothstep(op::Smoothstep), &[t])?.into_dynamic(c.host)
+        },
+    );
 }
 
 fn doc(op: Op) -> &'static str {
@@ -45,7 +60,8 @@ fn signature(op: &Op) -> String {
     if super::is_operator(name) {
         return format!("a {name} b");
     }
-    match doc.strip_prefix(name).and_then(|rest| rest.strip_prefix('(')).and_then(|rest| rest.split_once(')')) {
+    match doc.strip_prefix(name).and_then(|rest| rest.strip_prefix('(')).and_then(|rest| rest.split_once(')'))
+    {
         Some((params, _)) => format!("{name}({params})"),
         None => format!("{name}({})", ["x", "a, b", "a, b, c"][op.arity().clamp(1, 3) - 1]),
     }
@@ -95,7 +111,8 @@ fn vectors(lib: &mut Library<'_>) {
     });
     lib.def("dot(a, b)", doc(Op::Dot(op::Dot)), "dot(p, vec3(0, 1, 0))", |c| {
         let (a, b) = (c.value(0)?, c.value(1)?);
-        let parts: Vec<Scalar> = (0..3).map(|i| component(&a, i)).chain((0..3).map(|i| component(&b, i))).collect();
+        let parts: Vec<Scalar> =
+            (0..3).map(|i| component(&a, i)).chain((0..3).map(|i| component(&b, i))).collect();
         both_vectors(c, &a, &b)?;
         Value::Scalar(scalar(c.host, Op::Dot(op::Dot), &parts)?, None).into_dynamic(c.host)
     });
@@ -149,15 +166,44 @@ fn compare(c: &Call<'_>, name: &str) -> Outcome<Dynamic> {
             .hint("an expression has a different value at every point, so no comparison holds for all of them")
             .hint("to choose between expressions write min, max, step(edge, x) or mix(a, b, t); to compare at one point write f.at(p)"));
     }
-    if let Some(kind) = kinds.iter().find(|k| matches!(**k, "Interval" | "Affine" | "Region" | "AffineVec3")) {
-        return Err(Fault::new(format!("an {kind} cannot be compared with `{name}`"))
+    if let Some(kind) = kinds.iter().find(|k| matches!(**k, "Interval" | "Affine" | "Region" | "AffineVec3"))
+    {
+        return Err(Fault::new(format!("{} cannot be compared with `{name}`", with_article(kind)))
             .hint("compare its ends: i.low, i.high"));
     }
-    let vectors = given.map(|v| v.read_lock::<Vec3>().map(|v| *v));
-    let equal = matches!(vectors, [Some(a), Some(b)] if a == b);
-    match name {
-        "==" => Ok(equal.into()),
-        "!=" => Ok((!equal).into()),
-        _ => Err(Fault::new(format!("`{name}` compares numbers or texts, not {} and {}", kinds[0], kinds[1]))),
+    // The engine's own functions on arrays compare elements through here.
+    let order = order(given[0], given[1]);
+    match (name, order) {
+        ("==", order) => Ok((order == Some(Ordering::Equal)).into()),
+        ("!=", order) => Ok((order != Some(Ordering::Equal)).into()),
+        ("<", Some(order)) => Ok(order.is_lt().into()),
+        ("<=", Some(order)) => Ok(order.is_le().into()),
+        (">", Some(order)) => Ok(order.is_gt().into()),
+        (">=", Some(order)) => Ok(order.is_ge().into()),
+        _ => {
+            Err(Fault::new(format!("`{name}` compares numbers or texts, not {} and {}", kinds[0], kinds[1])))
+        }
     }
+}
+
+/// How two plain values compare, where they do.
+fn order(a: &Dynamic, b: &Dynamic) -> Option<Ordering> {
+    if let (Ok(a), Ok(b)) = (a.as_int(), b.as_int()) {
+        return Some(a.cmp(&b));
+    }
+    if let (Some(a), Some(b)) = (number(a), number(b)) {
+        return a.partial_cmp(&b);
+    }
+    if let (Ok(a), Ok(b)) = (a.as_immutable_string_ref(), b.as_immutable_string_ref()) {
+        return Some(a.as_str().cmp(b.as_str()));
+    }
+    if let (Ok(a), Ok(b)) = (a.as_bool(), b.as_bool()) {
+        return Some(a.cmp(&b));
+    }
+    if let (Ok(a), Ok(b)) = (a.as_char(), b.as_char()) {
+        return Some(a.cmp(&b));
+    }
+    let vectors = [a, b].map(|v| v.read_lock::<Vec3>().map(|v| *v));
+    let same = matches!(vectors, [Some(a), Some(b)] if a == b) || (a.is_unit() && b.is_unit());
+    same.then_some(Ordering::Equal)
 }

@@ -52,10 +52,13 @@ pub struct Library<'a> {
     group: &'static str,
 }
 
+/// Declares the functions under one heading.
+type Group = fn(&mut Library<'_>);
+
 /// Registers everything and returns what there is.
 pub fn register(engine: &mut Engine, host: &Rc<Host>) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), entries: Vec::new(), group: "" };
-    let groups: [(&'static str, fn(&mut Library<'_>)); 8] = [
+    let groups: [(&'static str, Group); 8] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -102,16 +105,29 @@ impl Library<'_> {
 
     /// Binds a name with a number of arguments of any type.
     pub fn bind(&mut self, name: &str, arity: usize, f: impl Fn(&Call<'_>) -> Outcome<Dynamic> + 'static) {
+        self.bind_typed(name, vec![TypeId::of::<Dynamic>(); arity], f);
+    }
+
+    /// Binds a name with arguments of given types, which goes before arguments of any type.
+    pub fn bind_typed(
+        &mut self,
+        name: &str,
+        types: impl AsRef<[TypeId]>,
+        f: impl Fn(&Call<'_>) -> Outcome<Dynamic> + 'static,
+    ) {
         let host = self.host.clone();
-        let types = vec![TypeId::of::<Dynamic>(); arity];
         let shown = name.to_owned();
-        self.engine.register_raw_fn(name, types, move |ctx: NativeCallContext<'_>, args: &mut [&mut Dynamic]| {
-            let args: Vec<Dynamic> = args.iter().map(|a| a.flatten_clone()).collect();
-            let call = Call { host: &host, name: &shown, place: place_of(&ctx), args: &args };
-            let result = f(&call)?;
-            call.remember(&result);
-            Ok(result)
-        });
+        self.engine.register_raw_fn(
+            name,
+            types,
+            move |ctx: NativeCallContext<'_>, args: &mut [&mut Dynamic]| {
+                let args: Vec<Dynamic> = args.iter().map(|a| a.flatten_clone()).collect();
+                let call = Call { host: &host, name: &shown, place: place_of(&ctx), args: &args };
+                let result = f(&call)?;
+                call.remember(&result);
+                Ok(result)
+            },
+        );
     }
 
     /// Gives a type a name in the engine's own messages.
@@ -126,7 +142,8 @@ impl Library<'_> {
         f: impl Fn(&Host, &T) -> Outcome<Dynamic> + 'static,
     ) {
         let host = self.host.clone();
-        self.engine.register_get(name, move |v: &mut T| f(&host, v).map_err(Box::<rhai::EvalAltResult>::from));
+        self.engine
+            .register_get(name, move |v: &mut T| f(&host, v).map_err(Box::<rhai::EvalAltResult>::from));
     }
 }
 
@@ -206,9 +223,7 @@ impl Call<'_> {
     /// A vector of expressions.
     pub fn nodes(&self, i: usize) -> Outcome<[crate::expr::NodeId; 3]> {
         match self.value(i)? {
-            Value::Vector([a, b, c]) => {
-                Ok([a.node(self.host)?, b.node(self.host)?, c.node(self.host)?])
-            }
+            Value::Vector([a, b, c]) => Ok([a.node(self.host)?, b.node(self.host)?, c.node(self.host)?]),
             Value::Scalar(..) => Err(self.wrong(i, "a vector")),
         }
     }
