@@ -35,8 +35,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The picture fixes the detail, and with it the field that the caster sees.
     let prepared = render::prepare(&scene, &Settings::of(&scene, bounds))?;
     let mut field = Field::new(&prepared.graph, prepared.field);
-    let kind = args.next().map_or(Some(Kind::Auto), |name| Kind::ALL.iter().find(|k| k.1 == name).map(|k| k.0));
-    let caster = cast::caster(kind.ok_or("no such caster")?, &mut field, &prepared.settings.bounds, prepared.tolerance)?;
+    let kind =
+        args.next().map_or(Some(Kind::Auto), |name| Kind::ALL.iter().find(|k| k.1 == name).map(|k| k.0));
+    let caster = cast::caster(
+        kind.ok_or("no such caster")?,
+        &mut field,
+        &prepared.settings.bounds,
+        prepared.tolerance,
+    )?;
     let start = std::time::Instant::now();
     let picture = render::render(&prepared, &*caster, &Job::unwatched(&AtomicBool::new(false)))?;
     eprintln!("{:.2} s, {}", start.elapsed().as_secs_f64(), serde_json::to_string(&picture.stats)?);

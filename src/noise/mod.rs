@@ -14,11 +14,13 @@
 //!
 //! To add a noise, write its file and add one line to the list at the end of this one.
 
+mod cascade;
 pub mod certify;
 mod fractal;
 mod gradient;
 mod octave;
 mod shape;
+mod sum;
 #[cfg(test)]
 mod tests;
 

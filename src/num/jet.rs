@@ -279,6 +279,9 @@ impl Number for Interval {
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
         centred_kernel(k, p)
     }
+    fn somewhere(range: Interval) -> Option<Self> {
+        Some(range)
+    }
     fn range(&self) -> Interval {
         *self
     }

@@ -131,8 +131,16 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
             },
         )
     }
+    #[inline(always)]
+    fn somewhere(range: Interval) -> Option<Self> {
+        T::somewhere(range).map(|x| Many([x; B]))
+    }
+    #[inline]
     fn choose(by: &Self, test: impl Fn(Interval) -> bool, yes: &Self, no: &Self) -> Self {
-        Many(std::array::from_fn(|i| T::choose(&by.0[i], &test, &yes.0[i], &no.0[i])))
+        by.lanes(
+            #[inline(always)]
+            |i| T::choose(&by.0[i], &test, &yes.0[i], &no.0[i]),
+        )
     }
     fn range(&self) -> Interval {
         self.0.iter().map(T::range).reduce(Interval::hull).unwrap_or(Interval::ENTIRE)

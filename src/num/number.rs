@@ -137,6 +137,13 @@ pub trait Number: Clone + Send + Sync + 'static {
     /// The image of a point under a kernel.
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self;
 
+    /// The number of which nothing but its range is known, for kinds that can say so; a value is
+    /// somewhere, and a derivative is not known from a range.
+    fn somewhere(range: Interval) -> Option<Self> {
+        let _ = range;
+        None
+    }
+
     /// `yes` where the range of `by` passes the test, else `no`; a batch decides lane by lane.
     #[inline]
     fn choose(by: &Self, test: impl Fn(Interval) -> bool, yes: &Self, no: &Self) -> Self {
