@@ -3,6 +3,8 @@
 //! The layers above read scripts only through a [`World`], so that a script host can be tested
 //! without files, and so that what a script touched is known and can be watched.
 
+pub mod watch;
+
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
