@@ -3,7 +3,20 @@
 //! A caster takes rays in groups, because the work of a group is batched: one instruction of the
 //! tape serves many rays. Rays never influence one another, so any grouping gives the same hits.
 
+//!
+//! Three casters share the loop of [`group`](self): [`Kind::Sphere`] and [`Kind::Speculative`]
+//! sphere tracing, which need a Lipschitz bound, and [`Kind::Affine`], which needs none.
+
+mod affine;
+mod group;
+mod sphere;
+
+use crate::field::{Field, lipschitz_outside};
+use crate::scene::Aabb;
+use affine::AffineMarch;
 use glam::DVec3;
+use group::Group;
+use sphere::SphereTracing;
 
 /// A piece of a line: `origin + t direction` for `near <= t <= far`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,4 +93,94 @@ pub trait Caster: Send {
 
     /// The same caster with memory of its own, for another thread.
     fn clone_box(&self) -> Box<dyn Caster>;
+}
+
+/// Which caster.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// The one that suits the field.
+    #[default]
+    Auto,
+    /// Sphere tracing.
+    Sphere,
+    /// Speculative sphere tracing.
+    Speculative,
+    /// Reduced affine arithmetic with interval optimisation.
+    Affine,
+}
+
+impl Kind {
+    /// All kinds, with the names that the command line uses.
+    pub const ALL: [(Kind, &'static str); 4] = [
+        (Kind::Auto, "auto"),
+        (Kind::Sphere, "sphere"),
+        (Kind::Speculative, "speculative"),
+        (Kind::Affine, "affine"),
+    ];
+}
+
+/// Why a caster cannot serve a field.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum CastError {
+    /// Sphere tracing without a Lipschitz bound.
+    #[error(
+        "the field has no Lipschitz bound in the region, so sphere tracing cannot be certain of anything; use the affine caster"
+    )]
+    NoLipschitzBound,
+}
+
+/// Largest Lipschitz bound at which spheres are the better choice for a field without noise: a
+/// distance field that smooth blends and stretching have steepened a little.
+const NEARLY_A_DISTANCE: f64 = 2.0;
+
+/// A caster for a field within a region, with a tolerance along the ray.
+///
+/// # Errors
+/// [`CastError::NoLipschitzBound`] where sphere tracing was asked for and cannot be had.
+pub fn caster(
+    kind: Kind,
+    field: &mut Field,
+    region: &Aabb,
+    tolerance: f64,
+) -> Result<Box<dyn Caster>, CastError> {
+    let spheres = |field: &mut Field, relaxation: f64| {
+        let lipschitz = lipschitz_outside(field, region);
+        (lipschitz.is_finite() && lipschitz > 0.0).then_some(SphereTracing {
+            lipschitz,
+            relaxation,
+            tolerance,
+        })
+    };
+    let affine = AffineMarch { tolerance, all: false };
+    let tape = field.tape().clone();
+    let chosen = match kind {
+        Kind::Affine => None,
+        Kind::Auto if tape.noises() > 0 => None,
+        Kind::Auto => spheres(field, RELAXATION).filter(|s| s.lipschitz <= NEARLY_A_DISTANCE),
+        Kind::Sphere => Some(spheres(field, 1.0).ok_or(CastError::NoLipschitzBound)?),
+        Kind::Speculative => Some(spheres(field, RELAXATION).ok_or(CastError::NoLipschitzBound)?),
+    };
+    Ok(match chosen {
+        Some(spheres) => Box::new(Group::new(spheres, tape)),
+        None => Box::new(Group::new(affine, tape)),
+    })
+}
+
+/// Over-relaxation of speculative sphere tracing, as Worley and Hart recommend.
+const RELAXATION: f64 = 1.46;
+
+/// All roots along each ray in increasing order, as pieces no longer than the tolerance that hold
+/// at least one change of sign or come within rounding of zero, and whether each list is proven
+/// complete.
+pub fn all_hits(
+    field: &Field,
+    rays: &[Ray],
+    tolerance: f64,
+    stats: &mut CastStats,
+) -> Vec<(Vec<(f64, f64)>, bool)> {
+    let mut group = Group::new(AffineMarch { tolerance, all: true }, field.tape().clone());
+    let mut out = vec![(Vec::new(), true); rays.len()];
+    group.march(rays, stats, |i, march, hit| out[i] = (march.roots, hit.certified));
+    out
 }

@@ -89,7 +89,7 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn powf(self, p: Self) -> Self {
-        libm::pow(self, p)
+        if self < 0.0 { f64::NAN } else { libm::pow(self, p) }
     }
     #[inline(always)]
     fn exp(self) -> Self {

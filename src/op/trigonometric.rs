@@ -83,13 +83,14 @@ impl Function<2> for Atan2 {
     #[inline(always)]
     fn grad<R: Real>(&self, [y, x]: [R; 2]) -> [R; 2] {
         let r = R::of(1.0) / (x.square() + y.square());
-        [x * r + Self::cut(y, x), -(y * r)]
+        let cut = Self::cut(y, x);
+        [x * r + cut, cut - y * r]
     }
     #[inline(always)]
     fn hess<R: Real>(&self, [y, x]: [R; 2]) -> [[R; 2]; 2] {
         let r = R::of(1.0) / (x.square() + y.square());
         let (yy, yx) = (R::of(-2.0) * x * y * r.square(), (y.square() - x.square()) * r.square());
         let cut = Self::cut(y, x);
-        [[yy + cut, yx + cut], [yx + cut, -yy]]
+        [[yy + cut, yx + cut], [yx + cut, cut - yy]]
     }
 }

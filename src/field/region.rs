@@ -1,0 +1,98 @@
+//! Questions about a whole region, answered by cutting it up.
+
+use super::Field;
+use crate::num::Interval;
+use crate::scene::Aabb;
+use glam::DVec3;
+
+/// A box as intervals.
+fn intervals(b: &Aabb) -> [Interval; 3] {
+    std::array::from_fn(|axis| Interval::new(b.min[axis], b.max[axis]))
+}
+
+/// The eight halves of a box.
+fn octants(b: &Aabb) -> impl Iterator<Item = Aabb> + use<> {
+    let Aabb { min, max } = *b;
+    let mid = (min + max) * 0.5;
+    (0..8).map(move |i| {
+        let upper = glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0);
+        Aabb { min: DVec3::select(upper, mid, min), max: DVec3::select(upper, max, mid) }
+    })
+}
+
+fn hull(a: Aabb, b: Aabb) -> Aabb {
+    Aabb { min: a.min.min(b.min), max: a.max.max(b.max) }
+}
+
+/// Where a solid may be within a region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Extent {
+    /// Proven: there is nothing in the region.
+    Empty,
+    /// Proven: the part of the solid in the region lies in this box.
+    Within(Aabb),
+    /// The solid may go on beyond the region.
+    Open(Aabb),
+}
+
+/// Cells that a search may look at before it settles for what it has.
+const CELLS: usize = 4096;
+
+/// Finds a box around the solid `f <= 0` in `region`, by excluding cells where `f > 0` is certain.
+pub fn extent(field: &mut Field, region: &Aabb) -> Extent {
+    let mut cells = vec![*region];
+    let mut found;
+    loop {
+        cells.retain(|cell| !(field.range(&intervals(cell)).lo > 0.0));
+        let Some(all) = cells.iter().copied().reduce(hull) else { return Extent::Empty };
+        found = all;
+        if cells.len() * 8 > CELLS || found.diagonal() < 1e-9 * region.diagonal() {
+            break;
+        }
+        cells = cells.iter().flat_map(octants).collect();
+    }
+    // A little air, so that rays start outside of a solid that fills its cells.
+    let margin = 1e-3 * found.diagonal();
+    let grown = Aabb { min: found.min - margin, max: found.max + margin };
+    let touches = found.min.cmple(region.min).any() || found.max.cmpge(region.max).any();
+    if touches {
+        Extent::Open(Aabb { min: grown.min.max(region.min), max: grown.max.min(region.max) })
+    } else {
+        Extent::Within(grown)
+    }
+}
+
+/// Lipschitz bound of `f` over the part of a region where `f >= 0` is possible, which is all that a
+/// ray approaching from outside ever sees. Infinite where there is no bound.
+pub fn lipschitz_outside(field: &mut Field, region: &Aabb) -> f64 {
+    let mut bound: f64 = 0.0;
+    let mut cells = vec![*region];
+    for level in 0.. {
+        let last = cells.len() * 8 > CELLS;
+        let mut steep = Vec::new();
+        for cell in cells {
+            let slope = field.slope(&intervals(&cell));
+            if slope.value.hi < 0.0 {
+                continue;
+            }
+            // A cell that is no steeper than what is known anyway needs no cutting.
+            if last || slope.norm <= bound {
+                bound = bound.max(slope.norm);
+            } else {
+                steep.push((slope.norm, cell));
+            }
+        }
+        if steep.is_empty() {
+            break;
+        }
+        // The corner values of steep cells bound from below how far cutting can get.
+        let lowest = steep.iter().map(|(_, cell)| field.gradient(cell.min).1.length()).fold(0.0, f64::max);
+        let settled = level > 0 && steep.iter().all(|(norm, _)| *norm <= 1.02 * lowest.max(bound));
+        if settled {
+            bound = steep.iter().map(|s| s.0).fold(bound, f64::max);
+            break;
+        }
+        cells = steep.iter().flat_map(|(_, cell)| octants(cell)).collect();
+    }
+    bound
+}

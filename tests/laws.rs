@@ -1,0 +1,339 @@
+//! The laws of DESIGN, run over every operation: samples lie inside every enclosure, smaller boxes
+//! never widen a range, derivatives match differences, batches equal single numbers bit for bit.
+//!
+//! Every law takes the tour of the operation list, so an operation that is added is tested by being
+//! there. Seeds are fixed.
+
+use orogen::num::{Affine, Dual, Function, Interval, Jet, Many, Number, Reduced, Slope};
+use orogen::op::{Op, Visitor};
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+
+/// Boxes tried per operation.
+const BOXES: usize = 400;
+/// Points tried per box.
+const POINTS: usize = 40;
+
+fn seeded(name: &str) -> StdRng {
+    let seed =
+        name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3));
+    StdRng::seed_from_u64(seed)
+}
+
+/// A coordinate that is often special: an integer, a half, zero.
+fn coordinate(rng: &mut StdRng) -> f64 {
+    match rng.random_range(0..6) {
+        0 => f64::from(rng.random_range(-3..=3)),
+        1 => f64::from(rng.random_range(-6..=6)) * 0.5,
+        2 => rng.random_range(-40.0..40.0),
+        3 => rng.random_range(-1e-3..1e-3),
+        _ => rng.random_range(-3.0..3.0),
+    }
+}
+
+/// A radius of any size, zero included.
+fn radius(rng: &mut StdRng) -> f64 {
+    match rng.random_range(0..8) {
+        0 => 0.0,
+        _ => 10f64.powf(rng.random_range(-9.0..0.6)),
+    }
+}
+
+fn any_box<const N: usize>(rng: &mut StdRng) -> [Interval; N] {
+    std::array::from_fn(|_| {
+        let (c, r) = (coordinate(rng), radius(rng));
+        // Corners on special values, too.
+        if rng.random_bool(0.3) { Interval::new(c, c + r) } else { Interval::new(c - r, c + r) }
+    })
+}
+
+fn inside(rng: &mut StdRng, x: Interval) -> f64 {
+    match rng.random_range(0..5) {
+        0 => x.lo,
+        1 => x.hi,
+        _ => (x.lo + rng.random::<f64>() * (x.hi - x.lo)).clamp(x.lo, x.hi),
+    }
+}
+
+/// Runs a law over every operation.
+struct Tour<L>(L);
+
+trait Law {
+    fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng);
+}
+
+impl<L: Law> Visitor for Tour<L> {
+    fn visit<F: Function<N>, const N: usize>(&mut self, name: &str, doc: &str, f: &F) {
+        assert!(doc.ends_with('.'), "{name} lacks a sentence of documentation");
+        self.0.check(name, f, &mut seeded(name));
+    }
+}
+
+fn run(law: impl Law) {
+    Op::visit_all(&mut Tour(law));
+}
+
+#[test]
+fn samples_lie_inside_ranges_and_forms() {
+    struct Contain;
+    impl Law for Contain {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            for _ in 0..BOXES {
+                let x: [Interval; N] = any_box(rng);
+                let range = Interval::lift(f, x.each_ref());
+                let affine_in = x.map(Affine::over);
+                let affine = Affine::lift(f, affine_in.each_ref());
+                for _ in 0..POINTS {
+                    let p = x.map(|x| inside(rng, x));
+                    let v = f.value(p);
+                    if v.is_nan() {
+                        continue; // outside the domain
+                    }
+                    // The true value, of which `v` is a rounding.
+                    let v = f.value(p.map(Interval::point));
+                    let holds = |e: Interval| e.lo <= v.hi && v.lo <= e.hi;
+                    assert!(holds(range), "{name}({p:?}) = {v:?} outside {range:?} of {x:?}");
+                    // A point of the box in terms of the form's own symbols.
+                    let mut band = Interval::point(affine.mid);
+                    let mut private = 0.0;
+                    for (symbol, c) in &affine.terms {
+                        match affine_in.iter().position(|a| a.terms[0].0 == *symbol) {
+                            Some(i) if affine_in[i].terms[0].1 > 0.0 => {
+                                let e = (p[i] - affine_in[i].mid) / affine_in[i].terms[0].1;
+                                band = band + Interval::around(e, 1e-15) * Interval::point(*c);
+                            }
+                            Some(_) => {}
+                            None => private += c.abs(),
+                        }
+                    }
+                    let band = band + Interval::radius(private);
+                    assert!(holds(band), "{name}({p:?}) = {v:?} outside affine band {band:?} of {x:?}");
+                    assert!(holds(affine.range));
+                }
+            }
+        }
+    }
+    run(Contain);
+}
+
+#[test]
+fn samples_lie_inside_reduced_forms() {
+    struct Contain;
+    impl Law for Contain {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            for _ in 0..BOXES {
+                // Arguments that depend on three shared positions.
+                let args: [Reduced<3>; N] = std::array::from_fn(|_| {
+                    let r = radius(rng);
+                    Reduced::new(coordinate(rng), std::array::from_fn(|_| r * rng.random_range(-1.0..1.0)))
+                });
+                let z = Reduced::lift(f, args.each_ref());
+                let line = args.map(|a| Reduced::new(a.mid, [a.slope[0]]));
+                let z1 = Reduced::<1>::lift(f, line.each_ref());
+                for _ in 0..POINTS {
+                    let e: [f64; 3] = std::array::from_fn(|_| inside(rng, Interval::new(-1.0, 1.0)));
+                    let at =
+                        |a: &Reduced<3>| a.mid + a.slope[0] * e[0] + a.slope[1] * e[1] + a.slope[2] * e[2];
+                    let v = f.value(args.each_ref().map(at));
+                    // The argument itself is rounded: allow what the derivative makes of that.
+                    let x =
+                        args.each_ref().map(|a| Interval::around(at(a), 4.0 * f64::EPSILON * a.range.mag()));
+                    let near = f.range(x);
+                    if v.is_nan() || !near.is_finite() {
+                        continue;
+                    }
+                    let slack = near.width();
+                    let mid = z.mid + z.slope[0] * e[0] + z.slope[1] * e[1] + z.slope[2] * e[2];
+                    assert!(
+                        (v - mid).abs() <= z.rest + slack + 4.0 * f64::EPSILON * mid.abs(),
+                        "{name} of {args:?} at {e:?}: {v:e} is not within {:e} of {mid:e}",
+                        z.rest
+                    );
+                    assert!(z.range.lo - slack <= v && v <= z.range.hi + slack, "{name}");
+                    let v1 = f.value(line.each_ref().map(|a| a.mid + a.slope[0] * e[0]));
+                    let near1 = f.range(line.each_ref().map(|a| {
+                        Interval::around(a.mid + a.slope[0] * e[0], 4.0 * f64::EPSILON * a.range.mag())
+                    }));
+                    if v1.is_nan() || !near1.is_finite() {
+                        continue;
+                    }
+                    let mid = z1.mid + z1.slope[0] * e[0];
+                    assert!(
+                        (v1 - mid).abs() <= z1.rest + near1.width() + 4.0 * f64::EPSILON * mid.abs(),
+                        "{name} of {line:?} at {e:?}: {v1:e} is not within {:e} of {mid:e}",
+                        z1.rest
+                    );
+                }
+            }
+        }
+    }
+    run(Contain);
+}
+
+#[test]
+fn smaller_boxes_never_widen_a_range() {
+    struct Isotone;
+    impl Law for Isotone {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            for _ in 0..BOXES {
+                let x: [Interval; N] = any_box(rng);
+                let part = x.map(|x| {
+                    let (a, b) = (inside(rng, x), inside(rng, x));
+                    Interval::new(a, b)
+                });
+                let (whole, some) = (f.range(x), f.range(part));
+                // A part that lies wholly outside the domain has no range to speak of.
+                if !f.value(part.map(|p| p.mid())).is_finite() {
+                    continue;
+                }
+                assert!(
+                    whole.encloses(some),
+                    "{name}: {some:?} of {part:?} is not within {whole:?} of {x:?}"
+                );
+            }
+        }
+    }
+    run(Isotone);
+}
+
+#[test]
+fn derivatives_match_differences() {
+    struct Differ;
+    impl Law for Differ {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            let mut checked = 0;
+            for _ in 0..BOXES * 4 {
+                let p: [f64; N] = std::array::from_fn(|_| coordinate(rng));
+                for i in 0..N {
+                    let h = 1e-5 * (1.0 + p[i].abs());
+                    let moved =
+                        |d: f64| std::array::from_fn::<f64, N, _>(|j| if i == j { p[j] + d } else { p[j] });
+                    // The mean value theorem puts a difference quotient into the derivative's range.
+                    let x = std::array::from_fn(|j| {
+                        if i == j { Interval::new(p[j] - h, p[j] + h) } else { Interval::point(p[j]) }
+                    });
+                    let (lo, hi) = (f.value(moved(-h)), f.value(moved(h)));
+                    let run = moved(h)[i] - moved(-h)[i];
+                    let quotient = (hi - lo) / run;
+                    let grad = f.grad(x)[i];
+                    let size = p.iter().map(|p| p.abs()).fold(1.0, f64::max);
+                    let rounding = 16.0 * f64::EPSILON * (hi.abs() + lo.abs() + size) / h;
+                    // Across a pole, or outside the domain, the theorem has nothing to say.
+                    if quotient.is_nan() || !f.range(x).is_finite() {
+                        continue;
+                    }
+                    assert!(
+                        grad.lo - rounding <= quotient && quotient <= grad.hi + rounding,
+                        "{name} d{i} at {p:?}: {quotient:e} not in {grad:?}"
+                    );
+                    let (glo, ghi) = (f.grad(moved(-h)), f.grad(moved(h)));
+                    let here = f.grad(p)[i];
+                    assert!(
+                        here.is_nan() || grad.lo - rounding <= here && here <= grad.hi + rounding,
+                        "{name} d{i} at {p:?}"
+                    );
+                    // A range that is narrow makes the test sharp.
+                    checked += usize::from(grad.width() < 0.1 * (1.0 + grad.mag()));
+                    for j in 0..N {
+                        let quotient = (ghi[j] - glo[j]) / run;
+                        let hess = f.hess(x)[i][j];
+                        let rounding = 64.0 * f64::EPSILON * (ghi[j].abs() + glo[j].abs() + size) / h;
+                        if quotient.is_finite() {
+                            assert!(
+                                hess.lo - rounding <= quotient && quotient <= hess.hi + rounding,
+                                "{name} d{i}d{j} at {p:?}: {quotient:e} not in {hess:?}"
+                            );
+                        }
+                    }
+                }
+            }
+            assert!(checked > BOXES / 4, "{name}: only {checked} sharp comparisons");
+        }
+    }
+    run(Differ);
+}
+
+#[test]
+fn lipschitz_and_hessian_bounds_bound() {
+    struct Bounded;
+    impl Law for Bounded {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            for _ in 0..BOXES {
+                // Arguments that are linear in x, y, z.
+                let w: [[f64; 3]; N] =
+                    std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(-1.5..1.5)));
+                let c: [f64; N] = std::array::from_fn(|_| coordinate(rng));
+                let space: [Interval; 3] = std::array::from_fn(|_| Interval::around(0.0, radius(rng)));
+                let slope = compose(f, &w, &c, std::array::from_fn(|i| Slope::coordinate(space[i], i)));
+                let jet = compose(f, &w, &c, std::array::from_fn(|i| Jet::coordinate(space[i], i)));
+                for _ in 0..POINTS / 2 {
+                    let p = space.map(|x| inside(rng, x));
+                    let at: Jet = compose(f, &w, &c, std::array::from_fn(|i| Jet::coordinate(p[i], i)));
+                    if !at.grad.iter().chain(&at.hess).all(|d| d.is_finite()) || at.value.is_nan() {
+                        continue;
+                    }
+                    let tiny = |d: f64| 1e-9 * (1.0 + d.abs());
+                    let norm = at.grad.iter().map(|g| g * g).sum::<f64>().sqrt();
+                    assert!(
+                        norm <= slope.norm + tiny(norm),
+                        "{name}: |grad| {norm:e} above {:e}",
+                        slope.norm
+                    );
+                    for i in 0..3 {
+                        let g = at.grad[i];
+                        assert!(slope.grad[i].lo - tiny(g) <= g && g <= slope.grad[i].hi + tiny(g), "{name}");
+                        assert!(jet.grad[i].lo - tiny(g) <= g && g <= jet.grad[i].hi + tiny(g), "{name}");
+                    }
+                    for i in 0..6 {
+                        let h = at.hess[i];
+                        assert!(
+                            jet.hess[i].lo - tiny(h) <= h && h <= jet.hess[i].hi + tiny(h),
+                            "{name}: {h:e} not in {:?}",
+                            jet.hess[i]
+                        );
+                    }
+                }
+            }
+        }
+    }
+    run(Bounded);
+}
+
+/// `f` of `N` linear functions `w . (x, y, z) + c`.
+fn compose<T: Number, F: Function<N>, const N: usize>(
+    f: &F,
+    w: &[[f64; 3]; N],
+    c: &[f64; N],
+    [x, y, z]: [T; 3],
+) -> T {
+    let args: [T; N] =
+        std::array::from_fn(|i| x.scale(w[i][0]).add(&y.scale(w[i][1])).add(&z.scale(w[i][2])).shift(c[i]));
+    f.apply(args.each_ref())
+}
+
+#[test]
+fn batches_equal_single_numbers() {
+    struct Equal;
+    impl Law for Equal {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            const B: usize = 8;
+            for _ in 0..BOXES {
+                let p: [[f64; B]; N] = std::array::from_fn(|_| std::array::from_fn(|_| coordinate(rng)));
+                let values = f.apply(p.map(Many).each_ref());
+                let duals: [Many<Dual, B>; N] =
+                    p.map(|x| Many(x.map(|x| Dual { value: x, grad: [1.0, x, 2.0] })));
+                let grads = f.apply(duals.each_ref());
+                let forms: [Many<Reduced<1>, B>; N] = p.map(|x| Many(x.map(|x| Reduced::new(x, [0.25]))));
+                let reduced = f.apply(forms.each_ref());
+                for lane in 0..B {
+                    let one = f.apply(p.each_ref().map(|x| &x[lane]));
+                    assert_eq!(values.0[lane].to_bits(), one.to_bits(), "{name}");
+                    let dual = f.apply(duals.each_ref().map(|x| &x.0[lane]));
+                    assert_eq!(format!("{:?}", grads.0[lane]), format!("{dual:?}"), "{name}");
+                    let form = f.apply(forms.each_ref().map(|x| &x.0[lane]));
+                    assert_eq!(format!("{:?}", reduced.0[lane]), format!("{form:?}"), "{name}");
+                }
+            }
+        }
+    }
+    run(Equal);
+}
