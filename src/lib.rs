@@ -1,8 +1,6 @@
-//! orogen: procedural solids from scripts.
 pub mod cast;
 pub mod diag;
 pub mod expr;
-pub mod field;
 pub mod noise;
 pub mod num;
 pub mod op;

@@ -234,10 +234,12 @@ impl Centred for Affine {
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| p.mid)
     }
+    fn blind(b: &Bounds, p: [&Self; 3]) -> bool {
+        b.lipschitz * reach(p) >= 2.0 * b.range
+    }
     fn expand(b: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
         let all = Interval::radius(b.range);
-        let radii = p.map(|p| p.radius());
-        let d = radii.iter().map(|r| r * r).sum::<f64>().sqrt() * ROUND_UP;
+        let d = reach(p);
         if b.lipschitz * d >= 2.0 * b.range || !jet.value.is_finite() {
             return Affine::over(all);
         }
@@ -247,4 +249,9 @@ impl Centred for Affine {
         let flat = Interval::around(jet.value, (b.lipschitz * d + error[0]) * ROUND_UP);
         sum.finished(rest, all.meet(flat))
     }
+}
+
+/// Largest distance of a point from its centre.
+fn reach(p: [&Affine; 3]) -> f64 {
+    p.iter().map(|p| p.radius()).map(|r| r * r).sum::<f64>().sqrt() * ROUND_UP
 }

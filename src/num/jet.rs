@@ -157,6 +157,9 @@ impl Centred for Jet<Interval> {
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| p.value.mid())
     }
+    fn blind(bounds: &Bounds, p: [&Self; 3]) -> bool {
+        Region::around(p.map(|p| p.value)).blind(bounds, Order::Hessian)
+    }
     fn expand(bounds: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
         let region = Region::around(p.map(|p| p.value));
         let value = region.value(bounds, jet, error);
@@ -184,6 +187,14 @@ impl Region {
         let [x, y, z] = offset.map(|o| o.mag());
         let radius = (x * x + y * y + z * z).sqrt() * (1.0 + 8.0 * super::ROUNDOFF);
         Region { offset, radius }
+    }
+
+    /// Whether nothing up to `order` depends on the jet.
+    #[inline]
+    pub(super) fn blind(&self, b: &Bounds, order: Order) -> bool {
+        b.lipschitz * self.radius >= 2.0 * b.range
+            && (order < Order::Gradient || b.hessian * self.radius >= 2.0 * b.lipschitz)
+            && (order < Order::Hessian || b.third * self.radius >= 2.0 * b.hessian)
     }
 
     pub(super) fn value(&self, b: &Bounds, jet: &Point, error: [f64; 3]) -> Interval {
@@ -222,7 +233,7 @@ impl Region {
 
     fn hessian(&self, b: &Bounds, jet: &Point, error: [f64; 3]) -> [Interval; 6] {
         let all = Interval::radius(b.hessian);
-        if !b.third.is_finite() || !jet.value.is_finite() {
+        if b.third * self.radius >= 2.0 * b.hessian || !b.third.is_finite() || !jet.value.is_finite() {
             return [all; 6];
         }
         jet.hess.map(|h| all.meet(Interval::around(h, error[2]) + Interval::radius(b.third * self.radius)))
@@ -233,6 +244,9 @@ impl Centred for Interval {
     const ORDER: Order = Order::Gradient;
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| p.mid())
+    }
+    fn blind(bounds: &Bounds, p: [&Self; 3]) -> bool {
+        Region::around(p.map(|p| *p)).blind(bounds, Order::Value)
     }
     fn expand(bounds: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
         Region::around(p.map(|p| *p)).value(bounds, jet, error)

@@ -57,6 +57,11 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
         )
     }
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
+        let bounds = k.bounds();
+        if (0..B).all(|i| T::blind(&bounds, p.map(|p| &p.0[i]))) {
+            let nothing = Point::default();
+            return Many(std::array::from_fn(|i| T::expand(&bounds, &nothing, [0.0; 3], p.map(|p| &p.0[i]))));
+        }
         let mut at = [[0.0; B]; 3];
         for i in 0..B {
             let c = T::centre(p.map(|p| &p.0[i]));
@@ -65,11 +70,13 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
             }
         }
         let jets = Jetted::<B>::of(k, T::ORDER, &at);
-        let bounds = k.bounds();
         Many(std::array::from_fn(|i| {
             let size = at[0][i].abs().max(at[1][i].abs()).max(at[2][i].abs());
             T::expand(&bounds, &jets.point(i), k.error(size), p.map(|p| &p.0[i]))
         }))
+    }
+    fn choose(by: &Self, test: impl Fn(Interval) -> bool, yes: &Self, no: &Self) -> Self {
+        Many(std::array::from_fn(|i| T::choose(&by.0[i], &test, &yes.0[i], &no.0[i])))
     }
     fn range(&self) -> Interval {
         self.0.iter().map(T::range).reduce(Interval::hull).unwrap_or(Interval::ENTIRE)

@@ -135,8 +135,14 @@ pub trait Number: Clone + Send + Sync + 'static {
     /// The image of a point under a kernel.
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self;
 
+    /// `yes` where the range of `by` passes the test, else `no`; a batch decides lane by lane.
+    #[inline]
+    fn choose(by: &Self, test: impl Fn(Interval) -> bool, yes: &Self, no: &Self) -> Self {
+        if test(by.range()) { yes.clone() } else { no.clone() }
+    }
+
     /// Where the number is known to lie: a point for numbers that hold values, the range for
-    /// enclosures, everything for batches.
+    /// enclosures, the hull of the lanes for batches.
     fn range(&self) -> Interval;
 }
 
@@ -149,6 +155,14 @@ pub trait Centred: Number {
     /// The point at which the kernel is evaluated.
     fn centre(p: [&Self; 3]) -> [f64; 3];
 
+    /// Whether the bounds alone decide: `p` is spread so wide that `expand` ignores the jet, which
+    /// then need not be computed. So it is for the fine octaves of a fractal over a large box.
+    #[inline(always)]
+    fn blind(bounds: &Bounds, p: [&Self; 3]) -> bool {
+        let _ = (bounds, p);
+        false
+    }
+
     /// What a jet at the centre says about `p`.
     fn expand(bounds: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self;
 }
@@ -156,10 +170,14 @@ pub trait Centred: Number {
 /// The kernel rule of a centred number.
 #[inline]
 pub fn centred_kernel<T: Centred, K: Kernel + ?Sized>(k: &K, p: [&T; 3]) -> T {
+    let bounds = k.bounds();
+    if T::blind(&bounds, p) {
+        return T::expand(&bounds, &Point::default(), [0.0; 3], p);
+    }
     let at = T::centre(p);
     let jet = k.jet(T::ORDER, at);
     let size = at[0].abs().max(at[1].abs()).max(at[2].abs());
-    T::expand(&k.bounds(), &jet, k.error(size), p)
+    T::expand(&bounds, &jet, k.error(size), p)
 }
 
 impl Number for f64 {

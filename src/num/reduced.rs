@@ -233,6 +233,12 @@ impl<const K: usize> Centred for Reduced<K> {
         p.map(|p| p.mid)
     }
 
+    #[inline(always)]
+    fn blind(b: &Bounds, p: [&Self; 3]) -> bool {
+        let (d, omega) = reach(p);
+        b.lipschitz * (d + omega) >= 2.0 * b.range
+    }
+
     /// With `x = c + d e + w`, `|w| <= omega` (spec: ray casting, 9.1), the tightest of
     ///
     /// ```text
@@ -244,12 +250,8 @@ impl<const K: usize> Centred for Reduced<K> {
     #[inline]
     fn expand(b: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
         let all = Interval::radius(b.range);
-        // |d|: corners of the parallelepiped lie within the box that holds it, and within the sum
-        // of its edges' lengths.
-        let edges: f64 = (0..K).map(|k| norm(p.map(|p| p.slope[k]))).sum();
-        let d = edges.min(norm(p.map(|p| p.spread())));
+        let (d, omega) = reach(p);
         let w = p.map(|p| p.rest);
-        let omega = norm(w);
         if b.lipschitz * (d + omega) >= 2.0 * b.range || !jet.value.is_finite() {
             return Self::constant_range(all);
         }
@@ -269,4 +271,12 @@ impl<const K: usize> Centred for Reduced<K> {
 #[inline(always)]
 fn norm([x, y, z]: [f64; 3]) -> f64 {
     (x * x + y * y + z * z).sqrt() * ROUND_UP
+}
+
+/// `|d|` and `omega` of [`Reduced::expand`]. Corners of the parallelepiped lie within the box that
+/// holds it, and within the sum of its edges' lengths.
+#[inline(always)]
+fn reach<const K: usize>(p: [&Reduced<K>; 3]) -> (f64, f64) {
+    let edges: f64 = (0..K).map(|k| norm(p.map(|p| p.slope[k]))).sum();
+    (edges.min(norm(p.map(|p| p.spread()))), norm(p.map(|p| p.rest)))
 }

@@ -111,6 +111,9 @@ impl Centred for Slope {
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| p.value.mid())
     }
+    fn blind(bounds: &Bounds, p: [&Self; 3]) -> bool {
+        Region::around(p.map(|p| p.value)).blind(bounds, Order::Gradient)
+    }
     fn expand(bounds: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
         let region = Region::around(p.map(|p| p.value));
         let grad = region.gradient(bounds, jet, error);

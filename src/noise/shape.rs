@@ -1,0 +1,185 @@
+//! The pointwise functions out of which fractals combine their octaves.
+//!
+//! Each is stated once, like every [`Function`], and is thereby known to every kind of number.
+
+use crate::num::{Class, Combine, Form, Function, Interval, ROUNDOFF, Real};
+
+/// `x (base + gain y) + offset`: an octave's signal `y` acting on what came before.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Modulate {
+    pub base: f64,
+    pub gain: f64,
+    pub offset: f64,
+}
+
+impl Function<2> for Modulate {
+    #[inline(always)]
+    fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
+        x * (R::of(self.base) + R::of(self.gain) * y) + R::of(self.offset)
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
+        [R::of(self.base) + R::of(self.gain) * y, R::of(self.gain) * x]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, _: [R; 2]) -> [[R; 2]; 2] {
+        let (zero, gain) = (R::of(0.0), R::of(self.gain));
+        [[zero, gain], [gain, zero]]
+    }
+    /// Bilinear, so the quadratic form is exact up to the rounding of its slopes.
+    fn form(&self, x: &[Interval; 2], _: Combine<'_, 2>) -> Form<2> {
+        let c = x.map(Interval::mid);
+        let slope = self.grad(c);
+        let size = self.base.abs() + self.gain.abs() * (x[0].mag() + x[1].mag());
+        let error = 8.0 * ROUNDOFF * size * (x[0].rad() + x[1].rad());
+        let rest = self.value(c.map(Interval::point)) + Interval::radius(error);
+        Form { slope, rest, bend: Interval::point(1.0), matrix: self.hess(c) }
+    }
+}
+
+/// `max(1 - |x|, 0)^2`: a ridge along the zeros of a noise (Musgrave).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ridge;
+
+impl Ridge {
+    /// Mean over gradient noise, by sampling.
+    pub(super) const MEAN: f64 = 0.633;
+}
+
+impl Function<1> for Ridge {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        (R::of(1.0) - x.abs()).max(R::of(0.0)).square()
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        let slope = R::of(2.0) * (R::of(1.0) - x.abs()).max(R::of(0.0));
+        [x.if_less(R::of(0.0), slope, -slope)]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        [[x.abs().if_less(R::of(1.0), R::of(2.0), R::of(0.0)) + x.slope_of_jump()]]
+    }
+    /// `(1 - |x|)^2 = 1 + x^2 - 2 |x|`, less `(1 - |x|)^2` where `|x| > 1`. The square is exact and
+    /// `|x|` has the chord `s x`, above which it rises from 0 at most to `-2 a b / (b - a)`.
+    fn form(&self, [x]: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        if !x.is_finite() || x.mag() > 2.0 {
+            return Form::constant(self.range([*x]));
+        }
+        let slope = if x.lo >= 0.0 {
+            1.0
+        } else if x.hi <= 0.0 {
+            -1.0
+        } else {
+            (x.lo + x.hi) / x.width()
+        };
+        let line = Interval::point(slope);
+        let above = |e: f64| Interval::point(e.abs()) - Interval::point(e) * line;
+        let mut bow = above(x.lo).hull(above(x.hi));
+        if x.contains(0.0) {
+            bow = bow.hull(Interval::point(0.0));
+        }
+        let centre = Interval::point(x.mid());
+        let beyond = (Interval::point(x.mag()) - Interval::point(1.0)).max(Interval::point(0.0)).square();
+        let tilt = (centre - line) * 2.0;
+        let total = tilt.mid();
+        let lost = (tilt - Interval::point(total)) * (*x - centre);
+        let rest = Interval::point(1.0) + centre.square() - (bow + line * centre) * 2.0 + lost
+            - Interval::new(0.0, beyond.hi);
+        Form { slope: [total], rest, bend: Interval::point(2.0), matrix: [[1.0]] }
+    }
+}
+
+/// `min(max(x, 0), 1)`
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Saturate;
+
+impl Function<1> for Saturate {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        x.max(R::of(0.0)).min(R::of(1.0))
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        [x.if_less(zero, zero, x.if_less(one, one, zero))]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        [[x.slope_of_jump() + (x - R::of(1.0)).slope_of_jump()]]
+    }
+    /// Along the chord the function departs most at an end or at a corner, being linear between.
+    fn form(&self, [x]: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        let at = |e: f64| self.value([e]);
+        let slope = (at(x.hi) - at(x.lo)) / x.width();
+        if !slope.is_finite() {
+            return Form::constant(self.range([*x]));
+        }
+        let above = |e: f64| Interval::point(at(e)) - Interval::point(e) * slope;
+        let mut bow = above(x.lo).hull(above(x.hi));
+        for corner in [0.0, 1.0] {
+            if x.contains(corner) {
+                bow = bow.hull(above(corner));
+            }
+        }
+        Form::linear([slope], bow + Interval::point(x.mid()) * slope)
+    }
+}
+
+/// Weight of an octave for a footprint `s`: 1 up to `gone / 2`, 0 from `gone` on, smooth between.
+///
+/// It falls like a smoothstep of `2 - 2 s / gone`: a polynomial in `s`, so that enclosures are
+/// tight, and C1, so that nothing pops as a camera moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fade {
+    pub gone: f64,
+}
+
+impl Fade {
+    #[inline(always)]
+    fn position<R: Real>(&self, s: R) -> R {
+        (R::of(2.0) - R::of(2.0 / self.gone) * s).max(R::of(0.0)).min(R::of(1.0))
+    }
+}
+
+impl Function<1> for Fade {
+    fn class(&self) -> Class {
+        Class::C1
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [s]: [R; 1]) -> R {
+        let t = self.position(s);
+        t.square() * (R::of(3.0) - R::of(2.0) * t)
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [s]: [R; 1]) -> [R; 1] {
+        let t = self.position(s);
+        [R::of(-12.0 / self.gone) * t * (R::of(1.0) - t)]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [s]: [R; 1]) -> [[R; 1]; 1] {
+        let t = R::of(2.0) - R::of(2.0 / self.gone) * s;
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        let inside = R::of(4.0 / (self.gone * self.gone)) * (R::of(6.0) - R::of(12.0) * t);
+        [[t.if_less(zero, zero, one.if_less(t, zero, inside))]]
+    }
+    /// Falling, so its ends bound it; exactly 0 or 1 on the plateaus, where octaves can be skipped.
+    fn range(&self, [s]: [Interval; 1]) -> Interval {
+        let t = self.position(s);
+        if t.hi == 0.0 || t.lo == 1.0 {
+            return Interval::point(t.lo);
+        }
+        let ends = [s.lo, s.hi].map(|e| self.value([Interval::point(e)]));
+        ends[0].hull(ends[1]).meet(Interval::UNIT)
+    }
+    fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        let range = self.range(*x);
+        if range.width() == 0.0 { Form::constant(range) } else { Form::taylor(self, x[0]) }
+    }
+}
