@@ -1,6 +1,7 @@
 pub mod cast;
 pub mod diag;
 pub mod expr;
+pub mod field;
 pub mod noise;
 pub mod num;
 pub mod op;

@@ -1,2 +1,5 @@
-//! The program; everything it does is in [`orogen::cli`].
-fn main() {}
+//! The program. Everything it does is in [`orogen::cli`].
+
+fn main() -> std::process::ExitCode {
+    orogen::cli::main()
+}
