@@ -1,3 +1,4 @@
+//! orogen: procedural solids from scripts.
 pub mod cast;
 pub mod diag;
 pub mod expr;

@@ -86,7 +86,11 @@ fn samples_lie_inside_ranges_and_forms() {
                     let p = x.map(|x| inside(rng, x));
                     let v = f.value(p);
                     if v.is_nan() {
-                        continue; // outside the domain
+                        assert!(
+                            !f.is_defined(&x),
+                            "{name} has no value at {p:?}, in a box where it is defined"
+                        );
+                        continue;
                     }
                     // The true value, of which `v` is a rounding.
                     let v = f.value(p.map(Interval::point));
@@ -336,4 +340,179 @@ fn batches_equal_single_numbers() {
         }
     }
     run(Equal);
+}
+
+/// Random composites: expressions of operations, noises and fractals.
+mod composites {
+    use super::{coordinate, inside, radius, seeded};
+    use orogen::expr::{Graph, Input, NodeId};
+    use orogen::field::Field;
+    use orogen::noise::{Fractal, Kind, Model, Noise, Recipe};
+    use orogen::num::{Affine, Dual, Interval, Jet, Many, Reduced};
+    use orogen::op::Op;
+    use orogen::tape::{Evaluator, Tape};
+    use rand::{RngExt, rngs::StdRng};
+    use std::sync::Arc;
+
+    /// A random expression over the coordinates.
+    fn grow(g: &mut Graph, rng: &mut StdRng, depth: u32) -> NodeId {
+        let axes = [Input::X, Input::Y, Input::Z];
+        if depth == 0 || rng.random_bool(0.1) {
+            return match rng.random_range(0..4) {
+                0 => g.constant((rng.random_range(-20..20) as f64) * 0.125).expect("room"),
+                _ => g.input(axes[rng.random_range(0..3)]).expect("room"),
+            };
+        }
+        let arg = |g: &mut Graph, rng: &mut StdRng| grow(g, rng, depth - 1);
+        match rng.random_range(0..8) {
+            0 => {
+                let p = std::array::from_fn(|_| arg(g, rng));
+                let frequency = rng.random_range(0.2..6.0);
+                let noise = Noise { kind: Kind::Gradient, seed: rng.random_range(0..9), frequency };
+                g.noise(noise, p).expect("room")
+            }
+            1 => {
+                let p = std::array::from_fn(|_| arg(g, rng));
+                let noise = Noise { kind: Kind::Gradient, seed: 3, frequency: rng.random_range(0.3..3.0) };
+                let model = Model::ALL[rng.random_range(0..Model::ALL.len())];
+                let octaves = rng.random_range(1..6);
+                let recipe = Recipe {
+                    noise,
+                    model,
+                    octaves,
+                    lacunarity: 2.1,
+                    hurst: 0.8,
+                    offset: 0.7,
+                    rotate: rng.random(),
+                };
+                let fractal = Arc::new(Fractal::new(recipe).expect("a valid recipe"));
+                let footprint = g.constant(if rng.random() { 0.0 } else { 0.05 }).expect("room");
+                g.fractal(fractal, p, footprint).expect("room")
+            }
+            _ => {
+                let op = Op::ALL[rng.random_range(0..Op::ALL.len())];
+                let args: Vec<NodeId> = (0..op.arity()).map(|_| arg(g, rng)).collect();
+                g.op(op, &args).expect("room")
+            }
+        }
+    }
+
+    fn each(name: &str, mut law: impl FnMut(&Graph, NodeId, &mut StdRng)) {
+        let mut rng = seeded(name);
+        for _ in 0..300 {
+            let mut g = Graph::default();
+            let depth = rng.random_range(1..5);
+            let root = grow(&mut g, &mut rng, depth);
+            law(&g, root, &mut rng);
+        }
+    }
+
+    fn region(rng: &mut StdRng) -> [Interval; 3] {
+        std::array::from_fn(|_| {
+            let (c, r) = (coordinate(rng), radius(rng));
+            if rng.random_bool(0.3) { Interval::new(c, c + r) } else { Interval::new(c - r, c + r) }
+        })
+    }
+
+    #[test]
+    fn every_enclosure_contains_samples() {
+        let mut sharp = 0;
+        each("composites", |g, root, rng| {
+            let mut field = Field::new(g, root);
+            let tape = field.tape().clone();
+            for _ in 0..8 {
+                let x = region(rng);
+                let range = field.range(&x);
+                let slope = field.slope(&x);
+                let jet = field.jet_range(&x);
+                let affine = Evaluator::<Affine>::new(tape.clone()).eval(&x.map(Affine::over)).range;
+                let cell = std::array::from_fn(|axis| {
+                    let mut spread = [0.0; 3];
+                    spread[axis] = x[axis].rad();
+                    Reduced::<3>::new(x[axis].mid(), spread)
+                });
+                let reduced = Evaluator::<Reduced<3>>::new(tape.clone()).eval(&cell).range;
+                sharp += usize::from(range.is_finite() && range.width() < 1e3);
+                for _ in 0..20 {
+                    let p = x.map(|x| inside(rng, x));
+                    let at: Jet = field.jet(p.into());
+                    if at.value.is_nan() {
+                        continue;
+                    }
+                    // The value itself is rounded: its own enclosure at the point says by how much.
+                    let v = field.range(&p.map(Interval::point));
+                    for (what, e) in [
+                        ("range", range),
+                        ("slope", slope.value),
+                        ("jet", jet.value),
+                        ("affine", affine),
+                        ("reduced", reduced),
+                    ] {
+                        assert!(e.lo <= v.hi && v.lo <= e.hi, "{what} {e:?} misses {v:?} at {p:?} of {x:?}");
+                    }
+                    if at.grad.iter().chain(&at.hess).all(|d| d.is_finite()) {
+                        let exact = field.slope(&p.map(Interval::point));
+                        for i in 0..3 {
+                            let (e, d) = (slope.grad[i], exact.grad[i]);
+                            assert!(e.lo <= d.hi && d.lo <= e.hi, "gradient {e:?} misses {d:?}");
+                        }
+                        let norm = at.grad.iter().map(|g| g * g).sum::<f64>().sqrt();
+                        assert!(
+                            norm <= slope.norm * (1.0 + 1e-9) + 1e-9 || exact.norm > 1.0001 * norm,
+                            "{norm} {slope:?}"
+                        );
+                    }
+                }
+            }
+        });
+        assert!(sharp > 600, "only {sharp} enclosures say anything");
+    }
+
+    #[test]
+    fn batches_and_pruned_tapes_give_the_same_bits() {
+        let mut shorter = 0;
+        each("tapes", |g, root, rng| {
+            let tape = Arc::new(Tape::new(g, &[root]));
+            let x = region(rng);
+            let pruned = Arc::new(tape.prune(&x));
+            shorter += usize::from(pruned.len() < tape.len());
+            let mut full = Evaluator::<f64>::new(tape.clone());
+            let mut less = Evaluator::<f64>::new(pruned);
+            let mut batch = Evaluator::<Many<f64, 8>>::new(tape.clone());
+            let mut duals = Evaluator::<Dual>::new(tape.clone());
+            let mut dual_batch = Evaluator::<Many<Dual, 8>>::new(tape);
+            let points: [[f64; 3]; 8] = std::array::from_fn(|_| x.map(|x| inside(rng, x)));
+            let lanes = std::array::from_fn(|axis| Many(points.map(|p| p[axis])));
+            let values = batch.eval(&lanes).0;
+            let dual_lanes =
+                std::array::from_fn(|axis| Many(points.map(|p| Dual::coordinate(p[axis], axis))));
+            let slopes = dual_batch.eval(&dual_lanes).0;
+            for (lane, p) in points.iter().enumerate() {
+                let value = *full.eval(p);
+                // The sign of a NaN is nobody's promise.
+                let same =
+                    value.to_bits() == values[lane].to_bits() || (value.is_nan() && values[lane].is_nan());
+                assert!(same, "{value} {}: a batch differs at {p:?}", values[lane]);
+                let short = *less.eval(p);
+                assert!(
+                    value.to_bits() == short.to_bits() || value.is_nan(),
+                    "{value} {short}: pruning changed {p:?}"
+                );
+                let dual = *duals.eval(&std::array::from_fn(|axis| Dual::coordinate(p[axis], axis)));
+                assert_eq!(format!("{dual:?}"), format!("{:?}", slopes[lane]), "a batch of duals differs");
+            }
+        });
+        assert!(shorter > 5, "pruning never shortened a tape");
+    }
+
+    #[test]
+    fn equal_expressions_are_one_node() {
+        let mut g = Graph::default();
+        let (x, y) = (g.input(Input::X).expect("room"), g.input(Input::Y).expect("room"));
+        let add = Op::ALL.iter().find(|op| op.name() == "+").copied().expect("a sum");
+        let (a, b) = (g.op(add, &[x, y]).expect("room"), g.op(add, &[y, x]).expect("room"));
+        assert_eq!(a, b);
+        let zero = g.constant(0.0).expect("room");
+        assert_eq!(g.op(add, &[a, zero]).expect("room"), a);
+    }
 }

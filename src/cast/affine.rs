@@ -58,6 +58,11 @@ impl AffineMarch {
         None
     }
 
+    /// The first hit of a ray that meets the inside before any root.
+    fn began_inside(&self, ray: &Ray, march: &March) -> Hit {
+        Hit { t: ray.near, certified: march.certified }
+    }
+
     /// A root in `[a, b]`, known to the tolerance.
     fn found(&self, ray: &Ray, march: &mut March, a: f64, b: f64) -> Option<Hit> {
         let merged = match march.roots.last_mut() {
@@ -99,6 +104,9 @@ impl Strategy for AffineMarch {
         march.pieces += 1;
         let (a, b) = (march.free, march.end);
         if !g.range.contains(0.0) {
+            if g.range.hi < 0.0 && !self.all {
+                return Some(self.began_inside(ray, march));
+            }
             let at = march.beyond;
             return self.advance(ray, march, at, 2.0 * (b - a));
         }
@@ -107,7 +115,14 @@ impl Strategy for AffineMarch {
             return Some(Hit { t: a, certified: false });
         }
         let (ta, tb) = trim(a, b, g);
-        if tb - ta <= self.tolerance || ta + (tb - ta) * 0.5 <= ta {
+        if ta > a && g.mid < g.slope[0] && !self.all {
+            // The band is below zero at the left end, where it is free of roots.
+            return Some(self.began_inside(ray, march));
+        }
+        // A band that crosses zero within the piece changes sign there. One that reaches zero only
+        // at an end of the piece proves nothing until that end has been looked at by itself.
+        let crosses = a < ta && tb < b && tb - ta <= self.tolerance;
+        if crosses || b - a <= self.tolerance || a + (b - a) * 0.5 <= a {
             if g.range.is_finite() {
                 return self.found(ray, march, ta, tb);
             }

@@ -47,6 +47,11 @@ impl<S: Strategy> Group<S> {
         Group { strategy, evaluator: Evaluator::new(tape) }
     }
 
+    /// The same with memory of its own.
+    pub(super) fn again(&self) -> Self {
+        Group::new(self.strategy.clone(), self.evaluator.tape().clone())
+    }
+
     /// Marches all rays to their ends; `done` gets the number of a ray, its last state and its hit.
     pub(super) fn march(
         &mut self,
@@ -98,6 +103,6 @@ impl<S: Strategy> Caster for Group<S> {
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {
-        Box::new(Group::new(self.strategy.clone(), self.evaluator.tape().clone()))
+        Box::new(self.again())
     }
 }

@@ -12,11 +12,11 @@ mod group;
 mod sphere;
 
 use crate::field::{Field, lipschitz_outside};
-use crate::scene::Aabb;
+use crate::scene::{Aabb, direction};
 use affine::AffineMarch;
 use glam::DVec3;
 use group::Group;
-use sphere::SphereTracing;
+use sphere::{SphereTracing, Spheres};
 
 /// A piece of a line: `origin + t direction` for `near <= t <= far`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,10 +130,6 @@ pub enum CastError {
     NoLipschitzBound,
 }
 
-/// Largest Lipschitz bound at which spheres are the better choice for a field without noise: a
-/// distance field that smooth blends and stretching have steepened a little.
-const NEARLY_A_DISTANCE: f64 = 2.0;
-
 /// A caster for a field within a region, with a tolerance along the ray.
 ///
 /// # Errors
@@ -144,27 +140,59 @@ pub fn caster(
     region: &Aabb,
     tolerance: f64,
 ) -> Result<Box<dyn Caster>, CastError> {
-    let spheres = |field: &mut Field, relaxation: f64| {
-        let lipschitz = lipschitz_outside(field, region);
-        (lipschitz.is_finite() && lipschitz > 0.0).then_some(SphereTracing {
-            lipschitz,
-            relaxation,
-            tolerance,
-        })
-    };
-    let affine = AffineMarch { tolerance, all: false };
     let tape = field.tape().clone();
-    let chosen = match kind {
-        Kind::Affine => None,
-        Kind::Auto if tape.noises() > 0 => None,
-        Kind::Auto => spheres(field, RELAXATION).filter(|s| s.lipschitz <= NEARLY_A_DISTANCE),
-        Kind::Sphere => Some(spheres(field, 1.0).ok_or(CastError::NoLipschitzBound)?),
-        Kind::Speculative => Some(spheres(field, RELAXATION).ok_or(CastError::NoLipschitzBound)?),
+    let affine = || Box::new(Group::new(AffineMarch { tolerance, all: false }, tape.clone()));
+    if kind == Kind::Affine {
+        return Ok(affine());
+    }
+    let lipschitz = lipschitz_outside(field, region);
+    let bounded = lipschitz.is_finite() && lipschitz > 0.0;
+    let spheres =
+        |relaxation| Box::new(Spheres::new(SphereTracing { lipschitz, relaxation, tolerance }, tape.clone()));
+    match kind {
+        Kind::Auto if bounded && lipschitz < STEEP => {
+            let (mut one, mut other) = (spheres(RELAXATION), affine());
+            let rays = trial_rays(region);
+            let cost = [trial(&mut *one, &rays), AFFINE_COST * trial(&mut *other, &rays)];
+            Ok(if cost[0] <= cost[1] { one } else { other })
+        }
+        Kind::Auto => Ok(affine()),
+        _ if !bounded => Err(CastError::NoLipschitzBound),
+        Kind::Sphere => Ok(spheres(1.0)),
+        _ => Ok(spheres(RELAXATION)),
+    }
+}
+
+/// What an evaluation along a piece of a ray costs, in evaluations at a point (`benches/casting.rs`).
+const AFFINE_COST: f64 = 5.0;
+/// Lipschitz bound above which sphere tracing is not worth a trial.
+const STEEP: f64 = 1e4;
+
+/// Rays from around the region to points all over it, spread by irrational steps.
+fn trial_rays(region: &Aabb) -> Vec<Ray> {
+    let (centre, reach) = ((region.min + region.max) * 0.5, region.diagonal());
+    let fraction = |i: u32, step: f64| (f64::from(i) * step).fract();
+    let ray = |i: u32| {
+        let from =
+            direction(360.0 * fraction(i, 0.618_033_988_75), 180.0 * fraction(i, 0.754_877_666_25) - 90.0);
+        let spread = DVec3::new(
+            fraction(i, 0.819_172_513_4),
+            fraction(i, 0.671_043_606_7),
+            fraction(i, 0.549_700_477_9),
+        );
+        let (origin, aim) = (centre + reach * from, region.min + spread * (region.max - region.min));
+        let direction = (aim - origin).normalize_or_zero();
+        let (near, far) = region.clip(origin, direction)?;
+        Some(Ray { origin, direction, near: near.max(0.0), far })
     };
-    Ok(match chosen {
-        Some(spheres) => Box::new(Group::new(spheres, tape)),
-        None => Box::new(Group::new(affine, tape)),
-    })
+    (1..=96).filter_map(ray).collect()
+}
+
+/// Evaluations that the rays need.
+fn trial(caster: &mut dyn Caster, rays: &[Ray]) -> f64 {
+    let mut stats = CastStats::default();
+    caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats);
+    stats.evaluations as f64
 }
 
 /// Over-relaxation of speculative sphere tracing, as Worley and Hart recommend.

@@ -7,16 +7,19 @@
 //! Both classical forms stop when the step gets short, which reports grazing rays as hits. Here a
 //! ray whose ball is shorter than the tolerance *creeps*: it looks one tolerance ahead. A change of
 //! sign there is a hit known to within the tolerance; if the two balls cover the piece it is passed
-//! for certain; else the plain step is taken. Only a ray that creeps too long is called a grazing
-//! hit: nothing was missed before it, but no change of sign is proven.
+//! for certain; else the plain step is taken. A ray that creeps too long grazes the surface, where
+//! balls are a poor tool: it is handed over to affine arithmetic, from the frontier on.
 
-use super::group::Strategy;
-use super::{CastStats, Hit, Ray};
+use super::affine::AffineMarch;
+use super::group::{Group, Strategy};
+use super::{CastStats, Caster, Hit, Ray};
+use crate::tape::Tape;
+use std::sync::Arc;
 
-/// Creeping steps after which a grazing ray counts as a hit.
-const CREEP: u32 = 256;
-/// Steps after which a ray is given up, uncertified.
-const STEPS: u32 = 100_000;
+/// Creeping steps after which a ray is handed over.
+const CREEP: u32 = 16;
+/// Steps after which any ray is handed over.
+const STEPS: u32 = 4096;
 
 /// Sphere tracing with a given over-relaxation; 1 is the plain form.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +60,50 @@ impl SphereTracing {
         };
         march.probe = (t + ahead).min(ray.far);
         // Grazing, or a ball too small to move a frontier this far out.
-        (march.crept > CREEP || march.probe <= t).then_some(Hit { t, certified: march.probe > t })
+        (march.crept > CREEP || march.probe <= t).then_some(undecided(t))
+    }
+}
+
+/// Free up to `t`, and no more is known.
+fn undecided(t: f64) -> Hit {
+    Hit { t, certified: false }
+}
+
+/// Sphere tracing, with affine arithmetic for the rays that it cannot decide.
+pub(super) struct Spheres {
+    spheres: Group<SphereTracing>,
+    affine: Group<AffineMarch>,
+}
+
+impl Spheres {
+    pub(super) fn new(spheres: SphereTracing, tape: Arc<Tape>) -> Self {
+        let affine = AffineMarch { tolerance: spheres.tolerance, all: false };
+        Spheres { spheres: Group::new(spheres, tape.clone()), affine: Group::new(affine, tape) }
+    }
+}
+
+impl Caster for Spheres {
+    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats) {
+        let mut own = CastStats::default();
+        self.spheres.first_hits(rays, out, &mut own);
+        let open: Vec<usize> = (0..rays.len()).filter(|&i| !out[i].certified).collect();
+        let rest: Vec<Ray> = open.iter().map(|&i| Ray { near: out[i].t, ..rays[i] }).collect();
+        let mut hits = vec![Hit::MISS; rest.len()];
+        let mut theirs = CastStats::default();
+        self.affine.first_hits(&rest, &mut hits, &mut theirs);
+        for (&i, &hit) in open.iter().zip(&hits) {
+            out[i] = hit;
+        }
+        // A ray that was handed over is one ray, and was no hit before.
+        theirs.rays = 0;
+        own.hits -= rest.len() as u64;
+        own.uncertified = 0;
+        *stats += own;
+        *stats += theirs;
+    }
+
+    fn clone_box(&self) -> Box<dyn Caster> {
+        Box::new(Spheres { spheres: self.spheres.again(), affine: self.affine.again() })
     }
 }
 
@@ -77,7 +123,7 @@ impl Strategy for SphereTracing {
         stats.steps += 1;
         march.steps += 1;
         if f.is_nan() || march.steps > STEPS {
-            return Some(Hit { certified: false, ..Hit::MISS });
+            return Some(undecided(march.t));
         }
         // A hair less than f / L, for the rounding of the field and of this division.
         let radius = f / self.lipschitz * (1.0 - 1e-12);
@@ -98,7 +144,7 @@ impl Strategy for SphereTracing {
         // The plain step ends where the ball does; its field value is asked for next.
         let plain = march.t + march.radius;
         if plain <= march.t {
-            return Some(Hit { t: march.t, certified: false });
+            return Some(undecided(march.t));
         }
         march.t = plain;
         march.probe = plain;

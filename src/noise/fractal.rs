@@ -105,9 +105,19 @@ impl Recipe {
     /// Names the first parameter that is out of range.
     pub fn validate(&self) -> Result<(), Invalid> {
         let checks = [
-            ("frequency", self.noise.frequency, "from 1e-12 to 1e12", (1e-12..=1e12).contains(&self.noise.frequency)),
+            (
+                "frequency",
+                self.noise.frequency,
+                "from 1e-12 to 1e12",
+                (1e-12..=1e12).contains(&self.noise.frequency),
+            ),
             ("octaves", f64::from(self.octaves), "from 1 to 32", (1..=32).contains(&self.octaves)),
-            ("lacunarity", self.lacunarity, "above 1 and up to 16", self.lacunarity > 1.0 && self.lacunarity <= 16.0),
+            (
+                "lacunarity",
+                self.lacunarity,
+                "above 1 and up to 16",
+                self.lacunarity > 1.0 && self.lacunarity <= 16.0,
+            ),
             ("hurst", self.hurst, "from 0 to 2", (0.0..=2.0).contains(&self.hurst)),
             ("offset", self.offset, "from -4 to 4", (-4.0..=4.0).contains(&self.offset)),
         ];
@@ -329,7 +339,9 @@ impl Fractal {
         let up = times(1.0 + 1e-12, total);
         match self.class() {
             Class::C2 => up,
-            Class::Jump | Class::C0 | Class::C1 => Bounds { hessian: f64::INFINITY, third: f64::INFINITY, ..up },
+            Class::Jump | Class::C0 | Class::C1 => {
+                Bounds { hessian: f64::INFINITY, third: f64::INFINITY, ..up }
+            }
         }
     }
 }
@@ -353,6 +365,8 @@ fn product(a: Bounds, b: Bounds) -> Bounds {
         range: a.range * b.range,
         lipschitz: a.range * b.lipschitz + a.lipschitz * b.range,
         hessian: a.range * b.hessian + 2.0 * a.lipschitz * b.lipschitz + a.hessian * b.range,
-        third: a.range * b.third + 3.0 * (a.lipschitz * b.hessian + a.hessian * b.lipschitz) + a.third * b.range,
+        third: a.range * b.third
+            + 3.0 * (a.lipschitz * b.hessian + a.hessian * b.lipschitz)
+            + a.third * b.range,
     }
 }

@@ -98,7 +98,9 @@ fn check_box(f: &Fractal, footprint: bool, random: &mut Random) {
         // The reference itself is rounded, and `p` may leave the box by a roundoff.
         let slack = 1e-12;
         let names = ["interval", "slope", "jet", "affine", "cell"];
-        for (name, range) in names.into_iter().zip([interval, slope.value, jet.value, affine.range, cell.range]) {
+        for (name, range) in
+            names.into_iter().zip([interval, slope.value, jet.value, affine.range, cell.range])
+        {
             assert!(within(range, v, slack), "{name} {:?} {c:?} {r:?} {p:?}: {v} in {range:?}", f.recipe());
         }
         let form = cell.mid + (0..3).map(|k| cell.slope[k] * e[k]).sum::<f64>();
@@ -279,7 +281,13 @@ fn invalid_recipes_name_the_parameter() {
         assert_eq!(error.field, field);
         assert!(error.to_string().contains("must be"), "{error}");
     }
-    assert!(Fractal::new(Recipe { octaves: 32, lacunarity: 16.0, hurst: 0.0, ..good }).unwrap().bounds().third.is_finite());
+    assert!(
+        Fractal::new(Recipe { octaves: 32, lacunarity: 16.0, hurst: 0.0, ..good })
+            .unwrap()
+            .bounds()
+            .third
+            .is_finite()
+    );
 }
 
 #[test]

@@ -78,6 +78,21 @@ pub trait Function<const N: usize> {
         self.value(x)
     }
 
+    /// Bound on the gradient's norm of the function of `N` fields over a box, from bounds on the
+    /// norms of their gradients and on the spectral norm of their Jacobian. The default is the
+    /// triangle inequality.
+    fn steepness(&self, x: &[Interval; N], norms: &[f64; N], jacobian: f64) -> f64 {
+        let _ = jacobian;
+        let partial = self.grad(*x);
+        (0..N).map(|i| if norms[i] == 0.0 { 0.0 } else { partial[i].mag() * norms[i] }).sum()
+    }
+
+    /// Whether the function has a value everywhere in a box.
+    fn is_defined(&self, x: &[Interval; N]) -> bool {
+        let _ = x;
+        true
+    }
+
     /// The function of any kind of number. Sums and the like, which every number knows natively,
     /// say so here.
     #[inline(always)]

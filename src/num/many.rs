@@ -13,14 +13,36 @@ use super::{Function, Interval, Kernel, Number, Order, Point};
 pub struct Many<T, const B: usize>(pub [T; B]);
 
 impl<T: Copy, const B: usize> Many<T, B> {
+    /// The lanes one by one, as a plain loop: `array::from_fn` does not always inline its closure,
+    /// and what is not inlined is not vectorised.
+    #[inline(always)]
+    fn lanes(&self, f: impl Fn(usize) -> T) -> Self {
+        widest(
+            #[inline(always)]
+            || {
+                let mut out = *self;
+                for (i, lane) in out.0.iter_mut().enumerate() {
+                    *lane = f(i);
+                }
+                out
+            },
+        )
+    }
+
     #[inline(always)]
     fn map(&self, f: impl Fn(&T) -> T) -> Self {
-        widest(|| Many(std::array::from_fn(|i| f(&self.0[i]))))
+        self.lanes(
+            #[inline(always)]
+            |i| f(&self.0[i]),
+        )
     }
 
     #[inline(always)]
     fn zip(&self, o: &Self, f: impl Fn(&T, &T) -> T) -> Self {
-        widest(|| Many(std::array::from_fn(|i| f(&self.0[i], &o.0[i]))))
+        self.lanes(
+            #[inline(always)]
+            |i| f(&self.0[i], &o.0[i]),
+        )
     }
 }
 
@@ -51,9 +73,17 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
     }
     #[inline]
     fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self {
-        widest(
+        x[0].lanes(
             #[inline(always)]
-            || Many(std::array::from_fn(|i| T::lift(f, std::array::from_fn(|j| &x[j].0[i])))),
+            |i| {
+                T::lift(
+                    f,
+                    x.map(
+                        #[inline(always)]
+                        |x| &x.0[i],
+                    ),
+                )
+            },
         )
     }
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
@@ -70,10 +100,13 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
             }
         }
         let jets = Jetted::<B>::of(k, T::ORDER, &at);
-        Many(std::array::from_fn(|i| {
-            let size = at[0][i].abs().max(at[1][i].abs()).max(at[2][i].abs());
-            T::expand(&bounds, &jets.point(i), k.error(size), p.map(|p| &p.0[i]))
-        }))
+        p[0].lanes(
+            #[inline(always)]
+            |i| {
+                let size = at[0][i].abs().max(at[1][i].abs()).max(at[2][i].abs());
+                T::expand(&bounds, &jets.point(i), k.error(size), p.map(|p| &p.0[i]))
+            },
+        )
     }
     fn choose(by: &Self, test: impl Fn(Interval) -> bool, yes: &Self, no: &Self) -> Self {
         Many(std::array::from_fn(|i| T::choose(&by.0[i], &test, &yes.0[i], &no.0[i])))

@@ -30,7 +30,7 @@ const ROUND_UP: f64 = 1.0 + 16.0 * ROUNDOFF;
 
 impl<const K: usize> Reduced<K> {
     /// `mid + sum slope_k e_k`, exact.
-    #[inline]
+    #[inline(always)]
     pub fn new(mid: f64, slope: [f64; K]) -> Self {
         Reduced { mid, slope, rest: 0.0, range: Interval::ENTIRE }.tightened(Interval::ENTIRE)
     }
@@ -88,9 +88,10 @@ impl<const K: usize> Reduced<K> {
         (mid, slope, rest, size)
     }
 
-    /// Enclosure of `1/2 (x - c)^T M (x - c)`, as centre and radius.
+    /// Enclosure of `1/2 (x - c)^T M (x - c)`, as centre and radius, where `x_i - c_i` is the shared
+    /// part of `x_i` and anything up to `loose_i`.
     #[inline(always)]
-    fn quadratic<const N: usize>(x: &[&Self; N], m: &[[f64; N]; N]) -> (f64, f64) {
+    fn quadratic<const N: usize>(x: &[&Self; N], loose: &[f64; N], m: &[[f64; N]; N]) -> (f64, f64) {
         let (mut mid, mut rad) = (0.0, 0.0);
         for k in 0..K {
             // e_k^2 lies in [0, 1]: its mean moves to the centre.
@@ -115,11 +116,11 @@ impl<const K: usize> Reduced<K> {
                 rad += cross.abs() * (1.0 + (4 * N) as f64 * ROUNDOFF) + size * (4 * N) as f64 * ROUNDOFF;
             }
         }
-        if x.iter().any(|x| x.rest != 0.0) {
+        if loose.iter().any(|l| *l != 0.0) {
             for i in 0..N {
                 for j in 0..N {
-                    let shared = x[i].spread() * x[j].rest + x[i].rest * x[j].spread();
-                    rad += 0.5 * m[i][j].abs() * (shared + x[i].rest * x[j].rest);
+                    let shared = x[i].spread() * loose[j] + loose[i] * x[j].spread();
+                    rad += 0.5 * m[i][j].abs() * (shared + loose[i] * loose[j]);
                 }
             }
         }
@@ -156,9 +157,12 @@ impl<const K: usize> Reduced<K> {
         let mut mid = form.rest.mid() + offset;
         rest += form.rest.rad();
         if form.bend.lo != 0.0 || form.bend.hi != 0.0 {
-            let centred = (0..N).all(|i| centre[i] == x[i].mid);
-            let (qm, qr) = if centred {
-                Self::quadratic(x, &form.matrix)
+            // The centre of the box is the centre of the form, up to rounding, unless the box is
+            // known to be tighter than the form.
+            let offset: [f64; N] = std::array::from_fn(|i| (x[i].mid - centre[i]).abs());
+            let (qm, qr) = if (0..N).all(|i| offset[i] <= 1e-3 * x[i].spread()) {
+                let loose = std::array::from_fn(|i| x[i].rest + offset[i]);
+                Self::quadratic(x, &loose, &form.matrix)
             } else {
                 Self::quadratic_of_box(boxes, &centre, &form.matrix)
             };
@@ -179,32 +183,32 @@ impl<const K: usize> Number for Reduced<K> {
     fn constant(c: f64) -> Self {
         Reduced { mid: c, slope: [0.0; K], rest: 0.0, range: Interval::point(c) }
     }
-    #[inline]
+    #[inline(always)]
     fn add(&self, other: &Self) -> Self {
         self.zip(other, self.range + other.range, |a, b| a + b)
     }
-    #[inline]
+    #[inline(always)]
     fn sub(&self, other: &Self) -> Self {
         self.zip(other, self.range - other.range, |a, b| a - b)
     }
-    #[inline]
+    #[inline(always)]
     fn neg(&self) -> Self {
         Reduced { mid: -self.mid, slope: self.slope.map(|s| -s), rest: self.rest, range: -self.range }
     }
-    #[inline]
+    #[inline(always)]
     fn scale(&self, k: f64) -> Self {
         let (mid, slope) = (self.mid * k, self.slope.map(|s| s * k));
         let error = ROUNDOFF * (mid.abs() + slope.iter().map(|s| s.abs()).sum::<f64>()) + 1e-300;
         let rest = (self.rest * k.abs() + error) * ROUND_UP;
         Reduced { mid, slope, rest, range: self.range * k }.tightened(self.range * k)
     }
-    #[inline]
+    #[inline(always)]
     fn shift(&self, c: f64) -> Self {
         let mid = self.mid + c;
         let rest = (self.rest + ROUNDOFF * mid.abs()) * ROUND_UP;
         Reduced { mid, rest, ..*self }.tightened(self.range + Interval::point(c))
     }
-    #[inline]
+    #[inline(always)]
     fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self {
         let boxes = x.map(|x| x.range);
         let range = f.range(boxes);
@@ -216,7 +220,7 @@ impl<const K: usize> Number for Reduced<K> {
         };
         Self::from_form(f.form(&boxes, &combine), &x, &boxes, range)
     }
-    #[inline]
+    #[inline(always)]
     fn kernel<K2: Kernel + ?Sized>(k: &K2, p: [&Self; 3]) -> Self {
         centred_kernel(k, p)
     }
@@ -247,7 +251,7 @@ impl<const K: usize> Centred for Reduced<K> {
     /// (Z)   N(c) +- L (|d| + omega)
     /// (G)   [-A, A]
     /// ```
-    #[inline]
+    #[inline(always)]
     fn expand(b: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
         let all = Interval::radius(b.range);
         let (d, omega) = reach(p);

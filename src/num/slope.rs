@@ -65,12 +65,12 @@ fn chain<const N: usize>(partial: &[Interval; N], x: &[&Slope; N]) -> [Interval;
 
 /// Bound on the spectral norm of the Jacobian whose rows are the gradients of `p`:
 /// `|J|_2^2 <= |J|_1 |J|_inf`, and the Frobenius norm.
-fn spectral(p: &[&Slope; 3]) -> f64 {
-    let mag: [[f64; 3]; 3] = std::array::from_fn(|i| p[i].grad.map(Interval::mag));
-    let row = (0..3).map(|i| mag[i].iter().sum::<f64>()).fold(0.0, f64::max);
-    let column = (0..3).map(|j| mag[0][j] + mag[1][j] + mag[2][j]).fold(0.0, f64::max);
-    let frobenius = length([p[0].norm, p[1].norm, p[2].norm]);
-    ((row * column).sqrt() * ROUND_UP).min(frobenius)
+fn spectral<const N: usize>(p: &[&Slope; N]) -> f64 {
+    let mag: [[f64; 3]; N] = std::array::from_fn(|i| p[i].grad.map(Interval::mag));
+    let row = mag.iter().map(|row| row.iter().sum::<f64>()).fold(0.0, f64::max);
+    let column = (0..3).map(|j| mag.iter().map(|row| row[j]).sum::<f64>()).fold(0.0, f64::max);
+    let frobenius = p.iter().map(|p| p.norm * p.norm).sum::<f64>().sqrt();
+    (row * column).sqrt().min(frobenius) * ROUND_UP
 }
 
 impl Number for Slope {
@@ -95,7 +95,7 @@ impl Number for Slope {
     fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self {
         let at = x.map(|x| x.value);
         let partial = f.grad(at);
-        let norm = (0..N).map(|i| silenced(partial[i], Interval::point(x[i].norm)).mag()).sum::<f64>();
+        let norm = f.steepness(&at, &x.map(|x| x.norm), spectral(&x));
         Slope::new(f.range(at), chain(&partial, &x), norm * ROUND_UP)
     }
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {

@@ -111,6 +111,9 @@ impl Function<2> for Mul {
 pub struct Div;
 
 impl Function<2> for Div {
+    fn is_defined(&self, [_, y]: &[Interval; 2]) -> bool {
+        !y.contains(0.0)
+    }
     #[inline(always)]
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
         x / y
@@ -174,6 +177,9 @@ impl Function<1> for Sqrt {
     fn class(&self) -> Class {
         Class::C0 // its slope is unbounded at zero
     }
+    fn is_defined(&self, [x]: &[Interval; 1]) -> bool {
+        x.lo >= 0.0
+    }
     #[inline(always)]
     fn value<R: Real>(&self, [x]: [R; 1]) -> R {
         x.sqrt()
@@ -214,6 +220,9 @@ impl Powi {
 }
 
 impl Function<1> for Powi {
+    fn is_defined(&self, [x]: &[Interval; 1]) -> bool {
+        self.n >= 0 || !x.contains(0.0)
+    }
     #[inline(always)]
     fn value<R: Real>(&self, [x]: [R; 1]) -> R {
         x.powi(self.n)
@@ -239,6 +248,9 @@ pub struct Powf;
 impl Function<2> for Powf {
     fn class(&self) -> Class {
         Class::C0 // like a square root at zero, for exponents below one
+    }
+    fn is_defined(&self, [x, p]: &[Interval; 2]) -> bool {
+        x.lo > 0.0 || (x.lo >= 0.0 && p.lo >= 0.0)
     }
     #[inline(always)]
     fn value<R: Real>(&self, [x, p]: [R; 2]) -> R {

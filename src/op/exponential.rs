@@ -32,6 +32,9 @@ impl Function<1> for Ln {
     fn class(&self) -> Class {
         Class::C2
     }
+    fn is_defined(&self, [x]: &[Interval; 1]) -> bool {
+        x.lo > 0.0
+    }
     #[inline(always)]
     fn value<R: Real>(&self, [x]: [R; 1]) -> R {
         x.ln()

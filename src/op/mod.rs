@@ -18,7 +18,7 @@ pub use order::*;
 pub use trigonometric::*;
 pub use vector::*;
 
-use crate::num::{Class, Function, Number};
+use crate::num::{Class, Function, Interval, Number};
 
 /// Takes the tour over all operations; see [`Op::visit_all`].
 pub trait Visitor {
@@ -56,6 +56,13 @@ macro_rules! ops {
             /// Continuity class of the operation alone.
             pub fn class(&self) -> Class {
                 match self { $(Op::$op(f) => Function::<$arity>::class(f),)* }
+            }
+
+            /// Whether the operation has a value everywhere in the box `arg(0)`, `arg(1)`, ...
+            pub fn is_defined(&self, arg: impl Fn(usize) -> Interval) -> bool {
+                match self {
+                    $(Op::$op(f) => Function::<$arity>::is_defined(f, &std::array::from_fn(&arg)),)*
+                }
             }
 
             /// Applies the operation to numbers `arg(0)`, `arg(1)`, ...

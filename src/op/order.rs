@@ -78,6 +78,15 @@ impl Function<2> for Min {
     fn hess<R: Real>(&self, [x, y]: [R; 2]) -> [[R; 2]; 2] {
         [[(x - y).slope_of_jump(); 2]; 2]
     }
+    fn steepness(&self, x: &[Interval; 2], norms: &[f64; 2], _: f64) -> f64 {
+        if x[0].hi < x[1].lo {
+            norms[0]
+        } else if x[1].hi < x[0].lo {
+            norms[1]
+        } else {
+            norms[0].max(norms[1])
+        }
+    }
     fn form(&self, x: &[Interval; 2], combine: Combine<'_, 2>) -> Form<2> {
         let gap = combine(&[1.0, -1.0]);
         if gap.hi <= 0.0 {
@@ -110,6 +119,15 @@ impl Function<2> for Max {
     #[inline(always)]
     fn hess<R: Real>(&self, [x, y]: [R; 2]) -> [[R; 2]; 2] {
         [[(x - y).slope_of_jump(); 2]; 2]
+    }
+    fn steepness(&self, x: &[Interval; 2], norms: &[f64; 2], _: f64) -> f64 {
+        if x[0].lo > x[1].hi {
+            norms[0]
+        } else if x[1].lo > x[0].hi {
+            norms[1]
+        } else {
+            norms[0].max(norms[1])
+        }
     }
     fn form(&self, x: &[Interval; 2], combine: Combine<'_, 2>) -> Form<2> {
         let gap = combine(&[1.0, -1.0]);
@@ -250,6 +268,9 @@ pub struct Modulo;
 impl Function<2> for Modulo {
     fn class(&self) -> Class {
         Class::Jump
+    }
+    fn is_defined(&self, [_, period]: &[Interval; 2]) -> bool {
+        !period.contains(0.0)
     }
     #[inline(always)]
     fn value<R: Real>(&self, [x, period]: [R; 2]) -> R {

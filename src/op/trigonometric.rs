@@ -4,12 +4,15 @@ use crate::num::{Class, Combine, Form, Function, Interval, Real};
 
 /// Implements an operation of one argument from its value and two derivatives, with a Taylor form.
 macro_rules! smooth {
-    ($(#[$doc:meta])* $op:ident, $x:ident => $value:expr, $first:expr, $second:expr) => {
+    ($(#[$doc:meta])* $op:ident on $domain:expr, $x:ident => $value:expr, $first:expr, $second:expr) => {
         $(#[$doc])*
         #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
         pub struct $op;
 
         impl Function<1> for $op {
+            fn is_defined(&self, [x]: &[Interval; 1]) -> bool {
+                $domain.encloses(*x)
+            }
             #[inline(always)]
             fn value<R: Real>(&self, [$x]: [R; 1]) -> R {
                 $value
@@ -31,31 +34,31 @@ macro_rules! smooth {
 
 smooth!(
     /// Sine.
-    Sin, x => x.sin(), x.cos(), -x.sin()
+    Sin on Interval::ENTIRE, x => x.sin(), x.cos(), -x.sin()
 );
 smooth!(
     /// Cosine.
-    Cos, x => x.cos(), -x.sin(), -x.cos()
+    Cos on Interval::ENTIRE, x => x.cos(), -x.sin(), -x.cos()
 );
 smooth!(
     /// Tangent.
-    Tan, x => x.tan(), R::of(1.0) + x.tan().square(), R::of(2.0) * x.tan() * (R::of(1.0) + x.tan().square())
+    Tan on Interval::ENTIRE, x => x.tan(), R::of(1.0) + x.tan().square(), R::of(2.0) * x.tan() * (R::of(1.0) + x.tan().square())
 );
 smooth!(
     /// Arc sine; NaN outside [-1, 1].
-    Asin, x => x.asin(),
+    Asin on Interval { lo: -1.0, hi: 1.0 }, x => x.asin(),
     R::of(1.0) / (R::of(1.0) - x.square()).sqrt(),
     x / ((R::of(1.0) - x.square()) * (R::of(1.0) - x.square()).sqrt())
 );
 smooth!(
     /// Arc cosine; NaN outside [-1, 1].
-    Acos, x => x.acos(),
+    Acos on Interval { lo: -1.0, hi: 1.0 }, x => x.acos(),
     -(R::of(1.0) / (R::of(1.0) - x.square()).sqrt()),
     -(x / ((R::of(1.0) - x.square()) * (R::of(1.0) - x.square()).sqrt()))
 );
 smooth!(
     /// Arc tangent.
-    Atan, x => x.atan(),
+    Atan on Interval::ENTIRE, x => x.atan(),
     R::of(1.0) / (R::of(1.0) + x.square()),
     R::of(-2.0) * x / (R::of(1.0) + x.square()).square()
 );

@@ -16,8 +16,8 @@ impl Function<3> for Length {
     }
     #[inline(always)]
     fn grad<R: Real>(&self, x: [R; 3]) -> [R; 3] {
-        let r = self.value(x);
-        // Each component of a unit vector lies in [-1, 1], at the origin too.
+        // Each component of a unit vector lies in [-1, 1]; at the origin they are zero.
+        let r = self.value(x).max(R::of(1e-300));
         x.map(|x| (x / r).max(R::of(-1.0)).min(R::of(1.0)))
     }
     #[inline(always)]
@@ -31,6 +31,10 @@ impl Function<3> for Length {
                 (unit(i, j) - nn) * r
             })
         })
+    }
+    /// The gradient is a unit vector.
+    fn steepness(&self, _: &[Interval; 3], _: &[f64; 3], jacobian: f64) -> f64 {
+        jacobian
     }
     /// With `n = c / |c|` the tangent `T = n . x` lies below `|x|`, and
     /// `|x| - T = |x_perp|^2 / (|x| + T)` where `x_perp` is the part of `x - c` across `n`. So the

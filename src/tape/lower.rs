@@ -84,7 +84,7 @@ impl Tape {
     pub fn noises(&self) -> u64 {
         let count = |i: &Instr| match i {
             Instr::Noise(..) => 1,
-            Instr::Fractal(..) => 1,
+            Instr::Fractal(f, ..) => u64::from(f.recipe().octaves),
             _ => 0,
         };
         self.code.iter().map(count).sum()

@@ -15,9 +15,17 @@ impl Tape {
         // Slot that stands for each slot; arguments are resolved before their users.
         let mut alias: Vec<u32> = (0..self.code.len() as u32).collect();
         let mut code = self.code.clone();
+        let mut defined = vec![true; code.len()];
         for i in 0..code.len() {
+            let mut whole = range[i].is_finite();
+            code[i].each_arg(|a| whole &= defined[a as usize]);
+            if let Instr::Op(op, args) = &code[i] {
+                whole &= op.is_defined(|k| range[args[k] as usize]);
+            }
+            defined[i] = whole;
             code[i].map_args(|a| alias[a as usize]);
-            if let Some(side) = decided(&code[i], range) {
+            // Where a side may have no value, a minimum is not decided by the values that it has.
+            if whole && let Some(side) = decided(&code[i], range) {
                 alias[i] = side;
             }
         }

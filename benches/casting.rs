@@ -1,0 +1,61 @@
+//! Field evaluations and time per ray of every caster on surface (5.11) of the thesis, 800 x 800
+//! pixels, over the rays that meet the bounding sphere of radius 1.55.
+//!
+//! `cargo bench --bench casting`
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use glam::DVec3;
+use orogen::cast::{CastStats, Hit, Kind, Ray, caster};
+use orogen::scene::Aabb;
+use std::time::Instant;
+
+/// The view of the published tables: eye at (0, 0, -4), the sphere of radius 1.6 filling the width.
+fn rays(size: usize) -> Vec<Ray> {
+    let half = 1.6 / (16.0f64 - 1.6 * 1.6).sqrt();
+    let origin = DVec3::new(0.0, 0.0, -4.0);
+    let tiles = size.div_ceil(16);
+    let mut out = Vec::new();
+    for tile in 0..tiles * tiles {
+        for i in 0..256 {
+            let (x, y) = (tile % tiles * 16 + i % 16, tile / tiles * 16 + i / 16);
+            let u = |k: usize| half * (2.0 * (k as f64 + 0.5) / size as f64 - 1.0);
+            let direction = DVec3::new(u(x), -u(y), 1.0).normalize();
+            let (b, c) = (origin.dot(direction), origin.length_squared() - 1.55 * 1.55);
+            let q = b * b - c;
+            if q > 0.0 {
+                out.push(Ray { origin, direction, near: -b - q.sqrt(), far: -b + q.sqrt() });
+            }
+        }
+    }
+    out
+}
+
+fn main() {
+    let mut b = common::Build::default();
+    let root = common::three_octaves(&mut b);
+    let rays = rays(800);
+    println!("| caster | evaluations/ray | steps/ray | backtracks/ray | hits | CPU us/ray |");
+    println!("|---|---|---|---|---|---|");
+    for (kind, name) in Kind::ALL {
+        let mut field = b.field(root);
+        let Ok(mut caster) = caster(kind, &mut field, &Aabb::cube(1.55), 1e-4) else { continue };
+        let mut stats = CastStats::default();
+        let start = Instant::now();
+        for group in rays.chunks(256) {
+            let mut hits = vec![Hit::MISS; group.len()];
+            caster.first_hits(group, &mut hits, &mut stats);
+        }
+        let time = start.elapsed().as_secs_f64();
+        let per_ray = |n: u64| n as f64 / rays.len() as f64;
+        println!(
+            "| {name} | {:.2} | {:.2} | {:.2} | {} | {:.2} |",
+            per_ray(stats.evaluations),
+            per_ray(stats.steps),
+            per_ray(stats.backtracks),
+            stats.hits,
+            1e6 * time / rays.len() as f64
+        );
+    }
+}

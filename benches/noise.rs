@@ -1,0 +1,127 @@
+//! Speed of noises: `cargo bench --bench noise` prints a markdown table of nanoseconds a point.
+//!
+//! Every figure is the least of many repeats on one core, over points in cache and scattered over
+//! thousands of lattice cells.
+
+use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe};
+use orogen::num::{Dual, Jets, Kernel, Level, Many, Number, Order, simd_level};
+use std::hint::black_box;
+use std::time::Instant;
+
+const POINTS: usize = 4096;
+const REPEATS: usize = 200;
+const LANES: usize = 64;
+
+/// Least time of `job`, in nanoseconds a point.
+fn time(mut job: impl FnMut()) -> f64 {
+    let mut best = f64::INFINITY;
+    for _ in 0..REPEATS {
+        let start = Instant::now();
+        job();
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    best * 1e9 / POINTS as f64
+}
+
+fn points() -> [Vec<f64>; 3] {
+    let mut state = 1_u64;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 * 200.0 - 100.0
+    };
+    std::array::from_fn(|_| (0..POINTS).map(|_| next()).collect())
+}
+
+/// Bulk evaluation at a level: value, gradient, Hessian.
+fn bulk(noise: &Gradient, level: Level, at: &[Vec<f64>; 3]) -> [f64; 3] {
+    let mut to: [Vec<f64>; 10] = std::array::from_fn(|_| vec![0.0; POINTS]);
+    [Order::Value, Order::Gradient, Order::Hessian].map(|order| {
+        time(|| {
+            let [v, x, y, z, xx, yy, zz, xy, xz, yz] = &mut to;
+            let out = Jets {
+                value: v,
+                grad: (order >= Order::Gradient).then_some([&mut x[..], y, z]),
+                hess: (order >= Order::Hessian).then_some([&mut xx[..], yy, zz, xy, xz, yz]),
+            };
+            noise.jets_at(level, [&at[0], &at[1], &at[2]], out);
+            black_box(&to);
+        })
+    })
+}
+
+fn single(noise: &Gradient, at: &[Vec<f64>; 3]) -> [f64; 3] {
+    [Order::Value, Order::Gradient, Order::Hessian].map(|order| {
+        time(|| {
+            for i in 0..POINTS {
+                black_box(noise.jet(order, black_box([at[0][i], at[1][i], at[2][i]])));
+            }
+        })
+    })
+}
+
+/// Textbook gradient noise, one point at a time, to compare with.
+fn textbook([x, y, z]: [f64; 3], seed: u64) -> f64 {
+    let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let cell = [x.floor(), y.floor(), z.floor()];
+    let d = [x - cell[0], y - cell[1], z - cell[2]];
+    let corner = |c: usize| {
+        let bit = [c & 1, c >> 1 & 1, c >> 2];
+        let mut h = seed;
+        for axis in 0..3 {
+            h = (h ^ (cell[axis] as i64 + bit[axis] as i64) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            h ^= h >> 29;
+        }
+        let (u, v) = [(0, 1), (0, 2), (1, 2)][(h >> 8) as usize % 3];
+        let sign = |bit: u64| if h >> bit & 1 == 0 { 1.0 } else { -1.0 };
+        sign(0) * (d[u] - bit[u] as f64) + sign(1) * (d[v] - bit[v] as f64)
+    };
+    let lerp = |a: f64, b: f64, t: f64| a + t * (b - a);
+    let [s, t, r] = d.map(fade);
+    let along = |c: usize| lerp(corner(c), corner(c + 1), s);
+    lerp(lerp(along(0), along(2), t), lerp(along(4), along(6), t), r)
+}
+
+/// A fractal over batches of some number.
+fn fractal<T: Copy>(f: &Fractal, at: &[Vec<f64>; 3], make: impl Fn(f64, usize) -> T) -> f64
+where
+    Many<T, LANES>: Number,
+{
+    let axis = |k: usize| -> Vec<Many<T, LANES>> {
+        at[k].chunks_exact(LANES).map(|c| Many(std::array::from_fn(|i| make(c[i], k)))).collect()
+    };
+    let [x, y, z] = [0, 1, 2].map(axis);
+    time(|| {
+        for i in 0..x.len() {
+            black_box(f.eval([&x[i], &y[i], &z[i]], None));
+        }
+    })
+}
+
+fn main() {
+    let at = points();
+    let noise = Gradient { seed: 7 };
+    println!("| gradient noise, ns a point | value | gradient | Hessian |\n|---|---|---|---|");
+    for level in [Level::Baseline, Level::Avx2, Level::Avx512].into_iter().filter(|&l| l <= simd_level()) {
+        let [v, g, h] = bulk(&noise, level, &at);
+        println!("| bulk, {level:?} | {v:.2} | {g:.2} | {h:.2} |");
+    }
+    let [v, g, h] = single(&noise, &at);
+    println!("| one point a call | {v:.1} | {g:.1} | {h:.1} |");
+    let reference = time(|| {
+        for i in 0..POINTS {
+            black_box(textbook(black_box([at[0][i], at[1][i], at[2][i]]), 7));
+        }
+    });
+    println!("| textbook loop | {reference:.1} | | |\n");
+
+    println!("| 9 octaves, ns a point | value | gradient |\n|---|---|---|");
+    for (model, rotate) in Model::ALL.iter().flat_map(|&m| [(m, false), (m, true)]) {
+        let noise = Noise { kind: Kind::Gradient, seed: 7, frequency: 1.0 };
+        let recipe = Recipe { noise, model, octaves: 9, lacunarity: 2.07, hurst: 0.8, offset: 0.6, rotate };
+        let f = Fractal::new(recipe).expect("a valid recipe");
+        let value = fractal(&f, &at, |x, _| x);
+        let gradient = fractal(&f, &at, Dual::coordinate);
+        let turned = if rotate { ", rotated" } else { "" };
+        println!("| {}{turned} | {value:.1} | {gradient:.1} |", model.name());
+    }
+}

@@ -1,0 +1,266 @@
+//! A dense-sampling oracle against every caster: no first hit is missed or late by more than the
+//! tolerance, over six surfaces with thin features, creases, unbounded gradients and grazing rays.
+//!
+//! The oracle samples each ray uniformly and bisects the first change of sign. Being sampled it can
+//! miss features narrower than its step, so a hit in front of the oracle's is not an error by
+//! itself; it must then be a place where the field is as small as the tolerance allows.
+
+mod common;
+
+use common::Build;
+use glam::DVec3;
+use orogen::cast::{CastStats, Caster, Hit, Kind, Ray, all_hits, caster};
+use orogen::expr::NodeId;
+use orogen::field::{Field, lipschitz_outside};
+use orogen::num::Many;
+use orogen::scene::Aabb;
+use orogen::tape::Evaluator;
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+use rayon::prelude::*;
+
+const TOLERANCE: f64 = 1e-4;
+const RAYS: usize = 17_000;
+const SAMPLES: usize = 3072;
+const REGION: f64 = 1.6;
+
+/// Rays from all around; one in four grazes the unit sphere, one in four runs along the ground.
+fn rays(seed: u64) -> Vec<Ray> {
+    let mut rng = StdRng::seed_from_u64(seed);
+    let region = Aabb::cube(REGION);
+    let mut out = Vec::with_capacity(RAYS);
+    while out.len() < RAYS {
+        let mut unit = || loop {
+            let v = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+            if v.length() > 0.1 && v.length() < 1.0 {
+                return v.normalize();
+            }
+        };
+        let (origin, aim) = match out.len() % 4 {
+            0 => {
+                let o = 4.0 * unit();
+                // Past the edge of a ball of radius near 1.
+                let side = o.cross(unit()).normalize();
+                (o, side * (1.0 + 0.05 * unit().x))
+            }
+            1 => {
+                let u = unit();
+                (DVec3::new(4.0 * u.x, 0.03 + 0.02 * u.y, 4.0 * u.z), 0.02 * unit())
+            }
+            _ => (4.0 * unit(), unit()),
+        };
+        let direction = (aim - origin).normalize();
+        if let Some((near, far)) = region.clip(origin, direction) {
+            out.push(Ray { origin, direction, near: near.max(0.0), far });
+        }
+    }
+    out
+}
+
+/// First change of sign by dense sampling, bisected to the last bit; positive minima that might
+/// reach zero between samples are refined by golden section.
+fn oracle(evaluator: &mut Evaluator<Many<f64, 64>>, field: &mut Field, ray: &Ray) -> Option<f64> {
+    let dt = (ray.far - ray.near) / SAMPLES as f64;
+    let t = |i: usize| ray.near + dt * i as f64;
+    let mut values = Vec::with_capacity(SAMPLES);
+    while values.len() < SAMPLES && values.last().is_none_or(|v| *v > 0.0) {
+        let from = values.len();
+        let points: [DVec3; 64] = std::array::from_fn(|l| ray.at(t(from + l)));
+        let p = std::array::from_fn(|axis| Many(points.map(|p| p[axis])));
+        for v in evaluator.eval(&p).0 {
+            values.push(v);
+            if v <= 0.0 {
+                break;
+            }
+        }
+    }
+    if values[0] <= 0.0 {
+        return Some(ray.near);
+    }
+    for i in 1..values.len() {
+        if values[i] <= 0.0 {
+            return Some(bisect(field, ray, t(i - 1), t(i)));
+        }
+        let low = i + 1 < values.len() && values[i] <= values[i - 1] && values[i] <= values[i + 1];
+        if low
+            && values[i] < 40.0 * dt
+            && let Some(inside) = dip(field, ray, t(i - 1), t(i + 1))
+        {
+            return Some(bisect(field, ray, t(i - 1), inside));
+        }
+    }
+    None
+}
+
+fn bisect(field: &mut Field, ray: &Ray, mut out: f64, mut inside: f64) -> f64 {
+    for _ in 0..60 {
+        let mid = 0.5 * (out + inside);
+        if field.value(ray.at(mid)) > 0.0 { out = mid } else { inside = mid }
+    }
+    inside
+}
+
+/// Golden section search for a place between `a` and `b` where the field is not positive.
+fn dip(field: &mut Field, ray: &Ray, mut a: f64, mut b: f64) -> Option<f64> {
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+    let (mut fc, mut fd) = (field.value(ray.at(c)), field.value(ray.at(d)));
+    for _ in 0..32 {
+        if fc <= 0.0 {
+            return Some(c);
+        }
+        if fd <= 0.0 {
+            return Some(d);
+        }
+        if fc < fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - golden * (b - a);
+            fc = field.value(ray.at(c));
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + golden * (b - a);
+            fd = field.value(ray.at(d));
+        }
+    }
+    None
+}
+
+fn check(name: &str, build: fn(&mut Build) -> NodeId, kinds: &[Kind]) {
+    let mut b = Build::default();
+    let root = build(&mut b);
+    let field = b.field(root);
+    let rays = rays(name.len() as u64);
+    let truth: Vec<Option<f64>> = rays
+        .par_chunks(256)
+        .flat_map_iter(|rays| {
+            let mut field = field.clone();
+            let mut evaluator = Evaluator::new(field.tape().clone());
+            rays.iter().map(|r| oracle(&mut evaluator, &mut field, r)).collect::<Vec<_>>()
+        })
+        .collect();
+    let met = truth.iter().flatten().count();
+    assert!(met > RAYS / 50, "{name}: only {met} rays meet the surface");
+    let region = Aabb::cube(REGION);
+    for &kind in kinds {
+        let made = caster(kind, &mut field.clone(), &region, TOLERANCE).expect("a caster for the field");
+        let (hits, stats) = cast(&*made, &rays);
+        let lipschitz = lipschitz_outside(&mut field.clone(), &region);
+        let mut field = field.clone();
+        let mut early = 0;
+        for ((ray, hit), truth) in rays.iter().zip(&hits).zip(&truth) {
+            if let Some(t) = truth {
+                assert!(hit.t <= t + TOLERANCE, "{name}, {kind:?}: {ray:?} hits at {t}, found {hit:?}");
+            }
+            if hit.t < truth.unwrap_or(f64::INFINITY) - 2.0 * TOLERANCE && hit.is_hit() {
+                early += 1;
+                let value = field.value(ray.at(hit.t));
+                let small = if lipschitz.is_finite() { lipschitz * TOLERANCE } else { 0.1 };
+                assert!(value.abs() <= small, "{name}, {kind:?}: {hit:?} of {ray:?} has f = {value}");
+            }
+        }
+        assert_eq!(stats.uncertified, 0, "{name}, {kind:?}");
+        let per_ray = stats.evaluations as f64 / rays.len() as f64;
+        println!("{name} {kind:?}: {met} hits, {early} early, {per_ray:.1} evaluations a ray");
+        assert!(early * 200 < RAYS, "{name}, {kind:?}: {early} hits in front of the surface");
+    }
+}
+
+/// In groups on all threads, as the renderer does.
+fn cast(made: &dyn Caster, rays: &[Ray]) -> (Vec<Hit>, CastStats) {
+    let boxed: Vec<(Box<dyn Caster>, &[Ray])> = rays.chunks(512).map(|r| (made.clone_box(), r)).collect();
+    let parts: Vec<(Vec<Hit>, CastStats)> = boxed
+        .into_par_iter()
+        .map(|(mut caster, rays)| {
+            let mut hits = vec![Hit::MISS; rays.len()];
+            let mut stats = CastStats::default();
+            caster.first_hits(rays, &mut hits, &mut stats);
+            (hits, stats)
+        })
+        .collect();
+    let mut stats = CastStats::default();
+    parts.iter().for_each(|p| stats += p.1);
+    (parts.into_iter().flat_map(|p| p.0).collect(), stats)
+}
+
+const ALL: [Kind; 4] = [Kind::Sphere, Kind::Speculative, Kind::Affine, Kind::Auto];
+
+#[test]
+fn three_octaves() {
+    check("three octaves", common::three_octaves, &ALL);
+}
+
+#[test]
+fn thin_shell() {
+    check("thin shell", common::thin_shell, &ALL);
+}
+
+#[test]
+fn thin_rings() {
+    check("thin rings", common::thin_rings, &ALL);
+}
+
+#[test]
+fn hills_along_the_ground() {
+    check("hills", common::hills, &ALL);
+}
+
+#[test]
+fn carved_balls() {
+    check("balls", common::balls, &ALL);
+}
+
+#[test]
+fn ridges_without_a_lipschitz_bound() {
+    check("ridges", common::square_root_ridges, &[Kind::Affine, Kind::Auto]);
+    let mut b = Build::default();
+    let root = common::square_root_ridges(&mut b);
+    for kind in [Kind::Sphere, Kind::Speculative] {
+        let refused = caster(kind, &mut b.field(root), &Aabb::cube(REGION), TOLERANCE);
+        assert!(refused.is_err(), "{kind:?} has no bound to stand on");
+    }
+}
+
+#[test]
+fn all_roots_in_order() {
+    let mut b = Build::default();
+    let root = common::three_octaves(&mut b);
+    let mut field = b.field(root);
+    let rays = &rays(3)[..2000];
+    let mut stats = CastStats::default();
+    let found = all_hits(&field, rays, TOLERANCE, &mut stats);
+    let mut many = 0;
+    for (ray, (roots, certified)) in rays.iter().zip(&found) {
+        assert!(certified);
+        assert!(roots.windows(2).all(|w| w[0].1 < w[1].0), "{roots:?} out of order");
+        // Between roots the sign never changes; across most of them it does.
+        let mut from = ray.near;
+        for end in roots.iter().map(|r| r.0).chain([ray.far]) {
+            let sign = field.value(ray.at(0.5 * (from + end))) > 0.0;
+            for i in 1..200 {
+                let t = from + (end - from) * f64::from(i) / 200.0;
+                assert_eq!(field.value(ray.at(t)) > 0.0, sign, "{ray:?}: a root before {end} is missing");
+            }
+            from = roots.iter().find(|r| r.0 == end).map_or(ray.far, |r| r.1);
+        }
+        many += usize::from(roots.len() > 2);
+    }
+    assert!(many > 20, "only {many} rays with more than two roots");
+}
+
+#[test]
+fn any_grouping_gives_the_same_hits() {
+    let mut b = Build::default();
+    let root = common::three_octaves(&mut b);
+    for (kind, _) in Kind::ALL {
+        let mut made = caster(kind, &mut b.field(root), &Aabb::cube(REGION), TOLERANCE).expect("a caster");
+        let rays = &rays(4)[..700];
+        let mut whole = vec![Hit::MISS; rays.len()];
+        made.first_hits(rays, &mut whole, &mut CastStats::default());
+        for size in [1, 7, 64] {
+            let mut parts = vec![Hit::MISS; rays.len()];
+            for (rays, out) in rays.chunks(size).zip(parts.chunks_mut(size)) {
+                made.first_hits(rays, out, &mut CastStats::default());
+            }
+            assert_eq!(whole, parts, "{kind:?} in groups of {size}");
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! What fields say about whole regions, against closed forms and dense samples.
+
+mod common;
+
+use common::Build;
+use glam::DVec3;
+use orogen::field::{Extent, extent, lipschitz_outside};
+use orogen::num::Interval;
+use orogen::scene::Aabb;
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+
+#[test]
+fn the_extent_of_a_ball_is_its_box() {
+    let mut b = Build::default();
+    let f = b.sphere([1.0, 2.0, 3.0], 0.5);
+    let Extent::Within(found) = extent(&mut b.field(f), &Aabb::cube(64.0)) else { panic!("a bounded ball") };
+    assert!(
+        found.min.cmple(DVec3::new(0.5, 1.5, 2.5)).all() && found.max.cmpge(DVec3::new(1.5, 2.5, 3.5)).all()
+    );
+    assert!(found.diagonal() < 1.2 * 3f64.sqrt(), "{found:?}");
+}
+
+#[test]
+fn unbounded_and_absent_solids_are_told_apart() {
+    let mut b = Build::default();
+    let hills = common::hills(&mut b);
+    assert!(matches!(extent(&mut b.field(hills), &Aabb::cube(8.0)), Extent::Open(_)));
+    let ball = b.sphere([0.0; 3], 1.0);
+    let nothing = b.shifted(ball, 2.0);
+    assert_eq!(extent(&mut b.field(nothing), &Aabb::cube(8.0)), Extent::Empty);
+}
+
+#[test]
+fn the_lipschitz_bound_outside_a_ball_is_one() {
+    let mut b = Build::default();
+    let f = b.sphere([0.0; 3], 1.0);
+    let bound = lipschitz_outside(&mut b.field(f), &Aabb::cube(1.5));
+    assert!((1.0..1.1).contains(&bound), "{bound}");
+}
+
+#[test]
+fn the_lipschitz_bound_of_three_octaves_is_as_derived() {
+    let mut b = Build::default();
+    let f = common::three_octaves(&mut b);
+    let mut field = b.field(f);
+    let bound = lipschitz_outside(&mut field, &Aabb::cube(1.55));
+    // 1 + 3.2 L with L = 3.75, and a little for rounding up and for the corners of cells.
+    assert!((8.0..1.05 * (1.0 + 3.2 * 3.76)).contains(&bound), "{bound}");
+    let mut rng = StdRng::seed_from_u64(1);
+    for _ in 0..20_000 {
+        let p = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.55..1.55)));
+        let (value, gradient) = field.gradient(p);
+        assert!(value < 0.0 || gradient.length() <= bound);
+    }
+}
+
+#[test]
+fn a_cusp_has_no_lipschitz_bound() {
+    let mut b = Build::default();
+    let f = common::square_root_ridges(&mut b);
+    assert_eq!(lipschitz_outside(&mut b.field(f), &Aabb::cube(1.5)), f64::INFINITY);
+}
+
+#[test]
+fn enclosures_converge_with_the_square_of_the_box() {
+    let mut b = Build::default();
+    let f = common::three_octaves(&mut b);
+    let mut field = b.field(f);
+    let excess = |field: &mut orogen::field::Field, r: f64| {
+        let x = [1.0, 0.3, -0.2].map(|c| Interval::around(c, r));
+        let range = field.range(&x);
+        let mut rng = StdRng::seed_from_u64(9);
+        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        for _ in 0..4000 {
+            let v = field.value(DVec3::from_array(x.map(|x| rng.random_range(x.lo..x.hi))));
+            (lo, hi) = (lo.min(v), hi.max(v));
+        }
+        assert!(range.lo <= lo && hi <= range.hi);
+        range.width() - (hi - lo)
+    };
+    let (coarse, fine) = (excess(&mut field, 1e-3), excess(&mut field, 1e-4));
+    assert!(fine < 0.2 * coarse, "{coarse} {fine}");
+}
