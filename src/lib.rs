@@ -6,6 +6,7 @@ pub mod field;
 pub mod noise;
 pub mod num;
 pub mod op;
+pub mod render;
 pub mod scene;
 pub mod tape;
 pub mod world;

@@ -3,6 +3,7 @@
 //! The layers above read scripts only through a [`World`], so that a script host can be tested
 //! without files, and so that what a script touched is known and can be watched.
 
+pub mod atomic;
 pub mod watch;
 
 use std::collections::BTreeMap;

@@ -1,0 +1,51 @@
+//! Rendering: from a scene and a caster to a picture, and from a picture to a file.
+//!
+//! ```text
+//! Scene + Settings --prepare--> Prepared --render (with a caster)--> Picture --save--> PNG, EXR
+//! ```
+//!
+//! [`prepare`] checks what can be checked before any time is spent: sizes, the camera, whether the
+//! field has values at all. It also ties the detail of fractals to the size of a pixel, and so
+//! *fixes the field that the picture shows*: casters are made for [`Prepared::field`], not for the
+//! field of the scene. [`render()`] then works through square tiles in parallel, each in stages that
+//! handle many rays at once:
+//!
+//! ```text
+//! rays through the pixels -> first hits -> normals, colours -> rays to the sun -> light, air -> pixels
+//! ```
+//!
+//! Where a picture depends on something like chance, that is a hash of the pixel and the sample.
+//! Together with tiles that never see one another this makes pictures equal bit for bit, whatever
+//! the number of threads.
+
+mod air;
+mod error;
+mod job;
+mod light;
+mod openexr;
+mod picture;
+mod png;
+mod prepare;
+mod probe;
+mod sample;
+mod save;
+mod settings;
+mod stats;
+mod surface;
+mod tile;
+mod tone;
+mod view;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::{CameraError, RenderError};
+pub use job::{Job, Progress, render};
+pub use picture::{Picture, Pixel, Rect};
+pub use prepare::{Prepared, prepare};
+pub use probe::Probe;
+pub use save::{Format, Metadata, SaveError, can_save, save};
+pub use settings::{MAX_SAMPLES, MAX_SIDE, Settings};
+pub use stats::{Seconds, Stats};
+pub use tone::{srgb, tone_map};
+pub use view::View;

@@ -1,0 +1,120 @@
+//! Pictures: light in every pixel, and what was seen there.
+
+use super::{Settings, Stats, tone};
+use crate::diag::Diagnostic;
+use crate::render::RenderError;
+
+/// What a picture holds in one pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pixel {
+    /// Light from the solid and the air: linear red, green, blue, without the background.
+    pub color: [f32; 3],
+    /// Share of the background that is covered.
+    pub alpha: f32,
+    /// Distance from the eye of the nearest point seen in the pixel; infinite where there is none.
+    pub depth: f32,
+    /// That point; zero where there is none.
+    pub position: [f32; 3],
+    /// Unit normal there; zero where there is none.
+    pub normal: [f32; 3],
+}
+
+impl Pixel {
+    /// Nothing.
+    pub const EMPTY: Pixel =
+        Pixel { color: [0.0; 3], alpha: 0.0, depth: f32::INFINITY, position: [0.0; 3], normal: [0.0; 3] };
+
+    /// The pixel in front of a background.
+    pub fn over(&self, background: [f32; 3]) -> [f64; 3] {
+        let left = 1.0 - f64::from(self.alpha);
+        std::array::from_fn(|i| f64::from(self.color[i]) + left * f64::from(background[i]))
+    }
+}
+
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rect {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// A rendered scene, or as much of it as is finished.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Rows from top to bottom.
+    pub pixels: Vec<Pixel>,
+    /// Light behind everything, linear.
+    pub background: [f32; 3],
+    /// Exposure in stops for screens.
+    pub exposure: f64,
+    /// Whether every tile is there; not so after a cancellation.
+    pub finished: bool,
+    /// Tiles that are there.
+    pub tiles: u32,
+    /// Whether no ray met the solid.
+    pub empty: bool,
+    /// What is odd about the picture, with hints.
+    pub warnings: Vec<Diagnostic>,
+    /// What it cost.
+    pub stats: Stats,
+}
+
+impl Picture {
+    /// A picture of nothing yet.
+    pub(super) fn new(settings: &Settings, background: [f32; 3]) -> Result<Picture, RenderError> {
+        let Settings { width, height, .. } = *settings;
+        let count = width as usize * height as usize;
+        let mut pixels = Vec::new();
+        pixels.try_reserve_exact(count).map_err(|_| {
+            let needed = settings.memory_needed();
+            RenderError::Memory { width, height, needed, limit: 0 }
+        })?;
+        pixels.resize(count, Pixel::EMPTY);
+        Ok(Picture {
+            width,
+            height,
+            pixels,
+            background,
+            exposure: settings.exposure,
+            finished: false,
+            tiles: 0,
+            empty: true,
+            warnings: Vec::new(),
+            stats: Stats::default(),
+        })
+    }
+
+    /// The pixel in a column and row of the picture.
+    pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
+        &self.pixels[y as usize * self.width as usize + x as usize]
+    }
+
+    /// Puts the pixels of a tile in their place.
+    pub(super) fn put(&mut self, rect: &Rect, pixels: &[Pixel]) {
+        let columns = rect.width as usize;
+        for (row, line) in pixels.chunks_exact(columns).enumerate() {
+            let start = (rect.y as usize + row) * self.width as usize + rect.x as usize;
+            self.pixels[start..start + columns].copy_from_slice(line);
+        }
+    }
+
+    /// A row of the picture as screens show it: red, green and blue bytes in sRGB, on the
+    /// background.
+    pub fn row_bytes(&self, y: u32) -> Vec<u8> {
+        let width = self.width as usize;
+        let start = y as usize * width;
+        let gain = libm::exp2(self.exposure);
+        let row = self.pixels[start..start + width].iter().enumerate();
+        row.flat_map(|(x, p)| tone::bytes(p.over(self.background), gain, (start + x) as u64)).collect()
+    }
+}

@@ -1,0 +1,113 @@
+//! Pictures to files: the ending of the name picks the format, and the file appears whole or not
+//! at all.
+
+use super::{Picture, openexr, png};
+use crate::world::atomic::{self, WriteError};
+use std::path::{Path, PathBuf};
+
+/// A picture format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// 8-bit sRGB for screens, on the background.
+    Png,
+    /// 32-bit linear light with alpha, depth, positions and normals.
+    OpenExr,
+}
+
+impl Format {
+    /// All formats, with the endings of their files.
+    pub const ALL: [(Format, &'static str); 2] = [(Format::Png, "png"), (Format::OpenExr, "exr")];
+
+    /// The format that the ending of a path stands for.
+    ///
+    /// # Errors
+    /// [`SaveError::Ending`] lists the endings that there are.
+    pub fn of(path: &Path) -> Result<Format, SaveError> {
+        let ending = path.extension().unwrap_or_default();
+        Format::ALL
+            .into_iter()
+            .find(|(_, known)| ending.eq_ignore_ascii_case(known))
+            .map(|(format, _)| format)
+            .ok_or_else(|| SaveError::Ending { path: path.to_owned() })
+    }
+}
+
+/// Name and version of the program.
+pub(super) const SOFTWARE: &str = concat!("orogen ", env!("CARGO_PKG_VERSION"));
+
+/// What a file says about how its picture came about.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Metadata {
+    /// Text of the script.
+    pub script: String,
+    /// Parameters with the values used.
+    pub params: Vec<(String, f64)>,
+}
+
+impl Metadata {
+    /// The texts that go into a file, each with its name.
+    pub(super) fn texts(&self) -> Vec<(&'static str, String)> {
+        let params: Vec<String> = self.params.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let mut texts = Vec::new();
+        if !self.script.is_empty() {
+            texts.push(("Script", self.script.clone()));
+        }
+        if !params.is_empty() {
+            texts.push(("Parameters", params.join("\n")));
+        }
+        texts
+    }
+}
+
+/// Why a picture was not saved.
+#[derive(Debug, thiserror::Error)]
+pub enum SaveError {
+    /// The name does not say which format is meant.
+    #[error("{path:?} does not end in a known picture format; use .png or .exr")]
+    Ending {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// Whether a picture could be saved there; to be asked before minutes are spent on rendering it.
+///
+/// # Errors
+/// The error that [`save`] would give.
+pub fn can_save(path: &Path) -> Result<Format, SaveError> {
+    let format = Format::of(path)?;
+    atomic::check(path)?;
+    Ok(format)
+}
+
+/// Saves a picture in the format that its path asks for. An earlier file is replaced only once the
+/// new one is complete.
+///
+/// # Errors
+/// [`SaveError`] with the path and what to do about it.
+pub fn save(path: &Path, picture: &Picture, metadata: &Metadata) -> Result<(), SaveError> {
+    let format = Format::of(path)?;
+    atomic::write(path, |file| match format {
+        Format::Png => png::write(file, picture, metadata),
+        Format::OpenExr => openexr::write(file, picture, metadata),
+    })?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn endings() {
+        assert_eq!(Format::of(Path::new("a/b.PNG")).unwrap(), Format::Png);
+        assert_eq!(Format::of(Path::new("b.exr")).unwrap(), Format::OpenExr);
+        for bad in ["b.jpg", "b", ".png"] {
+            let error = Format::of(Path::new(bad)).unwrap_err().to_string();
+            assert!(Format::ALL.iter().all(|(_, ending)| error.contains(ending)), "{error}");
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! How a scene is to be rendered: what its script says, unless somebody says otherwise.
+
+use super::RenderError;
+use crate::scene::{Aabb, Scene};
+
+/// Longest side of a picture, in pixels.
+pub const MAX_SIDE: u32 = 65_536;
+
+/// Most samples per pixel.
+pub const MAX_SAMPLES: u32 = 65_536;
+
+/// How a scene is to be rendered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Exposure in stops, for 8-bit pictures; float pictures hold the light as it is.
+    pub exposure: f64,
+    /// Where the solid is looked for. Space outside is empty, and solids that reach outside are cut.
+    pub bounds: Aabb,
+    /// How far a hit may lie in front of the surface; found from the size of a pixel where `None`.
+    pub tolerance: Option<f64>,
+    /// Another seed moves the samples within their pixels.
+    pub seed: u64,
+    /// Bytes that the pixels of the picture may take.
+    pub memory: u64,
+}
+
+impl Settings {
+    /// The settings that the scene's script asks for. A scene without bounds gets `bounds`.
+    pub fn of(scene: &Scene, bounds: Aabb) -> Self {
+        Settings {
+            width: scene.film.width,
+            height: scene.film.height,
+            samples: scene.film.samples,
+            exposure: scene.film.exposure,
+            bounds: scene.bounds.unwrap_or(bounds),
+            tolerance: None,
+            seed: 0,
+            memory: 8 << 30,
+        }
+    }
+
+    /// Bytes that the pixels of the picture take.
+    pub fn memory_needed(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height) * size_of::<super::Pixel>() as u64
+    }
+
+    /// Whether a picture can be made like that.
+    ///
+    /// # Errors
+    /// [`RenderError`] names the setting that cannot be.
+    pub fn check(&self) -> Result<(), RenderError> {
+        let &Settings { width, height, memory: limit, .. } = self;
+        let side = 1..=MAX_SIDE;
+        if !side.contains(&width) || !side.contains(&height) {
+            return Err(RenderError::Size { width, height });
+        }
+        let needed = self.memory_needed();
+        if needed > limit {
+            return Err(RenderError::Memory { width, height, needed, limit });
+        }
+        if !(1..=MAX_SAMPLES).contains(&self.samples) {
+            return Err(RenderError::Samples(self.samples));
+        }
+        if !(-64.0..=64.0).contains(&self.exposure) {
+            let range = "from -64 to 64 stops";
+            return Err(RenderError::Setting { name: "exposure", value: self.exposure, range });
+        }
+        if let Some(value) = self.tolerance
+            && !(value > 0.0 && value.is_finite())
+        {
+            return Err(RenderError::Setting { name: "tolerance", value, range: "positive" });
+        }
+        let Aabb { min, max } = self.bounds;
+        if !(min.is_finite() && max.is_finite() && min.cmplt(max).all()) {
+            return Err(RenderError::Bounds);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings() -> Settings {
+        Settings {
+            width: 800,
+            height: 600,
+            samples: 4,
+            exposure: 0.0,
+            bounds: Aabb::cube(1.0),
+            tolerance: None,
+            seed: 0,
+            memory: 1 << 30,
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_named() {
+        assert_eq!(settings().check(), Ok(()));
+        let error = |s: Settings| s.check().unwrap_err().to_string();
+        assert!(error(Settings { width: 0, ..settings() }).contains("0 x 600"));
+        assert!(error(Settings { height: 70_000, ..settings() }).contains("65536"));
+        assert!(error(Settings { width: 60_000, height: 60_000, ..settings() }).contains("memory"));
+        assert!(error(Settings { samples: 0, ..settings() }).contains("samples"));
+        assert!(error(Settings { exposure: f64::NAN, ..settings() }).contains("exposure"));
+        assert!(error(Settings { tolerance: Some(0.0), ..settings() }).contains("tolerance"));
+        assert!(error(Settings { bounds: Aabb::cube(-1.0), ..settings() }).contains("bounds"));
+    }
+}

@@ -1,0 +1,67 @@
+//! What a picture cost, and how far it is to be trusted.
+
+use crate::cast::CastStats;
+use std::ops::AddAssign;
+
+/// Seconds spent, summed over threads unless said otherwise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Seconds {
+    /// Rays through the pixels.
+    pub primary: f64,
+    /// Normals and colours.
+    pub surface: f64,
+    /// Rays to the sun.
+    pub shadow: f64,
+    /// Light and air.
+    pub shading: f64,
+    /// From start to end, on the clock on the wall.
+    pub wall: f64,
+}
+
+/// What a picture cost, and how far it is to be trusted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Stats {
+    /// Rays through the pixels; a ray that misses the bounds counts as not cast.
+    pub primary: CastStats,
+    /// Rays to the sun.
+    pub shadow: CastStats,
+    /// Where the time went.
+    pub seconds: Seconds,
+    /// Pixels finished.
+    pub pixels: u64,
+    /// Samples finished.
+    pub samples: u64,
+    /// Samples whose normal or colour is not a number (such colours are shown in magenta).
+    pub undefined: u64,
+    /// Threads that could take part.
+    pub threads: u64,
+}
+
+impl Stats {
+    /// Rays of all kinds whose answer is not proven.
+    pub fn uncertified(&self) -> u64 {
+        self.primary.uncertified + self.shadow.uncertified
+    }
+}
+
+impl AddAssign for Seconds {
+    fn add_assign(&mut self, o: Seconds) {
+        self.primary += o.primary;
+        self.surface += o.surface;
+        self.shadow += o.shadow;
+        self.shading += o.shading;
+        self.wall += o.wall;
+    }
+}
+
+impl AddAssign for Stats {
+    fn add_assign(&mut self, o: Stats) {
+        self.primary += o.primary;
+        self.shadow += o.shadow;
+        self.seconds += o.seconds;
+        self.pixels += o.pixels;
+        self.samples += o.samples;
+        self.undefined += o.undefined;
+        self.threads += o.threads;
+    }
+}

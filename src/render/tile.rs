@@ -1,0 +1,283 @@
+//! Tiles: small squares of the picture, each rendered by one thread in stages that handle many
+//! rays at once.
+
+use super::air::Atmosphere;
+use super::sample::{Purpose, Strata, uniform};
+use super::surface::{Patch, Surface};
+use super::{Job, Pixel, Prepared, Rect, Stats, light};
+use crate::cast::{Caster, Hit, Ray};
+use glam::DVec3;
+use std::ops::Range;
+use std::time::Instant;
+
+/// Side of a tile in pixels.
+pub(super) const SIDE: u32 = 16;
+
+/// Rays that a stage handles at once, about: enough for full batches, few enough that their state
+/// stays in the cache and a cancelled job stops soon.
+const GROUP: u32 = 2048;
+
+/// The tiles of a picture, those in the middle first: that is where people look.
+pub(super) fn tiles(width: u32, height: u32) -> Vec<Rect> {
+    let starts = |size: u32| (0..size).step_by(SIDE as usize);
+    let tile = |x: u32, y: u32| Rect { x, y, width: SIDE.min(width - x), height: SIDE.min(height - y) };
+    let mut tiles: Vec<Rect> = starts(height).flat_map(|y| starts(width).map(move |x| tile(x, y))).collect();
+    let off = |at: u32, size: u32, whole: u32| i64::from(2 * at + size) - i64::from(whole);
+    tiles.sort_by_key(|t| off(t.x, t.width, width).pow(2) + off(t.y, t.height, height).pow(2));
+    tiles
+}
+
+/// A sample on its way from a ray to light.
+#[derive(Clone, Copy)]
+struct Sample {
+    /// Number of the pixel in the tile.
+    pixel: usize,
+    direction: DVec3,
+    /// Random number for the air.
+    jitter: f64,
+    /// Distance to the solid, and the number of the patch there; infinite for a miss.
+    distance: f64,
+    patch: usize,
+}
+
+/// What a pixel has gathered so far.
+#[derive(Clone, Copy)]
+struct Sum {
+    color: DVec3,
+    alpha: f64,
+    nearest: f64,
+    position: DVec3,
+    normal: DVec3,
+}
+
+/// One thread's caster and memory.
+pub(super) struct Worker<'a> {
+    scene: &'a Prepared,
+    air: Option<Atmosphere>,
+    caster: Box<dyn Caster>,
+    surface: Surface,
+    strata: Strata,
+    pub(super) stats: Stats,
+    sums: Vec<Sum>,
+    samples: Vec<Sample>,
+    rays: Vec<Ray>,
+    hits: Vec<Hit>,
+    patches: Vec<Patch>,
+    lit: Vec<bool>,
+    pixels: Vec<Pixel>,
+}
+
+impl<'a> Worker<'a> {
+    pub(super) fn new(scene: &'a Prepared, caster: Box<dyn Caster>) -> Self {
+        Worker {
+            scene,
+            air: scene.sky.air.as_ref().and_then(Atmosphere::new),
+            caster,
+            surface: Surface::new(scene),
+            strata: Strata::new(scene.settings.samples),
+            stats: Stats::default(),
+            sums: Vec::new(),
+            samples: Vec::new(),
+            rays: Vec::new(),
+            hits: Vec::new(),
+            patches: Vec::new(),
+            lit: Vec::new(),
+            pixels: Vec::new(),
+        }
+    }
+
+    /// Renders a tile; `None` when the job was cancelled before it was finished.
+    pub(super) fn tile(&mut self, rect: &Rect, job: &Job<'_>) -> Option<&[Pixel]> {
+        let none = Sum {
+            color: DVec3::ZERO,
+            alpha: 0.0,
+            nearest: f64::INFINITY,
+            position: DVec3::ZERO,
+            normal: DVec3::ZERO,
+        };
+        let area = rect.width * rect.height;
+        self.sums.clear();
+        self.sums.resize(area as usize, none);
+        let samples = self.scene.settings.samples;
+        let at_once = (GROUP / area).max(1);
+        for first in (0..samples).step_by(at_once as usize) {
+            self.primary(rect, first..samples.min(first + at_once));
+            self.surface();
+            if job.is_cancelled() {
+                return None;
+            }
+            self.shadows();
+            self.shade();
+            if job.is_cancelled() {
+                return None;
+            }
+        }
+        self.stats.pixels += u64::from(area);
+        self.stats.samples += u64::from(area) * u64::from(samples);
+        self.pixels.clear();
+        self.pixels.extend(self.sums.iter().map(|sum| resolve(sum, samples)));
+        Some(&self.pixels)
+    }
+
+    /// Casts rays through the pixels of the tile.
+    fn primary(&mut self, rect: &Rect, samples: Range<u32>) {
+        let start = Instant::now();
+        let Prepared { settings, view, tolerance, .. } = self.scene;
+        self.samples.clear();
+        self.rays.clear();
+        let mut owners = Vec::new();
+        for (column, row) in (0..SIDE * SIDE).map(unravel).filter(|&(x, y)| x < rect.width && y < rect.height) {
+            let (x, y) = (rect.x + column, rect.y + row);
+            let id = u64::from(y) << 32 | u64::from(x);
+            for s in samples.clone() {
+                let [u, v] = self.strata.place(id, s, settings.seed);
+                let direction = view.direction(f64::from(x) + u, f64::from(y) + v);
+                if let Some(ray) = view.ray(direction, &settings.bounds, *tolerance) {
+                    owners.push(self.samples.len());
+                    self.rays.push(ray);
+                }
+                self.samples.push(Sample {
+                    pixel: (row * rect.width + column) as usize,
+                    direction,
+                    jitter: uniform(id, s, Purpose::Air, settings.seed),
+                    distance: f64::INFINITY,
+                    patch: 0,
+                });
+            }
+        }
+        self.hits.clear();
+        self.hits.resize(self.rays.len(), Hit::MISS);
+        self.caster.first_hits(&self.rays, &mut self.hits, &mut self.stats.primary);
+        for (owner, hit) in owners.into_iter().zip(&self.hits) {
+            self.samples[owner].distance = hit.t;
+        }
+        self.stats.seconds.primary += start.elapsed().as_secs_f64();
+    }
+
+    /// Finds normals and colours where rays met the solid.
+    fn surface(&mut self) {
+        let start = Instant::now();
+        let eye = self.scene.view.eye;
+        let mut seen = Vec::new();
+        for sample in self.samples.iter_mut().filter(|s| s.distance.is_finite()) {
+            sample.patch = seen.len();
+            seen.push((eye + sample.distance * sample.direction, sample.direction));
+        }
+        self.patches.clear();
+        self.surface.patches(&seen, &mut self.patches);
+        self.stats.undefined += self.patches.iter().filter(|p| p.undefined).count() as u64;
+        self.stats.seconds.surface += start.elapsed().as_secs_f64();
+    }
+
+    /// Casts rays towards the sun from the patches that face it.
+    fn shadows(&mut self) {
+        let start = Instant::now();
+        let sun = &self.scene.sun;
+        self.lit.clear();
+        self.lit.extend(self.patches.iter().map(|p| light::faces(p, sun)));
+        if sun.shadows {
+            self.rays.clear();
+            let mut owners = Vec::new();
+            for (i, patch) in self.patches.iter().enumerate().filter(|&(i, _)| self.lit[i]) {
+                if let Some(ray) = self.scene.shadow_ray(patch) {
+                    owners.push(i);
+                    self.rays.push(ray);
+                }
+            }
+            self.hits.clear();
+            self.hits.resize(self.rays.len(), Hit::MISS);
+            self.caster.first_hits(&self.rays, &mut self.hits, &mut self.stats.shadow);
+            for (owner, hit) in owners.into_iter().zip(&self.hits) {
+                self.lit[owner] = !hit.is_hit();
+            }
+        }
+        self.stats.seconds.shadow += start.elapsed().as_secs_f64();
+    }
+
+    /// Adds the light of all samples to their pixels.
+    fn shade(&mut self) {
+        let start = Instant::now();
+        let Prepared { sun, sky, view, .. } = self.scene;
+        let air = self.air.as_ref();
+        for sample in &self.samples {
+            let sum = &mut self.sums[sample.pixel];
+            let hit = sample.distance.is_finite();
+            let (mut color, mut alpha) = (DVec3::ZERO, 0.0);
+            if hit {
+                let patch = &self.patches[sample.patch];
+                color = light::reflected(patch, sun, self.lit[sample.patch], sky, air);
+                alpha = 1.0;
+                if sample.distance < sum.nearest {
+                    (sum.nearest, sum.position, sum.normal) = (sample.distance, patch.position, patch.normal);
+                }
+            }
+            if let Some(air) = air {
+                let seen = air.along(view.eye, sample.direction, sample.distance, sun, sample.jitter);
+                color = color * seen.transmittance + seen.scattered;
+                if !hit {
+                    alpha = 1.0 - seen.transmittance.element_sum() / 3.0;
+                }
+            }
+            sum.color += color;
+            sum.alpha += alpha;
+        }
+        self.stats.seconds.shading += start.elapsed().as_secs_f64();
+    }
+}
+
+impl Prepared {
+    /// The ray from a patch towards the sun, as far as the bounds go. It starts a few tolerances
+    /// above the solid, so as not to meet the patch that it comes from.
+    fn shadow_ray(&self, patch: &Patch) -> Option<Ray> {
+        let rounding = 64.0 * f64::EPSILON * patch.position.abs().max_element();
+        let origin = patch.position + (4.0 * self.tolerance + rounding) * patch.normal;
+        let direction = self.sun.direction;
+        let (_, far) = self.settings.bounds.clip(origin, direction)?;
+        (far > 0.0).then_some(Ray { origin, direction, near: 0.0, far })
+    }
+}
+
+/// Column and row of the `i`-th pixel of a tile. Neighbours in this order (Morton's) are neighbours
+/// in the picture, so that the rays of a batch stay together.
+fn unravel(i: u32) -> (u32, u32) {
+    let every_other = |i: u32| (0..4).fold(0, |x, bit| x | (i >> (2 * bit) & 1) << bit);
+    (every_other(i), every_other(i >> 1))
+}
+
+fn resolve(sum: &Sum, samples: u32) -> Pixel {
+    let share = 1.0 / f64::from(samples);
+    Pixel {
+        color: (sum.color * share).as_vec3().to_array(),
+        alpha: (sum.alpha * share) as f32,
+        depth: sum.nearest as f32,
+        position: sum.position.as_vec3().to_array(),
+        normal: sum.normal.as_vec3().to_array(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_cover_every_pixel_once() {
+        for (width, height) in [(1, 1), (16, 16), (17, 33), (100, 5)] {
+            let mut seen = vec![0; (width * height) as usize];
+            for t in tiles(width, height) {
+                for (x, y) in (t.y..t.y + t.height).flat_map(|y| (t.x..t.x + t.width).map(move |x| (x, y))) {
+                    seen[(y * width + x) as usize] += 1;
+                }
+            }
+            assert!(seen.iter().all(|&n| n == 1));
+        }
+    }
+
+    #[test]
+    fn the_order_within_a_tile_visits_every_pixel() {
+        let mut seen: Vec<_> = (0..SIDE * SIDE).map(unravel).collect();
+        seen.sort();
+        seen.dedup();
+        assert_eq!(seen.len(), (SIDE * SIDE) as usize);
+        assert_eq!(seen.last(), Some(&(SIDE - 1, SIDE - 1)));
+    }
+}
