@@ -33,7 +33,11 @@ fn main() -> ExitCode {
             eprintln!("{name} <= {target} is not proven; the search found {found:?}");
             return ExitCode::FAILURE;
         };
-        println!("| {name} | {:.6} | {target} | {boxes} | {:.1} |", found.value, start.elapsed().as_secs_f64());
+        println!(
+            "| {name} | {:.6} | {target} | {boxes} | {:.1} |",
+            found.value,
+            start.elapsed().as_secs_f64()
+        );
     }
     ExitCode::SUCCESS
 }

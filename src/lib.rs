@@ -8,5 +8,6 @@ pub mod num;
 pub mod op;
 pub mod render;
 pub mod scene;
+pub mod script;
 pub mod tape;
 pub mod world;

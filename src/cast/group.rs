@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// Questions answered together. More would amortise dispatch better but leave more lanes idle when
 /// few rays are left.
-const LANES: usize = 16;
+const LANES: usize = 32;
 
 /// One way to cast a ray.
 pub(super) trait Strategy: Clone + Send + 'static {
@@ -69,30 +69,46 @@ impl<S: Strategy> Group<S> {
                 done(i, march, Hit::MISS);
             }
         }
+        let mut outcomes: Vec<Option<Hit>> = Vec::with_capacity(rays.len());
         while !active.is_empty() {
-            let mut next = Vec::with_capacity(active.len());
-            let mut queue = active.into_iter().peekable();
-            while queue.peek().is_some() {
-                let mut batch: Vec<(usize, S::March)> = queue.by_ref().take(LANES).collect();
-                let asked: Vec<[S::Number; 3]> =
-                    batch.iter().map(|(i, march)| self.strategy.ask(&rays[*i], march)).collect();
-                // Idle lanes repeat the first question.
-                let lane = |l: usize| asked.get(l).unwrap_or(&asked[0]);
-                let p = std::array::from_fn(|axis| Many(std::array::from_fn(|l| lane(l)[axis])));
-                let answers = self.evaluator.eval(&p).0;
-                stats.evaluations += batch.len() as u64;
-                for (l, (i, mut march)) in batch.drain(..).enumerate() {
-                    match self.strategy.tell(&rays[i], &mut march, &answers[l], stats) {
-                        Some(hit) => {
-                            stats.hits += u64::from(hit.is_hit());
-                            stats.uncertified += u64::from(!hit.certified);
-                            done(i, march, hit);
-                        }
-                        None => next.push((i, march)),
-                    }
-                }
+            outcomes.clear();
+            for batch in active.chunks_mut(LANES) {
+                self.round(rays, batch, &mut outcomes, stats);
             }
-            active = next;
+            let settle = |((i, march), outcome): ((usize, S::March), &Option<Hit>)| match outcome {
+                Some(hit) => {
+                    stats.hits += u64::from(hit.is_hit());
+                    stats.uncertified += u64::from(!hit.certified);
+                    done(i, march, *hit);
+                    None
+                }
+                None => Some((i, march)),
+            };
+            active = active.into_iter().zip(&outcomes).filter_map(settle).collect();
+        }
+    }
+
+    /// One question and answer for each ray of a batch.
+    fn round(
+        &mut self,
+        rays: &[Ray],
+        batch: &mut [(usize, S::March)],
+        outcomes: &mut Vec<Option<Hit>>,
+        stats: &mut CastStats,
+    ) {
+        // Idle lanes repeat the first question.
+        let first = self.strategy.ask(&rays[batch[0].0], &batch[0].1);
+        let mut p = first.map(|c| Many([c; LANES]));
+        for (l, (i, march)) in batch.iter().enumerate().skip(1) {
+            let asked = self.strategy.ask(&rays[*i], march);
+            for axis in 0..3 {
+                p[axis].0[l] = asked[axis];
+            }
+        }
+        let answers = self.evaluator.eval(&p);
+        stats.evaluations += batch.len() as u64;
+        for (l, (i, march)) in batch.iter_mut().enumerate() {
+            outcomes.push(self.strategy.tell(&rays[*i], march, &answers.0[l], stats));
         }
     }
 }

@@ -93,7 +93,8 @@ fn extreme<const K: usize, R: Real>(x: [R; 3], u: [R; 3]) -> R {
             // k W^(k-1) = k (k-1)! times the coefficient.
             let low = if K == 0 { R::of(0.0) } else { factorial * convolved(&ab, &c[l], K - 1) };
             let node = [i, j, l];
-            sum = sum + over_directions([0, 1, 2].map(|n| high * (x[n] - R::of(node[n] as f64)) + low * u[n]));
+            sum =
+                sum + over_directions([0, 1, 2].map(|n| high * (x[n] - R::of(node[n] as f64)) + low * u[n]));
         }
     }
     sum
@@ -126,7 +127,8 @@ fn model<const K: usize>(x: [f64; 3], u: [f64; 3], half: [f64; 3]) -> f64 {
         let node = [c & 1, c >> 1 & 1, c >> 2];
         // Coefficients K and K - 1 of a product of three polynomials.
         let weights = |axes: [&[f64; 6]; 3]| {
-            let ab: [f64; 6] = std::array::from_fn(|n| if n <= K { convolved(axes[0], axes[1], n) } else { 0.0 });
+            let ab: [f64; 6] =
+                std::array::from_fn(|n| if n <= K { convolved(axes[0], axes[1], n) } else { 0.0 });
             let low = if K == 0 { 0.0 } else { convolved(&ab, axes[2], K - 1) };
             [factorial * convolved(&ab, axes[2], K), factorial * low]
         };
@@ -143,9 +145,10 @@ fn model<const K: usize>(x: [f64; 3], u: [f64; 3], half: [f64; 3]) -> f64 {
         });
         for (vertex, sum) in sums.iter_mut().enumerate() {
             let side = [0, 1, 2].map(|i| if vertex >> i & 1 == 0 { -1.0 } else { 1.0 });
-            *sum += over_directions([0, 1, 2].map(|n| {
-                v[n] + (side[0] * slope[0][n] + side[1] * slope[1][n] + side[2] * slope[2][n])
-            }));
+            *sum += over_directions(
+                [0, 1, 2]
+                    .map(|n| v[n] + (side[0] * slope[0][n] + side[1] * slope[1][n] + side[2] * slope[2][n])),
+            );
         }
     }
     sums.into_iter().fold(0.0, f64::max)
@@ -289,7 +292,8 @@ fn judge(k: usize, target: f64, method: Method, leaf: &Leaf) -> Verdict {
             let Method::NextTwo(_, second) = method else { return leaf.split(next, k as f64 * target) };
             let bend = 0.5 * second * rho * rho;
             let half = [h[0], h[1], h[2]];
-            if delta < 1.0 && value + bend <= room && modelled(k, [m[0], m[1], m[2]], u, half) + bend <= room {
+            if delta < 1.0 && value + bend <= room && modelled(k, [m[0], m[1], m[2]], u, half) + bend <= room
+            {
                 return Verdict::Holds;
             }
             [f64::min(second * rho, next), k as f64 * target]
@@ -337,7 +341,10 @@ pub fn prove(k: usize, target: f64, method: Method, budget: u64) -> Option<u64> 
             }
         }
     }
-    parts.into_par_iter().map(|leaf| settle(k, target, method, leaf, budget)).try_reduce(|| 0, |a, b| Some(a + b))
+    parts
+        .into_par_iter()
+        .map(|leaf| settle(k, target, method, leaf, budget))
+        .try_reduce(|| 0, |a, b| Some(a + b))
 }
 
 #[cfg(test)]

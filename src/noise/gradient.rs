@@ -184,7 +184,8 @@ fn jet<const ORDER: u8>(hashes: [u32; 8], t: [f64; 3]) -> Point {
         if ORDER >= HESSIAN {
             let s2 = t.map(|t| 60.0 * (t * (t - 1.0)) * (2.0 * t - 1.0));
             let same = |i: usize| 2.0 * (s1[i] * g[i].d[i]) + s2[i] * p.d[i];
-            let cross = |i: usize, j: usize, pij: f64| s1[i] * s1[j] * pij + (s1[i] * g[j].d[i] + s1[j] * g[i].d[j]);
+            let cross =
+                |i: usize, j: usize, pij: f64| s1[i] * s1[j] * pij + (s1[i] * g[j].d[i] + s1[j] * g[i].d[j]);
             let [xy, xz, yz] = p.dd;
             out.hess = [same(0), same(1), same(2), cross(0, 1, xy), cross(0, 2, xz), cross(1, 2, yz)];
         }
@@ -431,7 +432,14 @@ mod tests {
     #[test]
     fn neighbouring_nodes_are_uncorrelated() {
         // Products of a component at nodes a small step apart: mean 0, deviation (2/3) / sqrt(n).
-        for step in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0], [2.0, -1.0, 1.0], [256.0, 0.0, 0.0]] {
+        for step in [
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [1.0, 1.0, 0.0],
+            [2.0, -1.0, 1.0],
+            [256.0, 0.0, 0.0],
+        ] {
             let mut sum = [0.0; 9];
             for i in 0..40_i32.pow(3) {
                 let p = [i % 40 - 20, i / 40 % 40 - 20, i / 1600 - 20].map(f64::from);

@@ -99,12 +99,34 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
                 at[axis][i] = c[axis];
             }
         }
-        let jets = Jetted::<B>::of(k, T::ORDER, &at);
+        // Which arrays there are is known when this is compiled; the others cost nothing.
+        let mut value = [0.0; B];
+        let (mut grad, mut hess);
+        let (mut grads, mut hesses) = (None, None);
+        if T::ORDER >= Order::Gradient {
+            grad = [[0.0; B]; 3];
+            grads = Some(&mut grad);
+        }
+        if T::ORDER >= Order::Hessian {
+            hess = [[0.0; B]; 6];
+            hesses = Some(&mut hess);
+        }
+        let out = Jets {
+            value: &mut value,
+            grad: grads.as_mut().map(|g| g.each_mut().map(|g| &mut g[..])),
+            hess: hesses.as_mut().map(|h| h.each_mut().map(|h| &mut h[..])),
+        };
+        k.jets([&at[0][..], &at[1][..], &at[2][..]], out);
         p[0].lanes(
             #[inline(always)]
             |i| {
                 let size = at[0][i].abs().max(at[1][i].abs()).max(at[2][i].abs());
-                T::expand(&bounds, &jets.point(i), k.error(size), p.map(|p| &p.0[i]))
+                let jet = Point {
+                    value: value[i],
+                    grad: grads.as_ref().map_or([0.0; 3], |g| [g[0][i], g[1][i], g[2][i]]),
+                    hess: hesses.as_ref().map_or([0.0; 6], |h| std::array::from_fn(|k| h[k][i])),
+                };
+                T::expand(&bounds, &jet, k.error(size), p.map(|p| &p.0[i]))
             },
         )
     }
@@ -113,35 +135,5 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
     }
     fn range(&self) -> Interval {
         self.0.iter().map(T::range).reduce(Interval::hull).unwrap_or(Interval::ENTIRE)
-    }
-}
-
-/// The jets of a batch, as arrays.
-struct Jetted<const B: usize> {
-    value: [f64; B],
-    grad: [[f64; B]; 3],
-    hess: [[f64; B]; 6],
-}
-
-impl<const B: usize> Jetted<B> {
-    #[inline(always)]
-    fn of<K: Kernel + ?Sized>(k: &K, order: Order, at: &[[f64; B]; 3]) -> Self {
-        let mut jets = Jetted { value: [0.0; B], grad: [[0.0; B]; 3], hess: [[0.0; B]; 6] };
-        let out = Jets {
-            value: &mut jets.value,
-            grad: (order >= Order::Gradient).then(|| jets.grad.each_mut().map(|g| &mut g[..])),
-            hess: (order >= Order::Hessian).then(|| jets.hess.each_mut().map(|h| &mut h[..])),
-        };
-        k.jets([&at[0][..], &at[1][..], &at[2][..]], out);
-        jets
-    }
-
-    #[inline(always)]
-    fn point(&self, lane: usize) -> Point {
-        Point {
-            value: self.value[lane],
-            grad: std::array::from_fn(|i| self.grad[i][lane]),
-            hess: std::array::from_fn(|i| self.hess[i][lane]),
-        }
     }
 }

@@ -150,12 +150,15 @@ impl Atmosphere {
         exp(-self.scattering * mass.max(0.0)) * visible
     }
 
-    /// How bright the sky is above a point, relative to a clear day: the mean sunlight two heights
-    /// further up, where most of what the sky scatters down has yet to be scattered. It lingers
-    /// after sunset and then goes out.
+    /// How bright the sky is above a point, relative to the sun overhead: the mean sunlight two
+    /// heights further up, where most of what the sky scatters down has yet to be scattered, times
+    /// how steeply it falls in. It fades towards sunset, lingers after it, and goes out.
     pub(super) fn daylight(&self, p: DVec3, sun: DVec3) -> f64 {
-        let above = p + 2.0 * self.height * p.normalize_or_zero();
-        self.sunlight(above, sun).element_sum() / 3.0
+        let up = p.normalize_or_zero();
+        let mu = up.dot(sun);
+        // `max(mu, 0)` with its corner rounded off to 0.1, for the light from beyond the horizon.
+        let steepness = 0.5 * (mu + (mu * mu + 0.04).sqrt());
+        steepness.min(1.0) * self.sunlight(p + 2.0 * self.height * up, sun).element_sum() / 3.0
     }
 }
 
@@ -209,8 +212,8 @@ mod tests {
     #[test]
     fn steps_add_up_to_the_closed_form() {
         let earth = earth();
-        for mu in [1.0, 0.7, 0.2, 0.05, 0.0] {
-            let direction = DVec3::new((1.0 - mu * mu as f64).sqrt(), mu, 0.0);
+        for mu in [1.0f64, 0.7, 0.2, 0.05, 0.0] {
+            let direction = DVec3::new((1.0 - mu * mu).sqrt(), mu, 0.0);
             let seen = earth.along(DVec3::Y, direction, f64::INFINITY, &noon(), 0.5);
             let depth = -seen.transmittance.x.ln() / earth.scattering.x;
             let closed = earth.mass_above(1.0, mu);

@@ -75,7 +75,9 @@ impl RenderError {
     pub fn diagnostic(&self) -> Diagnostic {
         let message = Diagnostic::error(self.to_string());
         match self {
-            RenderError::Size { .. } => message.hint("set width and height in the film, or on the command line"),
+            RenderError::Size { .. } => {
+                message.hint("set width and height in the film, or on the command line")
+            }
             RenderError::Memory { .. } => message.hint("render a smaller picture, or raise the memory limit"),
             RenderError::Samples(_) => message.hint("4 samples are a good preview, 16 to 64 a final picture"),
             RenderError::Setting { name, .. } => message.hint(format!("change {name}")),
@@ -85,7 +87,9 @@ impl RenderError {
             RenderError::Undefined { place } => message
                 .at(place.clone())
                 .hint("look for a division by zero, or a square root or logarithm of a negative number"),
-            RenderError::TooLarge(_) => message.hint("use fewer nodes, or fractals with octaves instead of loops"),
+            RenderError::TooLarge(_) => {
+                message.hint("use fewer nodes, or fractals with octaves instead of loops")
+            }
         }
     }
 }

@@ -56,8 +56,7 @@ pub fn render(scene: &Prepared, caster: &dyn Caster, job: &Job<'_>) -> Result<Pi
     let mut picture = Picture::new(&scene.settings, scene.sky.background.as_vec3().to_array())?;
     let tiles = tiles(picture.width, picture.height);
     let threads = rayon::current_num_threads().min(tiles.len());
-    let mut workers: Vec<Worker<'_>> =
-        (0..threads).map(|_| Worker::new(scene, caster.clone_box())).collect();
+    let mut workers: Vec<Worker<'_>> = (0..threads).map(|_| Worker::new(scene, caster.clone_box())).collect();
     let next = AtomicUsize::new(0);
     let film = Mutex::new(&mut picture);
     workers.par_iter_mut().with_max_len(1).for_each(|worker| {
@@ -85,8 +84,10 @@ fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {
     let mut warnings = scene.warnings.clone();
     if picture.empty && picture.finished {
         warnings.push(if scene.probe.inside == 0 {
-            Diagnostic::warning("there is no solid within the bounds: the field is positive wherever it was tried")
-                .hint("check the sign of the field (negative is inside), or widen the bounds")
+            Diagnostic::warning(
+                "there is no solid within the bounds: the field is positive wherever it was tried",
+            )
+            .hint("check the sign of the field (negative is inside), or widen the bounds")
         } else {
             Diagnostic::warning("the camera does not see the solid")
                 .hint("turn the camera's target towards it, step back, or widen the field of view")
@@ -94,7 +95,8 @@ fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {
     }
     if picture.stats.undefined > 0 {
         let share = 100.0 * picture.stats.undefined as f64 / picture.stats.samples as f64;
-        let message = format!("colour or normal is not a number in {share:.2}% of the samples (shown in magenta)");
+        let message =
+            format!("colour or normal is not a number in {share:.2}% of the samples (shown in magenta)");
         warnings.push(Diagnostic::warning(message).hint("guard divisions and square roots in the colour"));
     }
     warnings

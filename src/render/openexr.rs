@@ -40,19 +40,32 @@ pub(super) fn write(file: impl Write + Seek, picture: &Picture, metadata: &Metad
     };
     let size = (picture.width as usize, picture.height as usize);
     let channels = AnyChannels::sort(channels.into_iter().collect());
-    let software = LayerAttributes { software_name: Some(text(SOFTWARE)), ..LayerAttributes::default() };
-    let mut image = Image::from_layer(Layer::new(size, software, encoding, channels));
-    let mut add = |name: &str, value| image.attributes.other.insert(text(name), value);
-    for (name, value) in metadata.texts() {
-        add(&name.to_lowercase(), AttributeValue::Text(text(&value)));
-    }
-    add("exposure", AttributeValue::F32(picture.exposure as f32));
-    let [r, g, b] = picture.background;
-    add("background", AttributeValue::FloatVec3((r, g, b)));
+    let mut image = Image::from_layer(Layer::new(size, about(picture), encoding, channels));
+    // The library keeps such attributes in hash maps, in any order. With one in the map of the image
+    // and one in that of its layer, equal pictures still make equal files.
+    let layer = &mut image.layer_data.attributes.other;
+    image.attributes.other.insert(text("script"), AttributeValue::Text(text(&metadata.script)));
+    layer.insert(text("parameters"), AttributeValue::Text(text(&metadata.parameters())));
     image.write().to_buffered(file).map_err(|error| match error {
         Error::Io(error) => error,
         other => io::Error::other(other.to_string()),
     })
+}
+
+/// Standard attributes: who made the picture, and how to read it.
+fn about(picture: &Picture) -> LayerAttributes {
+    let [r, g, b] = picture.background;
+    let comments = format!(
+        "Linear light, Rec. 709 primaries, premultiplied; background {r} {g} {b} left out; exposure \
+         {} stops left out. Z is the distance from the eye; Z, position and normal are those of the \
+         nearest sample in a pixel.",
+        picture.exposure
+    );
+    LayerAttributes {
+        software_name: Some(text(SOFTWARE)),
+        comments: Some(text(&comments)),
+        ..LayerAttributes::default()
+    }
 }
 
 /// Attributes are bytes; texts go in as UTF-8. (The library takes one character a byte.)

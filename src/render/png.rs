@@ -12,7 +12,7 @@ pub(super) fn write(file: impl Write, picture: &Picture, metadata: &Metadata) ->
     encoder.set_depth(BitDepth::Eight);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     encoder.add_text_chunk("Software".to_owned(), SOFTWARE.to_owned()).map_err(io_error)?;
-    for (name, text) in metadata.texts() {
+    for (name, text) in [("Script", metadata.script.clone()), ("Parameters", metadata.parameters())] {
         encoder.add_itxt_chunk(name.to_owned(), text).map_err(io_error)?;
     }
     let mut writer = encoder.write_header().map_err(io_error)?;

@@ -66,13 +66,15 @@ impl Probe {
         }
         if self.undefined > 0 {
             let percent = 100.0 * self.undefined as f64 / self.points as f64;
-            let message = format!("the field is undefined (NaN or infinite) in about {percent:.1}% of its bounds");
+            let message =
+                format!("the field is undefined (NaN or infinite) in about {percent:.1}% of its bounds");
             let warning = Diagnostic::warning(message).at(place.clone());
             warnings.push(warning.hint("guard divisions, square roots and logarithms with max or abs"));
         }
         if self.camera_inside {
             let warning = Diagnostic::warning("the camera is inside the solid").at(place);
-            warnings.push(warning.hint("move the camera away from the solid, or check the sign of the field"));
+            warnings
+                .push(warning.hint("move the camera away from the solid, or check the sign of the field"));
         }
         Ok(warnings)
     }

@@ -45,17 +45,10 @@ pub struct Metadata {
 }
 
 impl Metadata {
-    /// The texts that go into a file, each with its name.
-    pub(super) fn texts(&self) -> Vec<(&'static str, String)> {
-        let params: Vec<String> = self.params.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        let mut texts = Vec::new();
-        if !self.script.is_empty() {
-            texts.push(("Script", self.script.clone()));
-        }
-        if !params.is_empty() {
-            texts.push(("Parameters", params.join("\n")));
-        }
-        texts
+    /// The parameters as a text, one a line.
+    pub(super) fn parameters(&self) -> String {
+        let lines: Vec<String> = self.params.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        lines.join("\n")
     }
 }
 

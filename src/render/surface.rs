@@ -35,10 +35,7 @@ pub(super) struct Surface {
 
 impl Surface {
     pub(super) fn new(scene: &Prepared) -> Self {
-        Surface {
-            field: Evaluator::new(scene.tape.clone()),
-            color: scene.color.clone().map(Evaluator::new),
-        }
+        Surface { field: Evaluator::new(scene.tape.clone()), color: scene.color.clone().map(Evaluator::new) }
     }
 
     /// Describes the solid at points, each seen along a direction.

@@ -126,7 +126,8 @@ impl<'a> Worker<'a> {
         self.samples.clear();
         self.rays.clear();
         let mut owners = Vec::new();
-        for (column, row) in (0..SIDE * SIDE).map(unravel).filter(|&(x, y)| x < rect.width && y < rect.height) {
+        for (column, row) in (0..SIDE * SIDE).map(unravel).filter(|&(x, y)| x < rect.width && y < rect.height)
+        {
             let (x, y) = (rect.x + column, rect.y + row);
             let id = u64::from(y) << 32 | u64::from(x);
             for s in samples.clone() {

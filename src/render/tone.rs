@@ -96,9 +96,7 @@ mod tests {
     #[test]
     fn dither_keeps_the_mean_and_the_ends() {
         let level = 0.2;
-        let mean = |x: f64| {
-            (0..20_000).map(|p| f64::from(bytes([x; 3], 1.0, p)[0])).sum::<f64>() / 20_000.0
-        };
+        let mean = |x: f64| (0..20_000).map(|p| f64::from(bytes([x; 3], 1.0, p)[0])).sum::<f64>() / 20_000.0;
         assert!((mean(level) - 255.0 * srgb(level)).abs() < 0.02);
         assert_eq!(mean(0.0), 0.0);
         assert_eq!(mean(1e12), 255.0);

@@ -1,0 +1,351 @@
+//! Errors of the script engine as diagnostics: where, what, and what to do about it, in the words
+//! of scripts.
+
+use super::engine::{INPUTS, Limits, Setup, Stop};
+use super::fault::Fault;
+use super::lexer;
+use super::options::describe;
+use crate::diag::{self, Diagnostic, Place, Sources};
+use rhai::{Dynamic, EvalAltResult, ParseErrorType, Position};
+use std::sync::Arc;
+
+/// What is needed to explain an error.
+pub struct Explainer<'a> {
+    /// The engine that raised it.
+    pub setup: &'a Setup,
+    /// How much the script may use.
+    pub limits: &'a Limits,
+    /// The main script's file.
+    pub main: &'a str,
+}
+
+impl Explainer<'_> {
+    /// The diagnostic of an error.
+    pub fn explain(&self, error: &EvalAltResult) -> Diagnostic {
+        let (mut error, mut file, mut trace) = (error, self.main.to_owned(), Vec::new());
+        let mut fallback = Position::NONE;
+        loop {
+            let (what, inner, source, position) = match error {
+                EvalAltResult::ErrorInFunctionCall(name, source, inner, pos) => {
+                    (format!("in the call of {}", function_name(name)), inner, source.as_str(), *pos)
+                }
+                EvalAltResult::ErrorInModule(name, inner, pos) => {
+                    (format!("in the import of {name}"), inner, name.as_str(), *pos)
+                }
+                _ => break,
+            };
+            if let Some(place) = self.place(&file, position) {
+                trace.insert(0, (what, place));
+                fallback = Position::NONE;
+            }
+            if !source.is_empty() {
+                source.clone_into(&mut file);
+            }
+            error = inner;
+        }
+        let position = if error.position().is_none() { fallback } else { error.position() };
+        let place = self.place(&file, position);
+        let mut d = self.innermost(error, &file);
+        d.place = self.key_place(error, place.as_ref()).or(place);
+        d.trace = trace;
+        self.blame_the_user(&mut d, error);
+        d
+    }
+
+    fn sources(&self) -> Sources {
+        self.setup.loaded.sources.borrow().clone()
+    }
+
+    /// A position in a file, as wide as the token there.
+    fn place(&self, file: &str, position: Position) -> Option<Place> {
+        let (line, column) = (position.line()? as u32, position.position().unwrap_or(1).max(1) as u32);
+        let sources = self.sources();
+        let width = sources.get(file).map_or(1, |text| lexer::width_at(text, line, column));
+        Some(Place { file: Arc::from(file), line, column, width })
+    }
+
+    /// The key of an object map that a fault is about.
+    fn key_place(&self, error: &EvalAltResult, call: Option<&Place>) -> Option<Place> {
+        let key = fault_of(error)?.key?;
+        let call = call?;
+        let sources = self.sources();
+        let text = sources.get(&call.file)?;
+        let (line, column, width) = lexer::key_after(text, call.line, call.column, &key)?;
+        Some(Place { file: call.file.clone(), line, column, width })
+    }
+
+    /// An error inside the standard library is shown at the call in the user's own script.
+    fn blame_the_user(&self, d: &mut Diagnostic, error: &EvalAltResult) {
+        let embedded = |place: &Place| place.file.starts_with("std/");
+        if !d.place.as_ref().is_some_and(embedded) {
+            return;
+        }
+        let Some(own) = d.trace.iter().position(|(_, place)| !embedded(place)) else { return };
+        let (what, place) = d.trace[own].clone();
+        let inner = std::mem::replace(&mut d.place, Some(place.clone()));
+        if let Some(inner) = inner {
+            d.trace.truncate(own);
+            d.trace.insert(0, ("raised".to_owned(), inner));
+        }
+        d.place = self.key_place(error, Some(&place)).or(Some(place));
+        d.label.get_or_insert(what);
+    }
+
+    fn innermost(&self, error: &EvalAltResult, file: &str) -> Diagnostic {
+        use EvalAltResult as E;
+        match error {
+            E::ErrorParsing(kind, _) => parsing(kind),
+            E::ErrorRuntime(payload, _) => runtime(payload),
+            E::ErrorTerminated(token, _) => self.stopped(token),
+            E::ErrorVariableNotFound(name, _) => self.unknown_variable(name, file),
+            E::ErrorFunctionNotFound(signature, _) => self.unknown_function(signature, file),
+            E::ErrorModuleNotFound(name, _) => unknown_module(name),
+            E::ErrorPropertyNotFound(name, _) => {
+                Diagnostic::error(format!("the object map has no property `{name}`"))
+            }
+            E::ErrorDotExpr(text, _) => property(text),
+            E::ErrorTooManyOperations(_) => Diagnostic::error(format!("the script took more than {} steps", self.limits.operations))
+                .label("still running here")
+                .hint("does a loop never end? Otherwise build less with loops and more with fields"),
+            E::ErrorStackOverflow(_) => Diagnostic::error(format!("calls are nested more than {} deep", self.limits.calls))
+                .label("one call too many")
+                .hint("does a function call itself without end?"),
+            E::ErrorTooManyVariables(_) => Diagnostic::error(format!("the script has more than {} variables", self.limits.variables)),
+            E::ErrorTooManyModules(_) => Diagnostic::error(format!("the script imports more than {} times", self.limits.modules))
+                .hint("an import inside a loop or function runs every time; move it to the top"),
+            E::ErrorDataTooLarge(what, _) => self.too_large(what),
+            E::ErrorMismatchDataType(wanted, given, _) | E::ErrorMismatchOutputType(wanted, given, _) => {
+                Diagnostic::error(format!("a {} is needed here, not a {}", type_text(wanted), type_text(given)))
+            }
+            E::ErrorIndexingType(name, _) => {
+                let ty = type_text(name.split(" [").next().unwrap_or(name));
+                Diagnostic::error(format!("a {ty} has no elements to take with [ ]"))
+            }
+            E::ErrorArrayBounds(n, i, _) => Diagnostic::error(format!("there is no element {i}: the array has {n}"))
+                .hint("the first element is 0"),
+            E::ErrorStringBounds(n, i, _) => Diagnostic::error(format!("there is no character {i}: the text has {n}")),
+            E::ErrorBitFieldBounds(n, i, _) => Diagnostic::error(format!("there is no bit {i}: there are {n}")),
+            E::ErrorIndexNotFound(index, _) => Diagnostic::error(format!("there is no element {}", describe(index))),
+            E::ErrorFor(_) => Diagnostic::error("a `for` loop needs an array, a text or a range of whole numbers")
+                .hint("for i in 0..10 { ... }"),
+            E::ErrorArithmetic(text, _) => arithmetic(text),
+            E::ErrorAssignmentToConstant(name, _) if name.is_empty() => {
+                Diagnostic::error("this is a constant and cannot be changed")
+            }
+            E::ErrorAssignmentToConstant(name, _) => Diagnostic::error(format!("`{name}` is a constant and cannot be changed"))
+                .hint(format!("declare a variable of your own: let {name} = ...")),
+            E::ErrorUnboundThis(_) => Diagnostic::error("`this` is bound only in functions that are called as methods"),
+            E::ErrorVariableExists(name, _) => Diagnostic::error(format!("there is a variable `{name}` already")),
+            E::ErrorForbiddenVariable(name, _) => Diagnostic::error(format!("`{name}` cannot be the name of a variable")),
+            E::ErrorDataRace(..) => Diagnostic::error("a value is changed while it is in use"),
+            E::ErrorNonPureMethodCallOnConstant(name, _) => {
+                Diagnostic::error(format!("`{}` would change a constant", function_name(name)))
+            }
+            E::LoopBreak(..) => Diagnostic::error("`break` and `continue` stand inside a loop only"),
+            E::ErrorSystem(text, e) => Diagnostic::error(if text.is_empty() { e.to_string() } else { text.clone() }),
+            other => Diagnostic::error(type_text(&without_position(&other.to_string()))),
+        }
+    }
+
+    fn stopped(&self, token: &Dynamic) -> Diagnostic {
+        match token.clone().try_cast::<Stop>() {
+            Some(Stop::Cancelled) => Diagnostic::error("the script was stopped"),
+            _ => Diagnostic::error(format!("the script ran for more than {:?}", self.limits.time))
+                .label("still running here")
+                .hint("does a loop never end? Otherwise build less with loops and more with fields"),
+        }
+    }
+
+    fn too_large(&self, what: &str) -> Diagnostic {
+        let what = what.to_lowercase();
+        let (thing, limit) = match () {
+            () if what.contains("string") => ("a text", format!("{} characters", self.limits.text)),
+            () if what.contains("array") => ("an array", format!("{} elements", self.limits.elements)),
+            () if what.contains("map") => ("an object map", format!("{} elements", self.limits.elements)),
+            () => ("a value", "allowed".to_owned()),
+        };
+        Diagnostic::error(format!("{thing} is larger than {limit}")).hint("does a loop add to it without end?")
+    }
+
+    fn unknown_variable(&self, name: &str, file: &str) -> Diagnostic {
+        let sources = self.sources();
+        let declared = sources.get(file).map(|text| lexer::declared(text)).unwrap_or_default();
+        let inputs = INPUTS.iter().map(|(name, _)| *name).chain(["p", "PI", "TAU"]);
+        let d = Diagnostic::error(format!("there is no variable `{name}`")).label("not known here");
+        if declared.contains(&name) {
+            return d.hint(format!("functions see only their parameters and x, y, z, p, time: pass `{name}` as an argument"));
+        }
+        if self.native(name).next().is_some() {
+            return d.hint(format!("`{name}` is a function: {}", self.signatures(name).join(" or ")));
+        }
+        match diag::nearest(name, declared.into_iter().chain(inputs)) {
+            Some(near) => d.hint(format!("did you mean `{near}`?")),
+            None => d,
+        }
+    }
+
+    fn native<'s>(&'s self, name: &'s str) -> impl Iterator<Item = &'s super::library::Entry> {
+        self.setup.entries.iter().filter(move |e| e.name == name)
+    }
+
+    /// How a function is called, whoever defines it.
+    fn signatures(&self, name: &str) -> Vec<String> {
+        let native = self.native(name).map(|e| e.signature.clone());
+        let prelude = super::std_entries().into_iter().filter(|e| e.name == name).map(|e| e.signature);
+        native.chain(prelude).collect()
+    }
+
+    fn unknown_function(&self, signature: &str, file: &str) -> Diagnostic {
+        let (full, types) = signature.split_once(" (").unwrap_or((signature, ")"));
+        let given = type_text(types.trim_end_matches(')'));
+        let name = full.rsplit("::").next().unwrap_or(full).trim();
+        if super::library::is_operator(name) {
+            return Diagnostic::error(format!("`{name}` has no meaning for ({given})"));
+        }
+        let sources = self.sources();
+        let own = sources.get(file).map(|text| lexer::functions(text)).unwrap_or_default();
+        let imported = self.setup.loaded.functions();
+        let qualified = full.contains("::");
+        let mut known = self.signatures(name);
+        if qualified {
+            known.clear();
+        }
+        let others = own.iter().chain(qualified.then_some(&imported).into_iter().flatten());
+        known.extend(others.clone().filter(|f| f.name == name).map(|f| f.signature.clone()));
+        if !known.is_empty() {
+            return Diagnostic::error(format!("`{full}` cannot be called with ({given})"))
+                .label(format!("expected {}", known.join(" or ")));
+        }
+        let d = Diagnostic::error(format!("there is no function `{full}`")).label(format!("called with ({given})"));
+        let everywhere = super::std_entries();
+        let names = self.setup.entries.iter().chain(&everywhere).map(|e| e.name.as_str()).filter(|_| !qualified);
+        let near = diag::nearest(name, others.map(|f| f.name.as_str()).chain(names));
+        if let Some(near) = near {
+            return d.hint(format!("did you mean `{near}`?"));
+        }
+        let elsewhere = everywhere.iter().find(|e| e.name.rsplit("::").next() == Some(name));
+        match elsewhere {
+            Some(e) if !qualified => {
+                let module = e.name.split("::").next().unwrap_or("");
+                d.hint(format!("import \"std/{module}\" as {module}; then call {}", e.signature))
+            }
+            _ => d,
+        }
+    }
+}
+
+fn fault_of(error: &EvalAltResult) -> Option<Fault> {
+    match error {
+        EvalAltResult::ErrorRuntime(payload, _) => payload.clone().try_cast::<Fault>(),
+        _ => None,
+    }
+}
+
+fn runtime(payload: &Dynamic) -> Diagnostic {
+    if let Some(fault) = payload.clone().try_cast::<Fault>() {
+        let mut d = Diagnostic::error(fault.message);
+        (d.label, d.hints) = (fault.label, fault.hints);
+        return d;
+    }
+    match payload.clone().into_string() {
+        Ok(text) if !text.is_empty() => Diagnostic::error(text).label("thrown here"),
+        _ => Diagnostic::error(format!("the script threw {}", describe(payload))).label("thrown here"),
+    }
+}
+
+fn arithmetic(text: &str) -> Diagnostic {
+    let lower = text.to_lowercase();
+    let d = Diagnostic::error(if lower.contains("division by zero") || lower.contains("modulo") && lower.contains("zero") {
+        "whole numbers cannot be divided by zero".to_owned()
+    } else if lower.contains("overflow") {
+        "the result does not fit into a whole number".to_owned()
+    } else {
+        type_text(text)
+    });
+    if lower.contains("overflow") { d.hint("write one of the numbers with a fraction: 2.0 instead of 2") } else { d }
+}
+
+fn unknown_module(name: &str) -> Diagnostic {
+    let d = Diagnostic::error(format!("there is no module `{name}` here"));
+    let std = || super::modules::STD.iter().map(|(name, _)| *name);
+    match std().find(|n| *n == name).or_else(|| diag::nearest(name, std())) {
+        Some(near) => d.hint(format!("import \"std/{near}\" as {near};")),
+        None => d.hint(format!("import \"...\" as {name}; at the top makes one")),
+    }
+}
+
+fn property(text: &str) -> Diagnostic {
+    let mut quoted = text.split('\'').skip(1).step_by(2);
+    match (quoted.next(), quoted.next()) {
+        (Some(name), Some(ty)) => {
+            let ty = type_text(ty);
+            let d = Diagnostic::error(format!("a {ty} has no property `{name}`"));
+            match ty.as_str() {
+                "Vec3" | "VectorField" => d.hint("its properties are x, y, z"),
+                "Interval" | "Affine" => d.hint("its properties are low, high, mid, width"),
+                "Region" => d.hint("its properties are x, y, z, min, max"),
+                _ => d.hint(format!("if a function is meant, call it: .{name}()")),
+            }
+        }
+        _ => Diagnostic::error(type_text(text)),
+    }
+}
+
+fn parsing(kind: &ParseErrorType) -> Diagnostic {
+    use ParseErrorType as P;
+    match kind {
+        P::UnexpectedEOF => Diagnostic::error("the script ends in the middle of something").label("something is missing here"),
+        P::MissingToken(token, why) => {
+            let d = Diagnostic::error(format!("`{token}` is missing {}", lower_first(why))).label(format!("`{token}` expected"));
+            if token == ";" { d.hint("statements end in a semicolon") } else { d }
+        }
+        P::Reserved(word) if word == "eval" => {
+            Diagnostic::error("`eval` is switched off: a script may only run what its author wrote")
+        }
+        P::Reserved(word) => Diagnostic::error(format!("`{word}` is reserved by the language")),
+        P::ExprTooDeep => Diagnostic::error("the expression is nested too deeply").hint("give parts of it names with let"),
+        P::BadInput(e) => Diagnostic::error(lower_first(&e.to_string())),
+        P::UnknownOperator(op) => Diagnostic::error(format!("there is no operator `{op}`")),
+        P::AssignmentToConstant(name) => Diagnostic::error(format!("`{name}` is a constant and cannot be changed")),
+        P::TooManyFunctions => Diagnostic::error("the script defines too many functions"),
+        other => Diagnostic::error(lower_first(&type_text(&other.to_string()))),
+    }
+}
+
+fn lower_first(text: &str) -> String {
+    let mut chars = text.chars();
+    let acronym = text.chars().nth(1).is_some_and(char::is_uppercase);
+    match chars.next() {
+        Some(c) if !acronym => c.to_lowercase().chain(chars).collect(),
+        _ => text.to_owned(),
+    }
+}
+
+fn function_name(name: &str) -> &str {
+    if name.starts_with("anon$") { "a function without a name" } else { name }
+}
+
+fn without_position(text: &str) -> String {
+    text.split(" (line ").next().unwrap_or(text).to_owned()
+}
+
+/// Names of types in an engine's message, as scripts have them.
+fn type_text(text: &str) -> String {
+    let mut out = text.to_owned();
+    let pairs = [
+        ("&str | ImmutableString | String", "string"),
+        ("ImmutableString", "string"),
+        ("rhai::FnPtr", "function"),
+        ("FnPtr", "function"),
+        ("i64", "integer"),
+        ("f64", "float"),
+        ("()", "nothing"),
+        ("#{}", "object map"),
+    ];
+    for (from, to) in pairs {
+        out = out.replace(from, to);
+    }
+    // Whatever path is left names a type of the host.
+    out.split(' ').map(|word| if word.contains("::") && word.contains('<') { "value" } else { word }).collect::<Vec<_>>().join(" ")
+}
+

@@ -1,0 +1,179 @@
+//! The script engine: which of its parts a script may use, and how much of everything.
+
+use super::host::Host;
+use super::library::{self, Entry};
+use super::modules::{self, Loaded, Resolver};
+use super::value::{Field, VectorField};
+use crate::diag::Diagnostic;
+use crate::expr::Input;
+use rhai::packages::{
+    ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage, BasicStringPackage,
+    LogicPackage, MoreStringPackage, Package,
+};
+use rhai::{Dynamic, Engine, Module};
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How much a script may use.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Limits {
+    /// Steps of the script.
+    pub operations: u64,
+    /// Calls within calls.
+    pub calls: usize,
+    /// Nodes of the expression graph.
+    pub nodes: usize,
+    /// Running time.
+    pub time: Duration,
+    /// Characters of a text.
+    pub text: usize,
+    /// Elements of an array or object map, with everything in them.
+    pub elements: usize,
+    /// Variables at once.
+    pub variables: usize,
+    /// Imports.
+    pub modules: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits {
+            operations: 20_000_000,
+            calls: 64,
+            nodes: 1 << 20,
+            time: Duration::from_secs(20),
+            text: 1 << 20,
+            elements: 100_000,
+            variables: 10_000,
+            modules: 200,
+        }
+    }
+}
+
+/// Why a run was stopped from outside.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Stop {
+    /// The user wants something else.
+    Cancelled,
+    /// It took too long.
+    TimedOut,
+}
+
+/// An engine with everything that scripts may use.
+pub struct Setup {
+    /// The engine.
+    pub engine: Engine,
+    /// What native functions share.
+    pub host: Rc<Host>,
+    /// What was read.
+    pub loaded: Rc<Loaded>,
+    /// Native functions.
+    pub entries: Vec<Entry>,
+}
+
+/// Names that are fields everywhere.
+pub const INPUTS: [(&str, Input); 4] = [("x", Input::X), ("y", Input::Y), ("z", Input::Z), ("time", Input::Time)];
+
+/// Keywords of the language, for completion.
+pub const KEYWORDS: &[&str] = &[
+    "let", "const", "if", "else", "switch", "while", "loop", "do", "until", "for", "in", "fn", "private", "return",
+    "break", "continue", "import", "export", "as", "true", "false", "throw", "try", "catch", "this", "global",
+    "type_of", "print", "debug",
+];
+
+/// Builds an engine.
+///
+/// # Errors
+/// When the embedded standard library is broken or does not fit into the limits.
+pub fn setup(
+    host: Host,
+    resolver: impl FnOnce(Rc<Loaded>) -> Resolver,
+    limits: &Limits,
+    cancel: Option<Arc<AtomicBool>>,
+) -> Result<Setup, Box<Diagnostic>> {
+    let (host, loaded) = (Rc::new(host), Rc::<Loaded>::default());
+    let mut engine = Engine::new_raw();
+    // No clock, no sleeping, no `exit`, and mathematics from the list of operations only.
+    engine.register_global_module(ArithmeticPackage::new().as_shared_module());
+    engine.register_global_module(LogicPackage::new().as_shared_module());
+    engine.register_global_module(BasicStringPackage::new().as_shared_module());
+    engine.register_global_module(MoreStringPackage::new().as_shared_module());
+    engine.register_global_module(BasicArrayPackage::new().as_shared_module());
+    engine.register_global_module(BasicMapPackage::new().as_shared_module());
+    engine.register_global_module(BasicIteratorPackage::new().as_shared_module());
+    engine.register_global_module(BasicFnPackage::new().as_shared_module());
+    engine.disable_symbol("eval");
+    bound(&mut engine, limits);
+    watch(&mut engine, &host, cancel);
+    listen(&mut engine, &host);
+    engine.set_module_resolver(resolver(loaded.clone()));
+    let entries = library::register(&mut engine, &host);
+    let broken = |e: String| Box::new(Diagnostic::error(format!("the standard library does not load: {e}")));
+    let globals = globals(&host).map_err(|f| broken(f.to_string()))?;
+    engine.register_global_module(globals.into());
+    for (name, text) in modules::STD.iter().filter(|(name, _)| modules::PRELUDE.contains(name)) {
+        let file = format!("std/{name}.rhai");
+        loaded.source(&file, &Arc::from(*text));
+        let module = modules::build(&engine, &file, text).map_err(|e| broken(e.to_string()))?;
+        engine.register_global_module(module.into());
+    }
+    Ok(Setup { engine, host, loaded, entries })
+}
+
+/// `x y z p time` and a few numbers, as variables of a global module: functions and imported
+/// modules see those, though they see no variables of the script around them, and a variable or
+/// parameter of the same name still comes first.
+fn globals(host: &Host) -> Result<Module, super::fault::Fault> {
+    let mut module = Module::new();
+    for (name, input) in INPUTS {
+        module.set_var(name, Dynamic::from(Field { node: host.input(input)?, color: None }));
+    }
+    module.set_var("p", Dynamic::from(VectorField(host.point()?)));
+    module.set_var("PI", std::f64::consts::PI);
+    module.set_var("TAU", std::f64::consts::TAU);
+    Ok(module)
+}
+
+fn bound(engine: &mut Engine, limits: &Limits) {
+    engine
+        .set_max_operations(limits.operations)
+        .set_max_call_levels(limits.calls)
+        .set_max_expr_depths(64, 48)
+        .set_max_string_size(limits.text)
+        .set_max_array_size(limits.elements)
+        .set_max_map_size(limits.elements)
+        .set_max_variables(limits.variables)
+        .set_max_functions(limits.variables)
+        .set_max_modules(limits.modules);
+    engine.set_fail_on_invalid_map_property(true);
+}
+
+fn watch(engine: &mut Engine, host: &Rc<Host>, cancel: Option<Arc<AtomicBool>>) {
+    let host = host.clone();
+    engine.on_progress(move |steps| {
+        if cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed)) {
+            return Some(Dynamic::from(Stop::Cancelled));
+        }
+        // A step may build a large expression, so look at the clock often, but not every time.
+        let late = || host.deadline.get().is_some_and(|deadline| Instant::now() > deadline);
+        (steps % 16 == 0 && late()).then(|| Dynamic::from(Stop::TimedOut))
+    });
+}
+
+fn listen(engine: &mut Engine, host: &Rc<Host>) {
+    /// Lines kept of what a script says.
+    const LINES: usize = 10_000;
+    let say = |host: &Host, text: &str| {
+        let mut output = host.output.borrow_mut();
+        if output.len() < LINES {
+            output.push(text.to_owned());
+        }
+    };
+    let (first, second) = (host.clone(), host.clone());
+    engine.on_print(move |text| say(&first, text));
+    engine.on_debug(move |text, _, position| {
+        say(&second, &position.line().map_or(text.to_owned(), |line| format!("line {line}: {text}")));
+    });
+}

@@ -1,0 +1,266 @@
+//! A rough tokenizer of scripts, for what the engine's own keeps to itself: how wide the token at a
+//! position is, where a key of an object map stands, whether an input is complete, and which names
+//! a text declares.
+
+/// What a token is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kind {
+    /// A name or keyword.
+    Word,
+    /// A number.
+    Number,
+    /// A text or character with its quotes.
+    Text,
+    /// One character of an operator, or a bracket.
+    Symbol,
+    /// A comment.
+    Comment,
+}
+
+/// A token with its place.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Token<'a> {
+    /// What it is.
+    pub kind: Kind,
+    /// Its text.
+    pub text: &'a str,
+    /// Line from 1.
+    pub line: u32,
+    /// Column from 1, in characters.
+    pub column: u32,
+    /// Whether it has an end; texts and block comments may lack one.
+    pub closed: bool,
+}
+
+/// The tokens of a text; anything at all has some.
+pub fn tokens(text: &str) -> Vec<Token<'_>> {
+    let mut scan = Scan { rest: text, line: 1, column: 1 };
+    let mut found = Vec::new();
+    while let Some(c) = scan.rest.chars().next() {
+        if c.is_whitespace() {
+            scan.take(c.len_utf8());
+            continue;
+        }
+        let (line, column) = (scan.line, scan.column);
+        let (kind, length, closed) = extent(scan.rest, c);
+        found.push(Token { kind, text: scan.take(length), line, column, closed });
+    }
+    found
+}
+
+struct Scan<'a> {
+    rest: &'a str,
+    line: u32,
+    column: u32,
+}
+
+impl<'a> Scan<'a> {
+    fn take(&mut self, length: usize) -> &'a str {
+        let (taken, rest) = self.rest.split_at(length);
+        self.rest = rest;
+        for c in taken.chars() {
+            if c == '\n' {
+                self.line += 1;
+                self.column = 1;
+            } else {
+                self.column += 1;
+            }
+        }
+        taken
+    }
+}
+
+/// Kind and length in bytes of the token at the start of a text, and whether it has an end.
+fn extent(rest: &str, first: char) -> (Kind, usize, bool) {
+    let until = |end: fn(char) -> bool| rest.find(end).unwrap_or(rest.len());
+    if rest.starts_with("//") {
+        return (Kind::Comment, rest.find('\n').unwrap_or(rest.len()), true);
+    }
+    if rest.starts_with("/*") {
+        return block_comment(rest);
+    }
+    match first {
+        '"' | '`' => quoted(rest, first),
+        // A lifetime-like lone quote is a symbol.
+        '\'' if rest[1..].chars().take(8).any(|c| c == '\'') => quoted(rest, first),
+        c if c.is_alphabetic() || c == '_' => (Kind::Word, until(|c| !(c.is_alphanumeric() || c == '_')), true),
+        c if c.is_ascii_digit() => (Kind::Number, number(rest), true),
+        c => (Kind::Symbol, c.len_utf8(), true),
+    }
+}
+
+fn block_comment(rest: &str) -> (Kind, usize, bool) {
+    let (mut depth, mut at) = (0usize, 0);
+    while at < rest.len() {
+        let here = &rest[at..];
+        if here.starts_with("/*") {
+            depth += 1;
+            at += 2;
+        } else if here.starts_with("*/") {
+            depth -= 1;
+            at += 2;
+            if depth == 0 {
+                return (Kind::Comment, at, true);
+            }
+        } else {
+            at += here.chars().next().map_or(1, char::len_utf8);
+        }
+    }
+    (Kind::Comment, rest.len(), false)
+}
+
+fn quoted(rest: &str, quote: char) -> (Kind, usize, bool) {
+    let mut escaped = false;
+    for (i, c) in rest.char_indices().skip(1) {
+        if escaped {
+            escaped = false;
+        } else if c == '\\' && quote != '`' {
+            escaped = true;
+        } else if c == quote {
+            return (Kind::Text, i + 1, true);
+        } else if c == '\n' && quote != '`' {
+            return (Kind::Text, i, false);
+        }
+    }
+    (Kind::Text, rest.len(), false)
+}
+
+fn number(rest: &str) -> usize {
+    let bytes = rest.as_bytes();
+    let mut end = 0;
+    while end < bytes.len() {
+        let next = bytes.get(end + 1).copied();
+        let fine = match bytes[end] {
+            b'0'..=b'9' | b'a'..=b'z' | b'A'..=b'Z' | b'_' => true,
+            b'.' => next.is_some_and(|c| c.is_ascii_digit()),
+            b'+' | b'-' => matches!(bytes[end - 1], b'e' | b'E') && next.is_some_and(|c| c.is_ascii_digit()),
+            _ => false,
+        };
+        if !fine {
+            break;
+        }
+        end += 1;
+    }
+    end
+}
+
+/// Width of the token at a position; 1 where there is none.
+pub fn width_at(text: &str, line: u32, column: u32) -> u32 {
+    let at = tokens(text).into_iter().find(|t| t.line == line && t.column == column);
+    let Some(token) = at else { return 1 };
+    let first = token.text.lines().next().unwrap_or("");
+    match token.kind {
+        // Operators of several characters are several tokens here.
+        Kind::Symbol => operator(text, line, column),
+        _ => first.chars().count().max(1) as u32,
+    }
+}
+
+fn operator(text: &str, line: u32, column: u32) -> u32 {
+    const WIDE: [&str; 13] =
+        ["..=", "**=", "==", "!=", "<=", ">=", "**", "..", "&&", "||", "+=", "-=", "#{"];
+    let rest: String = text
+        .lines()
+        .nth(line.saturating_sub(1) as usize)
+        .map(|l| l.chars().skip(column.saturating_sub(1) as usize).take(3).collect())
+        .unwrap_or_default();
+    WIDE.iter().find(|op| rest.starts_with(**op)).map_or(1, |op| op.len() as u32)
+}
+
+/// Place of a key in the object map of a call: the first `key:` after the call's name, before its
+/// closing bracket. The value after it is where a wrong value is meant.
+pub fn key_after(text: &str, line: u32, column: u32, key: &str) -> Option<(u32, u32, u32)> {
+    let all: Vec<Token<'_>> = tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();
+    let start = all.iter().position(|t| (t.line, t.column) >= (line, column))?;
+    let mut depth = 0i32;
+    for (i, token) in all.iter().enumerate().skip(start) {
+        match token.text {
+            "(" | "{" | "[" => depth += 1,
+            ")" | "}" | "]" => {
+                depth -= 1;
+                if depth <= 0 {
+                    return None;
+                }
+            }
+            text if depth == 2 && text.trim_matches('"') == key => {
+                let colon = all.get(i + 1).is_some_and(|t| t.text == ":");
+                if colon {
+                    return Some((token.line, token.column, text.chars().count() as u32));
+                }
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+/// Whether a bracket, text or comment is still open, so that more lines must follow.
+pub fn is_open(text: &str) -> bool {
+    let mut depth = 0i32;
+    let mut last = "";
+    for token in tokens(text) {
+        if !token.closed {
+            // A text with straight quotes ends with its line, right or wrong.
+            return token.kind == Kind::Comment || token.text.starts_with('`');
+        }
+        if token.kind == Kind::Comment {
+            continue;
+        }
+        match token.text {
+            "(" | "{" | "[" => depth += 1,
+            ")" | "}" | "]" => depth -= 1,
+            _ => {}
+        }
+        last = token.text;
+    }
+    depth > 0 || (depth == 0 && matches!(last, "+" | "-" | "*" | "/" | "=" | "," | "." | "%" | "|" | "&"))
+}
+
+/// Names that a text declares: variables, constants, functions with their parameters, and modules.
+pub fn declared(text: &str) -> Vec<&str> {
+    let all: Vec<Token<'_>> = tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();
+    let mut names = Vec::new();
+    for pair in all.windows(2) {
+        let declares = matches!(pair[0].text, "let" | "const" | "fn" | "as" | "for");
+        if declares && pair[1].kind == Kind::Word {
+            names.push(pair[1].text);
+        }
+    }
+    names
+}
+
+/// A documented function of a module.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Documented {
+    /// Its name.
+    pub name: String,
+    /// Its name and parameters.
+    pub signature: String,
+    /// The text of its `///` comment, without indented or fenced code.
+    pub doc: String,
+    /// The first line of code in the comment.
+    pub example: String,
+}
+
+/// The public functions of a module with the `///` comments above them.
+pub fn functions(text: &str) -> Vec<Documented> {
+    let (mut found, mut comment) = (Vec::new(), Vec::new());
+    for line in text.lines() {
+        if let Some(doc) = line.strip_prefix("///") {
+            comment.push(doc.strip_prefix(' ').unwrap_or(doc));
+            continue;
+        }
+        if let Some(rest) = line.strip_prefix("fn ")
+            && let Some((head, _)) = rest.split_once(')')
+        {
+            let name = head.split('(').next().unwrap_or(head).trim().to_owned();
+            let is_code = |l: &&&str| l.starts_with("    ");
+            let doc: Vec<&str> = comment.iter().filter(|l| !is_code(l)).copied().filter(|l| !l.is_empty()).collect();
+            let example = comment.iter().find(is_code).map_or("", |l| l.trim());
+            let signature = format!("{head})");
+            found.push(Documented { name, signature, doc: doc.join(" "), example: example.to_owned() });
+        }
+        comment.clear();
+    }
+    found
+}

@@ -1,0 +1,163 @@
+//! Operators, and the functions of the list of operations.
+
+use super::{Call, Library};
+use crate::op::{self, Op};
+use crate::script::apply::{apply, component, scalar};
+use crate::script::fault::{Fault, Outcome};
+use crate::script::value::{Scalar, Value, Vec3, number};
+use rhai::Dynamic;
+
+pub(super) fn register(lib: &mut Library<'_>) {
+    for &op in Op::ALL {
+        match op {
+            // Their arguments differ from those of the operation itself; see below.
+            Op::Powi(_) | Op::Powf(_) | Op::Smoothstep(_) | Op::Length(_) | Op::Dot(_) => {}
+            Op::Neg(_) => operation(lib, op, "-", "-a"),
+            _ => operation(lib, op, op.name(), &signature(&op)),
+        }
+    }
+    lib.bind("+", 1, |c| Ok(c.args[0].clone()));
+    lib.bind("%", 2, |c| apply_all(c, Op::Modulo(op::Modulo)));
+    lib.document("%", "a % b", "Remainder; for fields that of `modulo`, with the sign of the period.", "x % 2.0");
+    powers(lib);
+    vectors(lib);
+    comparisons(lib);
+    lib.def("smoothstep(low, high, x)", doc(Op::Smoothstep(op::Smoothstep)), "smoothstep(0.0, 1.0, y)", |c| {
+        let [low, high, x] = [c.value(0)?, c.value(1)?, c.value(2)?];
+        let sub = |a, b| apply(c.host, Op::Sub(op::Sub), &[a, b]);
+        let t = apply(c.host, Op::Div(op::Div), &[sub(x, low.clone())?, sub(high, low)?])?;
+        apply(c.host, Op::Smoothstep(op::Smoothstep), &[t])?.into_dynamic(c.host)
+    });
+}
+
+fn doc(op: Op) -> &'static str {
+    op.doc()
+}
+
+fn operation(lib: &mut Library<'_>, op: Op, name: &str, signature: &str) {
+    lib.bind(name, op.arity(), move |c| apply_all(c, op));
+    lib.document(name, signature, op.doc(), "");
+}
+
+/// The signature at the start of an operation's documentation, or one with general names.
+fn signature(op: &Op) -> String {
+    let (name, doc) = (op.name(), op.doc());
+    if super::is_operator(name) {
+        return format!("a {name} b");
+    }
+    match doc.strip_prefix(name).and_then(|rest| rest.strip_prefix('(')).and_then(|rest| rest.split_once(')')) {
+        Some((params, _)) => format!("{name}({params})"),
+        None => format!("{name}({})", ["x", "a, b", "a, b, c"][op.arity().clamp(1, 3) - 1]),
+    }
+}
+
+fn apply_all(c: &Call<'_>, op: Op) -> Outcome<Dynamic> {
+    let mut values = Vec::with_capacity(c.args.len());
+    for i in 0..c.args.len() {
+        values.push(Value::of(c.host, &c.args[i])?.ok_or_else(|| mismatch(c, i))?);
+    }
+    apply(c.host, op, &values)?.into_dynamic(c.host)
+}
+
+/// Says which argument arithmetic does not know, and what was given in all.
+fn mismatch(c: &Call<'_>, i: usize) -> Fault {
+    let given: Vec<&str> = c.args.iter().map(crate::script::value::type_name).collect();
+    let fault = c.wrong(i, "numbers, fields and vectors");
+    if c.args.len() > 1 { fault.label(format!("given ({})", given.join(", "))) } else { fault }
+}
+
+fn powers(lib: &mut Library<'_>) {
+    let sentence = "Power. Whole exponents take any base; others need one that is not negative.";
+    lib.bind("**", 2, |c| power(c)?.into_dynamic(c.host));
+    lib.document("**", "a ** b", sentence, "x ** 2");
+    lib.def("pow(a, b)", sentence, "pow(abs(x), 1.5)", |c| power(c)?.into_dynamic(c.host));
+    lib.def("powi(a, n)", "Whole power of a number of either sign.", "powi(x, 3)", |c| {
+        c.integer(1)?;
+        power(c)?.into_dynamic(c.host)
+    });
+}
+
+fn power(c: &Call<'_>) -> Outcome<Value> {
+    let base = c.value(0)?;
+    let whole = number(&c.args[1]).filter(|n| n.fract() == 0.0 && n.abs() <= f64::from(i32::MAX));
+    match whole.map(|n| n as i32) {
+        Some(1) => Ok(base),
+        Some(2) => apply(c.host, Op::Square(op::Square), &[base]),
+        Some(n) => apply(c.host, Op::Powi(op::Powi { n }), &[base]),
+        None => apply(c.host, Op::Powf(op::Powf), &[base, c.value(1)?]),
+    }
+}
+
+/// Operations whose arguments are whole vectors.
+fn vectors(lib: &mut Library<'_>) {
+    lib.def("length(v)", doc(Op::Length(op::Length)), "length(p) - 1.0", |c| {
+        length(c, &c.value(0)?)?.into_dynamic(c.host)
+    });
+    lib.def("dot(a, b)", doc(Op::Dot(op::Dot)), "dot(p, vec3(0, 1, 0))", |c| {
+        let (a, b) = (c.value(0)?, c.value(1)?);
+        let parts: Vec<Scalar> = (0..3).map(|i| component(&a, i)).chain((0..3).map(|i| component(&b, i))).collect();
+        both_vectors(c, &a, &b)?;
+        Value::Scalar(scalar(c.host, Op::Dot(op::Dot), &parts)?, None).into_dynamic(c.host)
+    });
+    lib.def("cross(a, b)", "Cross product of two vectors.", "cross(p, vec3(0, 1, 0))", |c| {
+        let (a, b) = (c.value(0)?, c.value(1)?);
+        both_vectors(c, &a, &b)?;
+        let part = |i: usize, j: usize| {
+            let product = |x: &Value, i, y: &Value, j| {
+                scalar(c.host, Op::Mul(op::Mul), &[component(x, i), component(y, j)])
+            };
+            scalar(c.host, Op::Sub(op::Sub), &[product(&a, i, &b, j)?, product(&a, j, &b, i)?])
+        };
+        Value::Vector([part(1, 2)?, part(2, 0)?, part(0, 1)?]).into_dynamic(c.host)
+    });
+    lib.def("normalize(v)", "The vector of length 1 with the same direction.", "normalize(p)", |c| {
+        let v = c.value(0)?;
+        let r = length(c, &v)?;
+        apply(c.host, Op::Div(op::Div), &[v, r])?.into_dynamic(c.host)
+    });
+}
+
+fn length(c: &Call<'_>, v: &Value) -> Outcome<Value> {
+    match v {
+        Value::Vector(parts) => Ok(Value::Scalar(scalar(c.host, Op::Length(op::Length), parts)?, None)),
+        Value::Scalar(..) => Err(c.wrong(0, "a vector").hint("the size of a number is abs(x)")),
+    }
+}
+
+fn both_vectors(c: &Call<'_>, a: &Value, b: &Value) -> Outcome<()> {
+    for (i, v) in [a, b].into_iter().enumerate() {
+        if matches!(v, Value::Scalar(..)) {
+            return Err(c.wrong(i, "a vector"));
+        }
+    }
+    Ok(())
+}
+
+/// Comparison means nothing for expressions; say so rather than answer `false`.
+fn comparisons(lib: &mut Library<'_>) {
+    for name in ["==", "!=", "<", "<=", ">", ">="] {
+        lib.bind(name, 2, move |c| compare(c, name));
+    }
+}
+
+fn compare(c: &Call<'_>, name: &str) -> Outcome<Dynamic> {
+    let given = [&c.args[0], &c.args[1]];
+    let kinds = given.map(crate::script::value::type_name);
+    if let Some(kind) = kinds.iter().find(|k| matches!(**k, "Field" | "VectorField" | "Noise")) {
+        return Err(Fault::new(format!("a {kind} cannot be compared with `{name}`"))
+            .label("has no value until the picture is drawn")
+            .hint("an expression has a different value at every point, so no comparison holds for all of them")
+            .hint("to choose between expressions write min, max, step(edge, x) or mix(a, b, t); to compare at one point write f.at(p)"));
+    }
+    if let Some(kind) = kinds.iter().find(|k| matches!(**k, "Interval" | "Affine" | "Region" | "AffineVec3")) {
+        return Err(Fault::new(format!("an {kind} cannot be compared with `{name}`"))
+            .hint("compare its ends: i.low, i.high"));
+    }
+    let vectors = given.map(|v| v.read_lock::<Vec3>().map(|v| *v));
+    let equal = matches!(vectors, [Some(a), Some(b)] if a == b);
+    match name {
+        "==" => Ok(equal.into()),
+        "!=" => Ok((!equal).into()),
+        _ => Err(Fault::new(format!("`{name}` compares numbers or texts, not {} and {}", kinds[0], kinds[1]))),
+    }
+}

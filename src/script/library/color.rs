@@ -1,0 +1,85 @@
+//! Colours: linear red, green and blue, from numbers, fields or texts.
+
+use super::{Call, Library};
+use crate::expr::NodeId;
+use crate::script::apply::component;
+use crate::script::fault::{Fault, Outcome};
+use crate::script::value::{Field, Scalar, Value, VectorField};
+use glam::DVec3;
+use rhai::Dynamic;
+
+/// Colour of a solid that has none.
+pub const GREY: f64 = 0.5;
+
+pub(super) fn register(lib: &mut Library<'_>) {
+    lib.def("rgb(red, green, blue)", "A colour from its linear parts, 0 to 1: numbers or fields.", "rgb(1.0, 0.5, 0.0)", |c| {
+        let part = |i: usize| match c.value(i)? {
+            Value::Scalar(s, _) => Ok(s),
+            Value::Vector(_) => Err(c.wrong(i, "a number or a field")),
+        };
+        Value::Vector([part(0)?, part(1)?, part(2)?]).into_dynamic(c.host)
+    });
+    lib.def("rgb(text)", "A colour as on the web, \"#rrggbb\" or \"#rgb\", made linear.", "rgb(\"#ff8800\")", |c| {
+        let color = hex(&c.text(0)?)?;
+        Value::Vector(color.to_array().map(Scalar::Number)).into_dynamic(c.host)
+    });
+    let sentence = "The solid with a colour: a vector of numbers or fields, one number or field for grey, or a text such as \"#ff8800\".";
+    for name in ["colored", "coloured"] {
+        lib.def(&format!("{name}(f, color)"), sentence, "sphere(1.0).colored(\"#c08040\")", |c| {
+            let f = c.field(0)?;
+            Ok(Dynamic::from(Field { node: f.node, color: Some(c.color_nodes(1)?) }))
+        });
+    }
+    lib.def("color_of(f)", "The colour of a solid as a vector of fields; grey if it has none.", "color_of(sphere(1.0))", |c| {
+        let grey = || Ok::<_, Fault>([c.host.constant(GREY)?; 3]);
+        Ok(Dynamic::from(VectorField(c.field(0)?.color.map_or_else(grey, Ok)?)))
+    });
+    lib.def("is_colored(f)", "Whether a solid has a colour of its own.", "is_colored(sphere(1.0))", |c| {
+        Ok(c.field(0)?.color.is_some().into())
+    });
+}
+
+impl Call<'_> {
+    /// Argument `i` as a colour that may vary from point to point.
+    pub fn color_nodes(&self, i: usize) -> Outcome<[NodeId; 3]> {
+        if let Ok(text) = self.args[i].clone().into_string() {
+            let c = hex(&text)?;
+            return Ok([self.host.constant(c.x)?, self.host.constant(c.y)?, self.host.constant(c.z)?]);
+        }
+        let wanted = "a colour such as \"#ff8800\", rgb(1.0, 0.5, 0.0) or a field";
+        let v = self.value(i).map_err(|_| self.wrong(i, wanted))?;
+        let part = |axis| component(&v, axis).node(self.host);
+        Ok([part(0)?, part(1)?, part(2)?])
+    }
+
+    /// The colour that a value is, if it is the same at every point.
+    pub fn constant_color(&self, v: &Dynamic) -> Outcome<Option<DVec3>> {
+        if let Ok(text) = v.clone().into_string() {
+            return hex(&text).map(Some);
+        }
+        if let Some(grey) = crate::script::value::number(v) {
+            return Ok(Some(DVec3::splat(grey)));
+        }
+        self.vec3_of(v)
+    }
+}
+
+/// "#rrggbb" or "#rgb" in sRGB, made linear.
+fn hex(text: &str) -> Outcome<DVec3> {
+    let wrong = || {
+        Fault::new(format!("{text:?} is not a colour")).hint("write \"#rrggbb\" with hexadecimal digits, such as \"#ff8800\"")
+    };
+    let digits = text.strip_prefix('#').ok_or_else(wrong)?;
+    let digits: Vec<u32> = digits.chars().map(|c| c.to_digit(16)).collect::<Option<_>>().ok_or_else(wrong)?;
+    let bytes = match digits[..] {
+        [r, g, b] => [17 * r, 17 * g, 17 * b],
+        [a, b, c, d, e, f] => [16 * a + b, 16 * c + d, 16 * e + f],
+        _ => return Err(wrong()),
+    };
+    Ok(DVec3::from_array(bytes.map(|b| linear(f64::from(b) / 255.0))))
+}
+
+/// Inverse of the sRGB transfer function (IEC 61966-2-1).
+fn linear(v: f64) -> f64 {
+    if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
+}

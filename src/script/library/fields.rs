@@ -1,0 +1,252 @@
+//! Fields: moving them about, and asking them for values, derivatives and bounds.
+
+use super::{Call, Library};
+use crate::expr::{Input, NodeId};
+use crate::num::{Affine, Dual, Interval, Jet, Slope};
+use crate::op::{self, Op};
+use crate::script::fault::{Fault, Outcome};
+use crate::script::host::Host;
+use crate::script::noises::on_sphere;
+use crate::script::value::{Field, Region, Scalar, Value, Vec3, VectorField};
+use glam::{DMat3, DVec3, EulerRot};
+use rhai::{Array, Dynamic};
+
+pub(super) fn register(lib: &mut Library<'_>) {
+    lib.name_type::<Field>("Field");
+    queries(lib);
+    moves(lib);
+    lib.def("show(f)", "The expression of a field as text.", "show(sphere(1.0))", |c| {
+        Ok(crate::script::show::dynamic(c.host, &c.args[0]).into())
+    });
+    lib.def("class_of(f)", "Continuity of a field: \"discontinuous\", \"C0\" (creases), \"C1\" or \"C2\" (smooth normals and curvature).", "class_of(abs(x))", |c| {
+        let f = c.field(0)?;
+        Ok(c.host.graph.borrow().class(f.node).to_string().into())
+    });
+}
+
+fn queries(lib: &mut Library<'_>) {
+    let sentence = "The value at a point; over a region an enclosure; at a vector of fields the composed field.";
+    lib.def("at(f, p)", sentence, "sphere(1.0).at([2, 0, 0])", at);
+    lib.def("gradient(f, p)", "The gradient of a field at a point.", "sphere(1.0).gradient([2, 0, 0])", |c| {
+        let (node, p) = (c.field(0)?.node, c.vec3(1)?);
+        let at = std::array::from_fn(|axis| Dual::coordinate(p[axis], axis));
+        Ok(Dynamic::from(Vec3(c.host.eval(node, &at)?.grad)))
+    });
+    lib.def("hessian(f, p)", "The second derivatives of a field at a point: three rows.", "(x ** 2).hessian([2, 0, 0])", |c| {
+        let (node, p) = (c.field(0)?.node, c.vec3(1)?);
+        let at = std::array::from_fn(|axis| Jet::coordinate(p[axis], axis));
+        let [xx, yy, zz, xy, xz, yz] = c.host.eval::<Jet>(node, &at)?.hess;
+        let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        Ok(rows.into_iter().map(|row| Dynamic::from(Vec3(row))).collect::<Array>().into())
+    });
+    lib.def("range(f, box)", "An interval that contains every value of a field in a box.", "sphere(1.0).range(region(2.0))", |c| {
+        Ok(Dynamic::from(c.host.eval::<Interval>(c.field(0)?.node, &region(c, 1)?)?))
+    });
+    lib.def("lipschitz(f, box)", "A bound on the slope of a field in a box.", "sphere(1.0).lipschitz(region(2.0))", |c| {
+        let region = region(c, 1)?;
+        let at = std::array::from_fn(|axis| Slope::coordinate(region[axis], axis));
+        Ok(c.host.eval::<Slope>(c.field(0)?.node, &at)?.norm.into())
+    });
+}
+
+/// A box: a region, or half the size of a cube.
+fn region(c: &Call<'_>, i: usize) -> Outcome<[Interval; 3]> {
+    let wrong = || c.wrong(i, "a box such as region([-1, -1, -1], [1, 1, 1])");
+    if let Some(half) = crate::script::value::number(&c.args[i]).filter(|half| *half >= 0.0) {
+        return Ok([Interval::radius(half); 3]);
+    }
+    match c.value(i).map_err(|_| wrong())? {
+        Value::Vector([a, b, c]) => match (a.interval(), b.interval(), c.interval()) {
+            (Some(a), Some(b), Some(c)) => Ok([a, b, c]),
+            _ => Err(wrong()),
+        },
+        Value::Scalar(..) => Err(wrong()),
+    }
+}
+
+fn at(c: &Call<'_>) -> Outcome<Dynamic> {
+    if let Some(source) = c.args[0].read_lock::<crate::script::noises::Source>() {
+        let mut source = source.clone();
+        if matches!(&c.value(1)?, Value::Vector(v) if v.iter().any(|s| s.rank() == 3)) {
+            source.at = Some(c.nodes(1)?);
+            return Ok(Dynamic::from(source));
+        }
+    }
+    let Value::Vector(p) = c.value(1)? else { return Err(c.wrong(1, "a point such as [1, 0, 0]")) };
+    match c.value(0)? {
+        Value::Scalar(f, color) => {
+            let value = scalar_at(c, f.node(c.host)?, &p)?;
+            let color = match (&value, color) {
+                (Scalar::Field(_), Some(color)) => Some(substitute_all(c.host, color, &with_point(c, &p)?)?),
+                _ => None,
+            };
+            Value::Scalar(value, color).into_dynamic(c.host)
+        }
+        Value::Vector(f) => {
+            let part = |i: usize| scalar_at(c, f[i].node(c.host)?, &p);
+            Value::Vector([part(0)?, part(1)?, part(2)?]).into_dynamic(c.host)
+        }
+    }
+}
+
+fn scalar_at(c: &Call<'_>, f: NodeId, p: &[Scalar; 3]) -> Outcome<Scalar> {
+    match p.iter().map(Scalar::rank).max() {
+        Some(3) => Ok(Scalar::Field(c.host.substitute(f, &with_point(c, p)?)?)),
+        Some(2) => match p.each_ref().map(Scalar::affine) {
+            [Some(x), Some(y), Some(z)] => Ok(Scalar::Affine(c.host.eval::<Affine>(f, &[x, y, z])?)),
+            _ => Err(c.wrong(1, "a point")),
+        },
+        Some(1) => match p.each_ref().map(Scalar::interval) {
+            [Some(x), Some(y), Some(z)] => Ok(Scalar::Interval(c.host.eval(f, &[x, y, z])?)),
+            _ => Err(c.wrong(1, "a point")),
+        },
+        _ => match p.each_ref().map(Scalar::number) {
+            [Some(x), Some(y), Some(z)] => Ok(Scalar::Number(c.host.eval(f, &[x, y, z])?)),
+            _ => Err(c.wrong(1, "a point")),
+        },
+    }
+}
+
+fn with_point(c: &Call<'_>, p: &[Scalar; 3]) -> Outcome<Vec<(Input, NodeId)>> {
+    let inputs = [Input::X, Input::Y, Input::Z];
+    inputs.into_iter().zip(p).map(|(input, s)| Ok((input, s.node(c.host)?))).collect()
+}
+
+fn substitute_all(host: &Host, nodes: [NodeId; 3], with: &[(Input, NodeId)]) -> Outcome<[NodeId; 3]> {
+    let one = |node| host.substitute(node, with);
+    Ok([one(nodes[0])?, one(nodes[1])?, one(nodes[2])?])
+}
+
+/// Moves a solid with its colour, or a vector field's argument, by replacing the point.
+fn moved(c: &Call<'_>, with: &[(Input, NodeId)]) -> Outcome<Dynamic> {
+    if let Some(v) = c.args[0].read_lock::<VectorField>() {
+        return Ok(Dynamic::from(VectorField(substitute_all(c.host, v.0, with)?)));
+    }
+    let f = c.field(0)?;
+    let color = f.color.map(|color| substitute_all(c.host, color, with)).transpose()?;
+    Ok(Dynamic::from(Field { node: c.host.substitute(f.node, with)?, color }))
+}
+
+/// The point under a linear map and a shift: `m (p - shift)`.
+fn affine_point(host: &Host, m: DMat3, shift: DVec3) -> Outcome<Vec<(Input, NodeId)>> {
+    let p = host.point()?;
+    let mut from = Vec::new();
+    for (axis, coordinate) in p.into_iter().enumerate() {
+        let shift = host.constant(shift[axis])?;
+        from.push(host.op(Op::Sub(op::Sub), &[coordinate, shift])?);
+    }
+    let row = |i: usize| {
+        let mut sum = host.constant(0.0)?;
+        for (axis, &coordinate) in from.iter().enumerate() {
+            let k = host.constant(m.col(axis)[i])?;
+            let term = host.op(Op::Mul(op::Mul), &[k, coordinate])?;
+            sum = host.op(Op::Add(op::Add), &[sum, term])?;
+        }
+        Ok::<NodeId, Fault>(sum)
+    };
+    Ok(vec![(Input::X, row(0)?), (Input::Y, row(1)?), (Input::Z, row(2)?)])
+}
+
+fn moves(lib: &mut Library<'_>) {
+    for name in ["translated", "translate"] {
+        lib.def(&format!("{name}(f, by)"), "The solid moved by a vector.", "sphere(1.0).translated([0, 2, 0])", |c| {
+            let by = c.nodes(1)?;
+            let p = c.host.point()?;
+            let shifted = |i: usize| c.host.op(Op::Sub(op::Sub), &[p[i], by[i]]);
+            moved(c, &[(Input::X, shifted(0)?), (Input::Y, shifted(1)?), (Input::Z, shifted(2)?)])
+        });
+    }
+    for name in ["rotated", "rotate"] {
+        let sentence = "The solid turned around an axis through the origin, by degrees counterclockwise as seen from the axis' tip.";
+        lib.def(&format!("{name}(f, axis, degrees)"), sentence, "torus(1.0, 0.2).rotated([1, 0, 0], 90)", |c| {
+            let axis = c.vec3(1)?.try_normalize();
+            let axis = axis.ok_or_else(|| Fault::new("the axis has no direction: its length is zero"))?;
+            let turn = DMat3::from_axis_angle(axis, c.number(2)?.to_radians());
+            moved(c, &affine_point(c.host, clean(turn.transpose()), DVec3::ZERO)?)
+        });
+        let sentence = "The solid turned by degrees around x, then y, then z.";
+        lib.def(&format!("{name}(f, angles)"), sentence, "torus(1.0, 0.2).rotated([90, 0, 0])", |c| {
+            let a = c.vec3(1)? * (std::f64::consts::PI / 180.0);
+            let turn = DMat3::from_euler(EulerRot::ZYX, a.z, a.y, a.x);
+            moved(c, &affine_point(c.host, clean(turn.transpose()), DVec3::ZERO)?)
+        });
+    }
+    for name in ["scaled", "scale"] {
+        let sentence = "A solid grown by a factor, its distances too; of a noise the frequency, so that its features shrink.";
+        lib.def(&format!("{name}(f, factor)"), sentence, "gradient(7).scaled(4.0)", scaled);
+    }
+    lib.def("mirrored(f, normal)", "The half of a solid on the side of the normal, and its mirror image.", "sphere(1.0).translated([1, 0, 0]).mirrored([1, 0, 0])", |c| {
+        let n = c.vec3(1)?.try_normalize();
+        let n = n.ok_or_else(|| Fault::new("the normal has no direction: its length is zero"))?;
+        mirrored(c, n)
+    });
+    lib.def("on_sphere(f)", "The same on the sphere: evaluated at p / |p|.", "gradient(7).scaled(4.0).on_sphere()", |c| {
+        if let Ok(mut source) = c.source(0) {
+            source.domain = crate::script::noises::Domain::Sphere;
+            return Ok(Dynamic::from(source));
+        }
+        let p = on_sphere(c.host, c.host.point()?)?;
+        moved(c, &[(Input::X, p[0]), (Input::Y, p[1]), (Input::Z, p[2])])
+    });
+    lib.def("on_plane(f)", "The same on the ground plane: evaluated at (x, 0, z).", "gradient(7).on_plane()", |c| {
+        if let Ok(mut source) = c.source(0) {
+            source.domain = crate::script::noises::Domain::Plane;
+            return Ok(Dynamic::from(source));
+        }
+        moved(c, &[(Input::Y, c.host.constant(0.0)?)])
+    });
+}
+
+/// A rotation without the dust that sines leave in place of zeros and ones, so that quarter turns
+/// cost nothing.
+fn clean(m: DMat3) -> DMat3 {
+    let tidy = |v: f64| if (v - v.round()).abs() < 1e-15 { v.round() } else { v };
+    DMat3::from_cols_array(&m.to_cols_array().map(tidy))
+}
+
+fn scaled(c: &Call<'_>) -> Outcome<Dynamic> {
+    let k = c.number(1)?;
+    if let Ok(source) = c.source(0) {
+        return source.scaled(k).map(Dynamic::from);
+    }
+    if k <= 0.0 {
+        return Err(c.wrong(1, "a positive number"));
+    }
+    // k f(p / k) keeps distances; a pixel is smaller in the coordinates before.
+    let factor = c.host.constant(k)?;
+    let mut with = Vec::new();
+    for input in [Input::X, Input::Y, Input::Z, Input::Footprint] {
+        let inner = c.host.input(input)?;
+        with.push((input, c.host.op(Op::Div(op::Div), &[inner, factor])?));
+    }
+    let inner = moved(c, &with)?;
+    if let Some(f) = inner.read_lock::<Field>() {
+        let node = c.host.op(Op::Mul(op::Mul), &[factor, f.node])?;
+        return Ok(Dynamic::from(Field { node, color: f.color }));
+    }
+    Ok(inner)
+}
+
+/// Reflects points behind the plane: p + 2 max(-p.n, 0) n.
+fn mirrored(c: &Call<'_>, n: DVec3) -> Outcome<Dynamic> {
+    let host = c.host;
+    let p = host.point()?;
+    let constants = [host.constant(n.x)?, host.constant(n.y)?, host.constant(n.z)?];
+    let [a, b, d] = constants;
+    let height = host.op(Op::Dot(op::Dot), &[p[0], p[1], p[2], a, b, d])?;
+    let behind = host.op(Op::Neg(op::Neg), &[height])?;
+    let zero = host.constant(0.0)?;
+    let depth = host.op(Op::Max(op::Max), &[behind, zero])?;
+    let mut with = Vec::new();
+    for (axis, input) in [Input::X, Input::Y, Input::Z].into_iter().enumerate() {
+        let twice = host.constant(2.0 * n[axis])?;
+        let shift = host.op(Op::Mul(op::Mul), &[twice, depth])?;
+        with.push((input, host.op(Op::Add(op::Add), &[p[axis], shift])?));
+    }
+    moved(c, &with)
+}
+
+/// The box that a value is, for scenes.
+pub(super) fn region_of(v: &Dynamic) -> Option<Region> {
+    v.read_lock::<Region>().map(|r| *r)
+}

@@ -1,0 +1,267 @@
+//! The native functions of scripts, each declared once: signature, documentation, example, meaning.
+//!
+//! From the declarations come the registration in the engine, the REPL's help and completion, the
+//! signatures in error messages, and the reference. Arguments arrive untyped and are converted by
+//! [`Call`], whose errors name types as scripts do.
+
+mod algebra;
+mod camera;
+mod color;
+mod fields;
+mod noise;
+mod numbers;
+mod scene;
+mod vectors;
+
+pub use numbers::unused;
+pub use scene::SceneValue;
+
+use super::fault::{Fault, Outcome};
+use super::host::Host;
+use super::noises::Source;
+use super::options::describe;
+use super::value::{Field, Value, number};
+use crate::diag::Place;
+use crate::num::Interval;
+use glam::DVec3;
+use rhai::{Dynamic, Engine, INT, NativeCallContext};
+use std::any::TypeId;
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// A line of the reference.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Entry {
+    /// Name in scripts, with its module: `fractal::ridged`.
+    pub name: String,
+    /// How it is called.
+    pub signature: String,
+    /// One or more sentences.
+    pub doc: String,
+    /// A line of script that uses it; may be empty.
+    pub example: String,
+    /// Heading under which it belongs.
+    pub group: String,
+}
+
+/// Collects native functions.
+pub struct Library<'a> {
+    engine: &'a mut Engine,
+    host: Rc<Host>,
+    entries: Vec<Entry>,
+    group: &'static str,
+}
+
+/// Registers everything and returns what there is.
+pub fn register(engine: &mut Engine, host: &Rc<Host>) -> Vec<Entry> {
+    let mut library = Library { engine, host: host.clone(), entries: Vec::new(), group: "" };
+    let groups: [(&'static str, fn(&mut Library<'_>)); 8] = [
+        ("Operations", algebra::register),
+        ("Numbers", numbers::register),
+        ("Vectors", vectors::register),
+        ("Fields", fields::register),
+        ("Noise", noise::register),
+        ("Colour", color::register),
+        ("Cameras", camera::register),
+        ("Scenes", scene::register),
+    ];
+    for (name, group) in groups {
+        library.group = name;
+        group(&mut library);
+    }
+    library.entries
+}
+
+impl Library<'_> {
+    /// Declares a function. Its name and number of arguments are read off the signature,
+    /// `name(first, second) -> result`.
+    pub fn def(
+        &mut self,
+        signature: &str,
+        doc: &str,
+        example: &str,
+        f: impl Fn(&Call<'_>) -> Outcome<Dynamic> + 'static,
+    ) {
+        let (name, rest) = signature.split_once('(').unwrap_or((signature, ")"));
+        let params = rest.split_once(')').map_or("", |(params, _)| params);
+        let arity = if params.trim().is_empty() { 0 } else { params.split(',').count() };
+        self.bind(name, arity, f);
+        self.document(name, signature, doc, example);
+    }
+
+    /// Adds to the reference only.
+    pub fn document(&mut self, name: &str, signature: &str, doc: &str, example: &str) {
+        self.entries.push(Entry {
+            name: name.to_owned(),
+            signature: signature.to_owned(),
+            doc: doc.to_owned(),
+            example: example.to_owned(),
+            group: self.group.to_owned(),
+        });
+    }
+
+    /// Binds a name with a number of arguments of any type.
+    pub fn bind(&mut self, name: &str, arity: usize, f: impl Fn(&Call<'_>) -> Outcome<Dynamic> + 'static) {
+        let host = self.host.clone();
+        let types = vec![TypeId::of::<Dynamic>(); arity];
+        let shown = name.to_owned();
+        self.engine.register_raw_fn(name, types, move |ctx: NativeCallContext<'_>, args: &mut [&mut Dynamic]| {
+            let args: Vec<Dynamic> = args.iter().map(|a| a.flatten_clone()).collect();
+            let call = Call { host: &host, name: &shown, place: place_of(&ctx), args: &args };
+            let result = f(&call)?;
+            call.remember(&result);
+            Ok(result)
+        });
+    }
+
+    /// Gives a type a name in the engine's own messages.
+    pub fn name_type<T: Clone + 'static>(&mut self, name: &str) {
+        self.engine.register_type_with_name::<T>(name);
+    }
+
+    /// A property of a type, `value.name`.
+    pub fn property<T: Clone + 'static>(
+        &mut self,
+        name: &'static str,
+        f: impl Fn(&Host, &T) -> Outcome<Dynamic> + 'static,
+    ) {
+        let host = self.host.clone();
+        self.engine.register_get(name, move |v: &mut T| f(&host, v).map_err(Box::<rhai::EvalAltResult>::from));
+    }
+}
+
+fn place_of(ctx: &NativeCallContext<'_>) -> Option<Place> {
+    let position = ctx.call_position();
+    Some(Place {
+        file: Arc::from(ctx.call_source().unwrap_or("")),
+        line: position.line()? as u32,
+        column: position.position().unwrap_or(1) as u32,
+        width: 1,
+    })
+}
+
+/// A call of a native function.
+pub struct Call<'a> {
+    /// What functions share.
+    pub host: &'a Host,
+    /// The function's name.
+    pub name: &'a str,
+    /// Where it is called, if that is in a script.
+    pub place: Option<Place>,
+    /// Its arguments.
+    pub args: &'a [Dynamic],
+}
+
+impl Call<'_> {
+    /// Argument `i` is of a wrong type.
+    pub fn wrong(&self, i: usize, wanted: &str) -> Fault {
+        let given = describe(&self.args[i]);
+        if is_operator(self.name) {
+            return Fault::new(format!("`{}` takes {wanted}, not {given}", self.name));
+        }
+        let which = match self.args.len() {
+            1 => "the argument".to_owned(),
+            _ => format!("argument {}", i + 1),
+        };
+        Fault::new(format!("{which} of `{}` must be {wanted}, not {given}", self.name))
+    }
+
+    /// Argument `i` for arithmetic of any kind.
+    pub fn value(&self, i: usize) -> Outcome<Value> {
+        let wanted = "a number, a field or a vector";
+        Value::of(self.host, &self.args[i])?.ok_or_else(|| self.wrong(i, wanted))
+    }
+
+    /// A finite number.
+    pub fn number(&self, i: usize) -> Outcome<f64> {
+        let v = number(&self.args[i]).ok_or_else(|| self.wrong(i, "a number"))?;
+        if v.is_finite() { Ok(v) } else { Err(self.wrong(i, "a finite number")) }
+    }
+
+    /// A whole number.
+    pub fn integer(&self, i: usize) -> Outcome<INT> {
+        self.args[i].as_int().map_err(|_| self.wrong(i, "a whole number"))
+    }
+
+    /// A text.
+    pub fn text(&self, i: usize) -> Outcome<String> {
+        self.args[i].clone().into_string().map_err(|_| self.wrong(i, "a text"))
+    }
+
+    /// A field; numbers and noises become one.
+    pub fn field(&self, i: usize) -> Outcome<Field> {
+        self.field_of(&self.args[i])?.ok_or_else(|| self.wrong(i, "a field"))
+    }
+
+    /// The field that a value is, if it is one.
+    pub fn field_of(&self, v: &Dynamic) -> Outcome<Option<Field>> {
+        match Value::of(self.host, v)? {
+            Some(Value::Scalar(s, color)) if s.interval().is_none() || s.number().is_some() => {
+                Ok(Some(Field { node: s.node(self.host)?, color }))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// A vector of expressions.
+    pub fn nodes(&self, i: usize) -> Outcome<[crate::expr::NodeId; 3]> {
+        match self.value(i)? {
+            Value::Vector([a, b, c]) => {
+                Ok([a.node(self.host)?, b.node(self.host)?, c.node(self.host)?])
+            }
+            Value::Scalar(..) => Err(self.wrong(i, "a vector")),
+        }
+    }
+
+    /// A vector of numbers.
+    pub fn vec3(&self, i: usize) -> Outcome<DVec3> {
+        let wanted = "a vector of numbers such as vec3(0, 1, 0) or [0, 1, 0]";
+        self.vec3_of(&self.args[i])?.ok_or_else(|| self.wrong(i, wanted))
+    }
+
+    /// The vector of numbers that a value is, if it is one.
+    pub fn vec3_of(&self, v: &Dynamic) -> Outcome<Option<DVec3>> {
+        Ok(match Value::of(self.host, v)? {
+            Some(Value::Vector([a, b, c])) => match (a.number(), b.number(), c.number()) {
+                (Some(a), Some(b), Some(c)) => Some(DVec3::new(a, b, c)),
+                _ => None,
+            },
+            _ => None,
+        })
+    }
+
+    /// A noise.
+    pub fn source(&self, i: usize) -> Outcome<Source> {
+        let found = self.args[i].read_lock::<Source>().map(|s| s.clone());
+        found.ok_or_else(|| self.wrong(i, "a noise such as gradient(7)"))
+    }
+
+    fn remember(&self, result: &Dynamic) {
+        let Some(place) = &self.place else { return };
+        if let Some(field) = result.read_lock::<Field>() {
+            self.host.set_place(field.node, place);
+        } else if let Some(v) = result.read_lock::<super::value::VectorField>() {
+            v.0.iter().for_each(|&node| self.host.set_place(node, place));
+        }
+    }
+}
+
+/// The interval that a value is: an interval, an integer range, or a number.
+pub fn interval_of(v: &Dynamic) -> Option<Interval> {
+    let ends = if let Some(i) = v.read_lock::<Interval>() {
+        return Some(*i);
+    } else if let Some(r) = v.read_lock::<std::ops::Range<INT>>() {
+        (r.start as f64, r.end as f64)
+    } else if let Some(r) = v.read_lock::<std::ops::RangeInclusive<INT>>() {
+        (*r.start() as f64, *r.end() as f64)
+    } else {
+        let c = number(v)?;
+        (c, c)
+    };
+    (ends.0 <= ends.1).then(|| Interval::new(ends.0, ends.1))
+}
+
+/// Whether a name is an operator.
+pub fn is_operator(name: &str) -> bool {
+    !name.starts_with(|c: char| c.is_alphabetic() || c == '_')
+}

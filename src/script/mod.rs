@@ -1,0 +1,305 @@
+//! Scripts: text in, [`Scene`] and diagnostics out.
+//!
+//! A script runs once and builds an expression; its value is a scene, or a field, which gets a
+//! default scene. [`compile`] runs one from a file or a text; [`Interpreter`] runs one line after
+//! another for a REPL.
+//!
+//! How it is built:
+//! - [`value`] holds what scripts compute with, [`apply`] the one rule by which every operation of
+//!   [`op`](crate::op) works on any mix of them;
+//! - [`library`] declares the native functions, with their documentation; what can be said in the
+//!   language itself is in the standard library, `stdlib/*.rhai`;
+//! - [`engine`] decides what a script may use and how much of it, [`modules`] what it may import;
+//! - [`diagnose`] turns every error into a diagnostic.
+//!
+//! A script is not trusted: it has no clock, no randomness, no files but the imports of its own
+//! folder, and bounded time and memory. Native functions return errors and never panic.
+
+mod apply;
+mod diagnose;
+mod engine;
+mod fault;
+mod host;
+mod lexer;
+mod library;
+mod modules;
+mod noises;
+mod options;
+mod repl;
+mod show;
+mod value;
+
+pub use engine::Limits;
+pub use library::Entry;
+pub use repl::Interpreter;
+
+use crate::diag::{Diagnostic, Sources};
+use crate::expr::{Input, Node, NodeId};
+use crate::num::Class;
+use crate::scene::{Scene, Surface};
+use crate::world::World;
+use diagnose::Explainer;
+use engine::Setup;
+use host::Host;
+use library::SceneValue;
+use rhai::{Dynamic, EvalAltResult};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+use value::Field;
+
+/// What to run.
+#[derive(Clone)]
+pub enum Script {
+    /// A file, which the world reads.
+    File(PathBuf),
+    /// A text, with the name that messages give it; imports are looked for in the working folder.
+    Text {
+        /// Name for messages.
+        name: String,
+        /// The script.
+        text: String,
+    },
+}
+
+/// A script with everything that its run depends on.
+#[derive(Clone)]
+pub struct Request {
+    /// What to run.
+    pub script: Script,
+    /// Parameters that the user sets.
+    pub params: BTreeMap<String, f64>,
+    /// Animation time in seconds.
+    pub time: f64,
+    /// Where files come from.
+    pub world: Arc<dyn World + Send + Sync>,
+    /// How much the script may use.
+    pub limits: Limits,
+    /// Stops the run when set.
+    pub cancel: Option<Arc<AtomicBool>>,
+}
+
+impl Request {
+    /// A request with nothing set.
+    pub fn new(script: Script, world: Arc<dyn World + Send + Sync>) -> Self {
+        Request { script, params: BTreeMap::new(), time: 0.0, world, limits: Limits::default(), cancel: None }
+    }
+
+    /// A text without imports of its own.
+    pub fn text(text: impl Into<String>) -> Self {
+        let script = Script::Text { name: "script".to_owned(), text: text.into() };
+        Request::new(script, Arc::new(crate::world::Memory::default()))
+    }
+}
+
+/// What a run gave.
+#[derive(Debug, Default)]
+pub struct Compiled {
+    /// The scene, unless there was an error.
+    pub scene: Option<Scene>,
+    /// Errors and warnings.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Texts that the diagnostics refer to.
+    pub sources: Sources,
+    /// The script and every import that was looked for, found or not: what to watch.
+    pub files: Vec<PathBuf>,
+    /// What `print` and `debug` said.
+    pub output: Vec<String>,
+}
+
+/// Room for nested calls, whatever the caller's thread has.
+const STACK: usize = 64 << 20;
+
+/// Runs a script.
+pub fn compile(request: &Request) -> Compiled {
+    let failed = |d: Diagnostic| Compiled { diagnostics: vec![d], ..Compiled::default() };
+    std::thread::scope(|scope| {
+        match std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, || run(request)) {
+            Ok(thread) => thread
+                .join()
+                .unwrap_or_else(|_| failed(Diagnostic::error("the script host failed; this is a bug of the program"))),
+            Err(e) => failed(Diagnostic::error(format!("no thread can be started for the script: {e}"))),
+        }
+    })
+}
+
+fn run(request: &Request) -> Compiled {
+    let host = Host::new(request.limits.nodes, request.params.clone(), request.time);
+    host.deadline.set(Instant::now().checked_add(request.limits.time));
+    let (name, root) = match &request.script {
+        Script::File(path) => {
+            (path.to_string_lossy().into_owned(), path.parent().map(Path::to_owned).unwrap_or_default())
+        }
+        Script::Text { name, .. } => (name.clone(), PathBuf::new()),
+    };
+    let world = request.world.clone();
+    let resolver = |loaded| modules::Resolver { world, root, loaded };
+    let setup = match engine::setup(host, resolver, &request.limits, request.cancel.clone()) {
+        Ok(setup) => setup,
+        Err(d) => return Compiled { diagnostics: vec![*d], ..Compiled::default() },
+    };
+    let mut diagnostics = Vec::new();
+    let scene = match read(request, &setup, &name) {
+        Ok(text) => scene_of(&setup, &request.limits, &name, &text, &mut diagnostics),
+        Err(d) => {
+            diagnostics.push(*d);
+            None
+        }
+    };
+    let (sources, files) = (setup.loaded.sources.take(), setup.loaded.files.take());
+    Compiled { scene, diagnostics, sources, files, output: setup.host.output.take() }
+}
+
+fn read(request: &Request, setup: &Setup, name: &str) -> Result<Arc<str>, Box<Diagnostic>> {
+    let text = match &request.script {
+        Script::Text { text, .. } => Arc::from(text.as_str()),
+        Script::File(path) => {
+            setup.loaded.touched(path);
+            request.world.read(path).map_err(|e| {
+                let d = Diagnostic::error(modules::unreadable(name, &e).message);
+                Box::new(match e.kind() {
+                    std::io::ErrorKind::NotFound => Diagnostic::error(format!("there is no file {name}")),
+                    _ => d,
+                })
+            })?
+        }
+    };
+    setup.loaded.source(name, &text);
+    Ok(text)
+}
+
+fn scene_of(
+    setup: &Setup,
+    limits: &Limits,
+    name: &str,
+    text: &str,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Scene> {
+    let explainer = Explainer { setup, limits, main: name };
+    let value = match evaluate(setup, name, text) {
+        Ok(value) => value,
+        Err(e) => {
+            diagnostics.push(explainer.explain(&e));
+            return None;
+        }
+    };
+    let unused = library::unused(&setup.host.set, &setup.host.params.borrow());
+    diagnostics.extend(unused);
+    let scene = match scene_value(setup, &value) {
+        Ok(scene) => scene,
+        Err(d) => {
+            diagnostics.push(*d);
+            return None;
+        }
+    };
+    match finish(&setup.host, &scene) {
+        Ok(scene) => {
+            diagnostics.extend(warnings(&scene));
+            let failed = diagnostics.iter().any(|d| d.severity == crate::diag::Severity::Error);
+            (!failed).then_some(scene)
+        }
+        Err(fault) => {
+            let mut d = Diagnostic::error(fault.message);
+            d.hints = fault.hints;
+            diagnostics.push(d);
+            None
+        }
+    }
+}
+
+fn evaluate(setup: &Setup, name: &str, text: &str) -> Result<Dynamic, Box<EvalAltResult>> {
+    let mut ast = setup.engine.compile(text).map_err(Box::<EvalAltResult>::from)?;
+    ast.set_source(name);
+    setup.engine.eval_ast::<Dynamic>(&ast)
+}
+
+/// The scene that a script's value means.
+fn scene_value(setup: &Setup, value: &Dynamic) -> Result<SceneValue, Box<Diagnostic>> {
+    if let Some(scene) = value.read_lock::<SceneValue>() {
+        return Ok(scene.clone());
+    }
+    let field = match value::Value::of(&setup.host, value) {
+        Ok(Some(value::Value::Scalar(value::Scalar::Field(node), color))) => Some(Field { node, color }),
+        _ => None,
+    };
+    field.map(SceneValue::new).ok_or_else(|| Box::new(no_scene(value)))
+}
+
+fn no_scene(value: &Dynamic) -> Diagnostic {
+    let d = Diagnostic::error(format!("the script's value is {}, not a scene or a field", options::describe(value)));
+    if value.is_unit() {
+        d.hint("end the script with scene(#{ surface: ... }) or a field, without a semicolon after it")
+    } else {
+        d.hint("end the script with scene(#{ surface: ... }) or a field")
+    }
+}
+
+/// The scene with its time fixed and its graph complete.
+fn finish(host: &Host, value: &SceneValue) -> fault::Outcome<Scene> {
+    let time = host.constant(host.time)?;
+    let still = |node: NodeId| host.substitute(node, &[(Input::Time, time)]);
+    let field = still(value.surface.node)?;
+    let color = value.surface.color.map(|[r, g, b]| Ok::<_, fault::Fault>([still(r)?, still(g)?, still(b)?]));
+    let color = color.transpose()?;
+    Ok(Scene {
+        graph: Arc::new(host.graph.borrow().clone()),
+        surface: Surface { field, color },
+        camera: value.camera,
+        sun: value.sun,
+        sky: value.sky,
+        film: value.film,
+        bounds: value.bounds,
+        params: host.params.borrow().clone(),
+    })
+}
+
+/// What is allowed, but hardly meant.
+fn warnings(scene: &Scene) -> Vec<Diagnostic> {
+    let (graph, field) = (&scene.graph, scene.surface.field);
+    let used = graph.reachable(&[field]);
+    let spatial = |id: &NodeId| matches!(graph.node(*id), Node::Input(Input::X | Input::Y | Input::Z));
+    let mut found = Vec::new();
+    if !used.iter().any(spatial) {
+        found.push(
+            Diagnostic::warning("the surface is the same at every point, so there is nothing to see")
+                .hint("a solid is a field of x, y, z, such as length(p) - 1.0"),
+        );
+    }
+    let jumps = |id: &&NodeId| graph.class(**id) == Class::Jump;
+    if let Some(first) = used.iter().find(jumps) {
+        found.push(
+            Diagnostic::warning("the surface jumps, so rays may not find it and bounds may not hold")
+                .at(graph.place(*first).cloned())
+                .label("discontinuous")
+                .hint("smoothstep(low, high, x) is a step without a jump"),
+        );
+    }
+    found
+}
+
+/// Every function that scripts can call, native or of the standard library, with documentation.
+pub fn reference() -> Vec<Entry> {
+    let host = Host::new(1 << 10, BTreeMap::new(), 0.0);
+    let world = Arc::new(crate::world::Memory::default());
+    let resolver = |loaded| modules::Resolver { world, root: PathBuf::new(), loaded };
+    let native = engine::setup(host, resolver, &Limits::default(), None).map(|s| s.entries).unwrap_or_default();
+    native.into_iter().chain(std_entries()).collect()
+}
+
+/// The documented functions of the standard library; those that need an import carry its name.
+fn std_entries() -> Vec<Entry> {
+    let mut entries = Vec::new();
+    for (module, text) in modules::STD {
+        let prefix = if modules::PRELUDE.contains(module) { String::new() } else { format!("{module}::") };
+        entries.extend(lexer::functions(text).into_iter().map(|f| Entry {
+            name: format!("{prefix}{}", f.name),
+            signature: format!("{prefix}{}", f.signature),
+            doc: f.doc,
+            example: f.example,
+            group: format!("std/{module}"),
+        }));
+    }
+    entries
+}

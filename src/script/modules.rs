@@ -1,0 +1,190 @@
+//! Imports: the standard library, embedded and shadowable, and files of the script's own folder.
+//!
+//! `import "rocks/basalt" as basalt` reads `rocks/basalt.rhai` in the folder of the main script;
+//! `import "std/fractal"` reads `std/fractal.rhai` there if that exists, else the embedded one.
+//! Nothing else can be read: no absolute paths, no `..`, no links that lead out of the folder.
+
+use super::fault::Fault;
+use super::lexer;
+use crate::diag::{self, Sources};
+use crate::world::World;
+use rhai::{Engine, EvalAltResult, Module, ModuleResolver, Position, Scope, Shared};
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+
+type SharedModule = Shared<Module>;
+type Result<T> = std::result::Result<T, Box<EvalAltResult>>;
+
+/// The embedded standard library: name after `std/`, text.
+pub const STD: &[(&str, &str)] = &[
+    ("color", include_str!("../../stdlib/color.rhai")),
+    ("csg", include_str!("../../stdlib/csg.rhai")),
+    ("fractal", include_str!("../../stdlib/fractal.rhai")),
+    ("planet", include_str!("../../stdlib/planet.rhai")),
+    ("shapes", include_str!("../../stdlib/shapes.rhai")),
+];
+
+/// Modules whose functions need no import.
+pub const PRELUDE: &[&str] = &["shapes", "csg"];
+
+/// What a run has read.
+#[derive(Default)]
+pub struct Loaded {
+    /// Texts by the name that messages use.
+    pub sources: RefCell<Sources>,
+    /// Files touched, found or not.
+    pub files: RefCell<Vec<PathBuf>>,
+    /// Modules by path, and the names of their functions.
+    modules: RefCell<HashMap<String, (SharedModule, Vec<lexer::Documented>)>>,
+    /// Imports in progress, for cycles.
+    chain: RefCell<Vec<String>>,
+}
+
+impl Loaded {
+    /// Notes a text.
+    pub fn source(&self, file: &str, text: &Arc<str>) {
+        self.sources.borrow_mut().insert(Arc::from(file), text.clone());
+    }
+
+    /// Notes a file.
+    pub fn touched(&self, file: &Path) {
+        let mut files = self.files.borrow_mut();
+        if !files.iter().any(|f| f == file) {
+            files.push(file.to_owned());
+        }
+    }
+
+    /// The functions of all modules that were imported.
+    pub fn functions(&self) -> Vec<lexer::Documented> {
+        self.modules.borrow().values().flat_map(|(_, functions)| functions.clone()).collect()
+    }
+
+    /// Forgets all modules, so that changed files are read again.
+    pub fn clear(&self) {
+        self.modules.borrow_mut().clear();
+    }
+}
+
+/// Reads modules through a world.
+pub struct Resolver {
+    /// Where bytes come from.
+    pub world: Arc<dyn World + Send + Sync>,
+    /// The folder of the main script.
+    pub root: PathBuf,
+    /// What was read.
+    pub loaded: Rc<Loaded>,
+}
+
+impl ModuleResolver for Resolver {
+    fn resolve(&self, engine: &Engine, _: Option<&str>, path: &str, pos: Position) -> Result<SharedModule> {
+        let path = path.strip_suffix(".rhai").unwrap_or(path);
+        if let Some((module, _)) = self.loaded.modules.borrow().get(path) {
+            return Ok(module.clone());
+        }
+        self.refuse_cycle(path).map_err(|f| at(f, pos))?;
+        let (name, text) = self.read(path).map_err(|f| at(f, pos))?;
+        self.loaded.source(&name, &text);
+        self.loaded.chain.borrow_mut().push(path.to_owned());
+        let module = build(engine, &name, &text);
+        self.loaded.chain.borrow_mut().pop();
+        let module: SharedModule =
+            module.map_err(|e| Box::new(EvalAltResult::ErrorInModule(name.clone(), e, pos)))?.into();
+        let functions = lexer::functions(&text);
+        self.loaded.modules.borrow_mut().insert(path.to_owned(), (module.clone(), functions));
+        Ok(module)
+    }
+}
+
+/// Runs a text as a module.
+pub fn build(engine: &Engine, name: &str, text: &str) -> Result<Module> {
+    let mut ast = engine.compile(text).map_err(Box::<EvalAltResult>::from)?;
+    ast.set_source(name);
+    Module::eval_ast_as_new(Scope::new(), &ast, engine)
+}
+
+fn at(fault: Fault, pos: Position) -> Box<EvalAltResult> {
+    let mut error: Box<EvalAltResult> = fault.into();
+    error.set_position(pos);
+    error
+}
+
+impl Resolver {
+    fn refuse_cycle(&self, path: &str) -> std::result::Result<(), Fault> {
+        let chain = self.loaded.chain.borrow();
+        let Some(start) = chain.iter().position(|p| p == path) else { return Ok(()) };
+        let mut round: Vec<&str> = chain[start..].iter().map(String::as_str).collect();
+        round.push(path);
+        Err(Fault::new(format!("imports go round in a circle: {}", round.join(" -> ")))
+            .hint("move what both need into a third file"))
+    }
+
+    /// The text of a module and the name that messages give it.
+    fn read(&self, path: &str) -> std::result::Result<(String, Arc<str>), Fault> {
+        inside(path)?;
+        let file = self.root.join(format!("{path}.rhai"));
+        self.loaded.touched(&file);
+        let shown = file.to_string_lossy().into_owned();
+        match self.world.read(&file) {
+            Ok(text) => {
+                self.refuse_links_out(&file)?;
+                Ok((shown, text))
+            }
+            Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+                embedded(path).ok_or_else(|| self.missing(path, &shown))
+            }
+            Err(e) => Err(unreadable(&shown, &e)),
+        }
+    }
+
+    /// A link that leaves the folder would let a script read what is not its own. Only real files
+    /// can be links; a world without them resolves nothing here.
+    fn refuse_links_out(&self, file: &Path) -> std::result::Result<(), Fault> {
+        let root = if self.root.as_os_str().is_empty() { Path::new(".") } else { &self.root };
+        match (root.canonicalize(), file.canonicalize()) {
+            (Ok(root), Ok(real)) if !real.starts_with(&root) => {
+                Err(Fault::new(format!("{} is a link that leads out of the script's folder", file.display())))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn missing(&self, path: &str, shown: &str) -> Fault {
+        let fault = Fault::new(format!("there is no module \"{path}\""));
+        let std = STD.iter().map(|(name, _)| format!("std/{name}")).collect::<Vec<_>>();
+        if let Some(near) = diag::nearest(path, std.iter().map(String::as_str)) {
+            return fault.hint(format!("did you mean \"{near}\"?"));
+        }
+        if path.starts_with("std/") {
+            return fault.hint(format!("the standard library has {}", std.join(", ")));
+        }
+        fault.hint(format!("it was looked for in {shown}"))
+    }
+}
+
+fn embedded(path: &str) -> Option<(String, Arc<str>)> {
+    let name = path.strip_prefix("std/")?;
+    let (_, text) = STD.iter().find(|(n, _)| *n == name)?;
+    Some((format!("std/{name}.rhai"), Arc::from(*text)))
+}
+
+/// Only names of files below the folder are let through.
+fn inside(path: &str) -> std::result::Result<(), Fault> {
+    let plain = |part: &str| !part.is_empty() && part != "." && part != ".." && !part.contains(['\\', ':', '\0']);
+    if path.split('/').all(plain) {
+        return Ok(());
+    }
+    Err(Fault::new(format!("\"{path}\" is outside the script's folder"))
+        .hint("imports name files in the folder of the main script or below, such as \"rocks/basalt\", or \"std/...\""))
+}
+
+/// A file that is there but cannot be read.
+pub fn unreadable(file: &str, e: &io::Error) -> Fault {
+    match e.kind() {
+        io::ErrorKind::InvalidData => Fault::new(format!("{file} is not a text (UTF-8)")),
+        _ => Fault::new(format!("{file} cannot be read: {e}")),
+    }
+}

@@ -1,0 +1,108 @@
+//! Noises and fractal sums as script values: sources that are scaled, seeded and placed before
+//! they become expressions.
+
+use super::fault::{Fault, Outcome};
+use super::host::Host;
+use crate::expr::{Input, NodeId};
+use crate::noise::{Fractal, Noise, Recipe};
+use crate::op::{self, Op};
+use std::sync::Arc;
+
+/// One noise or a sum of octaves.
+#[derive(Clone, Debug)]
+pub enum Kind {
+    /// A noise.
+    One(Noise),
+    /// A fractal sum, and whether the size of a pixel limits its detail.
+    Sum(Recipe, bool),
+}
+
+/// Where a source is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Domain {
+    /// At the point.
+    Space,
+    /// At the point's direction from the origin.
+    Sphere,
+    /// At the point's foot on the plane y = 0.
+    Plane,
+}
+
+/// A source of noise with its frequency and place; a `Noise` in scripts.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// What is evaluated.
+    pub kind: Kind,
+    /// Where.
+    pub domain: Domain,
+    /// Coordinates, if not the point's own.
+    pub at: Option<[NodeId; 3]>,
+}
+
+impl Source {
+    /// A source at the point.
+    pub fn new(kind: Kind) -> Self {
+        Source { kind, domain: Domain::Space, at: None }
+    }
+
+    /// The noise, of which a sum adds octaves.
+    pub fn noise(&self) -> &Noise {
+        match &self.kind {
+            Kind::One(noise) => noise,
+            Kind::Sum(recipe, _) => &recipe.noise,
+        }
+    }
+
+    fn noise_mut(&mut self) -> &mut Noise {
+        match &mut self.kind {
+            Kind::One(noise) => noise,
+            Kind::Sum(recipe, _) => &mut recipe.noise,
+        }
+    }
+
+    /// The same with its frequency times `k`.
+    pub fn scaled(mut self, k: f64) -> Outcome<Source> {
+        let frequency = self.noise().frequency * k;
+        if !(1e-12..=1e12).contains(&frequency) {
+            return Err(Fault::new(format!("a noise cannot be scaled by {k}"))
+                .hint("the factor of its frequency is a positive number, and the frequency from 1e-12 to 1e12"));
+        }
+        self.noise_mut().frequency = frequency;
+        Ok(self)
+    }
+
+    /// The same with another seed.
+    pub fn seeded(mut self, seed: u64) -> Source {
+        self.noise_mut().seed = seed;
+        self
+    }
+
+    /// The expression.
+    pub fn lower(&self, host: &Host) -> Outcome<NodeId> {
+        let p = match self.at {
+            Some(p) => p,
+            None => host.point()?,
+        };
+        let p = match self.domain {
+            Domain::Space => p,
+            Domain::Sphere => on_sphere(host, p)?,
+            Domain::Plane => [p[0], host.constant(0.0)?, p[2]],
+        };
+        match &self.kind {
+            Kind::One(noise) => Ok(host.graph.borrow_mut().noise(*noise, p)?),
+            Kind::Sum(recipe, detail) => {
+                let fractal = Fractal::new(*recipe).map_err(|e| Fault::new(e.to_string()))?;
+                let footprint = if *detail { host.input(Input::Footprint)? } else { host.constant(0.0)? };
+                Ok(host.graph.borrow_mut().fractal(Arc::new(fractal), p, footprint)?)
+            }
+        }
+    }
+}
+
+/// `p / |p|`
+pub fn on_sphere(host: &Host, p: [NodeId; 3]) -> Outcome<[NodeId; 3]> {
+    let r = host.op(Op::Length(op::Length), &p)?;
+    let [x, y, z] = p;
+    let unit = |c| host.op(Op::Div(op::Div), &[c, r]);
+    Ok([unit(x)?, unit(y)?, unit(z)?])
+}

@@ -1,0 +1,142 @@
+//! Options in object maps: each is declared where it is read, and a key that nobody declared is an
+//! error that names the nearest one that was.
+
+use super::fault::{Fault, Outcome};
+use super::library::Call;
+use super::value::{Field, number, type_name};
+use crate::diag;
+use glam::DVec3;
+use rhai::{Dynamic, INT, Map};
+use std::ops::RangeInclusive;
+
+/// The options of one call, as they are read.
+pub struct Options<'a, 'b> {
+    call: &'a Call<'b>,
+    map: Map,
+    known: Vec<&'static str>,
+}
+
+impl<'a, 'b> Options<'a, 'b> {
+    /// The object map that is argument `i`.
+    pub fn new(call: &'a Call<'b>, i: usize) -> Outcome<Self> {
+        let map = call.args[i].read_lock::<Map>().map(|map| map.clone());
+        let map = map.ok_or_else(|| call.wrong(i, "an object map, #{ ... }"))?;
+        Ok(Options { call, map, known: Vec::new() })
+    }
+
+    /// The value of a key, if it is given.
+    pub fn get(&mut self, key: &'static str) -> Option<Dynamic> {
+        self.known.push(key);
+        self.map.get(key).map(Dynamic::flatten_clone)
+    }
+
+    fn wrong(&self, key: &str, wanted: &str, given: &Dynamic) -> Fault {
+        Fault::new(format!("`{key}` of `{}` must be {wanted}, not {}", self.call.name, describe(given)))
+            .key(key)
+            .label(format!("{wanted} expected"))
+    }
+
+    fn outside<T: std::fmt::Debug>(&self, key: &str, given: T, range: &RangeInclusive<T>) -> Fault {
+        Fault::new(format!("`{key}` of `{}` is out of range: {given:?}", self.call.name))
+            .key(key)
+            .label(format!("from {:?} to {:?} allowed", range.start(), range.end()))
+    }
+
+    /// A number within a range.
+    pub fn number(&mut self, key: &'static str, range: RangeInclusive<f64>, default: f64) -> Outcome<f64> {
+        let Some(given) = self.get(key) else { return Ok(default) };
+        let value = number(&given).ok_or_else(|| self.wrong(key, "a number", &given))?;
+        if range.contains(&value) { Ok(value) } else { Err(self.outside(key, value, &range)) }
+    }
+
+    /// A whole number within a range.
+    pub fn integer(&mut self, key: &'static str, range: RangeInclusive<INT>, default: INT) -> Outcome<INT> {
+        let Some(given) = self.get(key) else { return Ok(default) };
+        let whole = number(&given).filter(|v| v.fract() == 0.0 && v.abs() < 9e15);
+        let value = whole.ok_or_else(|| self.wrong(key, "a whole number", &given))? as INT;
+        if range.contains(&value) { Ok(value) } else { Err(self.outside(key, value, &range)) }
+    }
+
+    /// A switch.
+    pub fn flag(&mut self, key: &'static str, default: bool) -> Outcome<bool> {
+        let Some(given) = self.get(key) else { return Ok(default) };
+        given.as_bool().map_err(|_| self.wrong(key, "true or false", &given))
+    }
+
+    /// A point or direction.
+    pub fn vector(&mut self, key: &'static str, default: DVec3) -> Outcome<DVec3> {
+        let Some(given) = self.get(key) else { return Ok(default) };
+        self.call
+            .vec3_of(&given)?
+            .filter(|v| v.is_finite())
+            .ok_or_else(|| self.wrong(key, "a vector such as vec3(0, 1, 0) or [0, 1, 0]", &given))
+    }
+
+    /// A direction, which has a length.
+    pub fn direction(&mut self, key: &'static str, default: DVec3) -> Outcome<DVec3> {
+        let v = self.vector(key, default)?;
+        v.try_normalize().ok_or_else(|| {
+            Fault::new(format!("`{key}` of `{}` has no direction: its length is zero", self.call.name)).key(key)
+        })
+    }
+
+    /// A colour: a vector, a grey, or a text such as "#ff8800"; not negative.
+    pub fn color(&mut self, key: &'static str, default: DVec3) -> Outcome<DVec3> {
+        let Some(given) = self.get(key) else { return Ok(default) };
+        let wanted = "a colour such as \"#ff8800\", rgb(1.0, 0.5, 0.0) or 0.5";
+        let color = match self.call.constant_color(&given) {
+            Ok(color) => color,
+            Err(fault) => return Err(fault.key(key)),
+        };
+        color
+            .filter(|c| c.is_finite() && c.min_element() >= 0.0)
+            .ok_or_else(|| self.wrong(key, wanted, &given))
+    }
+
+    /// A value of a type of our own.
+    pub fn typed<T: Clone + 'static>(&mut self, key: &'static str, wanted: &str, default: T) -> Outcome<T> {
+        let Some(given) = self.get(key) else { return Ok(default) };
+        given.read_lock::<T>().map(|v| v.clone()).ok_or_else(|| self.wrong(key, wanted, &given))
+    }
+
+    /// A field, which must be given.
+    pub fn field(&mut self, key: &'static str) -> Outcome<Field> {
+        let given = self.get(key).ok_or_else(|| self.missing(key))?;
+        self.call.field_of(&given)?.ok_or_else(|| self.wrong(key, "a field", &given))
+    }
+
+    /// Ends with an error for a key that must be there.
+    pub fn missing(&self, key: &str) -> Fault {
+        Fault::new(format!("`{}` needs the option `{key}`", self.call.name))
+    }
+
+    /// Refuses keys that nobody asked for.
+    pub fn finish(self) -> Outcome<()> {
+        let Some(key) = self.map.keys().find(|key| !self.known.contains(&key.as_str())) else { return Ok(()) };
+        let fault = Fault::new(format!("`{}` has no option `{key}`", self.call.name))
+            .key(key)
+            .label("unknown option");
+        Err(match diag::nearest(key, self.known.iter().copied()) {
+            Some(near) => fault.hint(format!("did you mean `{near}`?")),
+            None => fault.hint(format!("its options are {}", self.known.join(", "))),
+        })
+    }
+}
+
+/// A value for a message: its type, and the value itself where that is short.
+pub fn describe(v: &Dynamic) -> String {
+    let name = type_name(v);
+    let article = match name.chars().next() {
+        Some('a' | 'e' | 'i' | 'o' | 'A' | 'I') => "an",
+        _ => "a",
+    };
+    match name {
+        "nothing" => "nothing ()".to_owned(),
+        "integer" | "float" | "boolean" => format!("{article} {name} ({v})"),
+        "string" => {
+            let text: String = v.to_string().chars().take(20).collect();
+            format!("a string ({text:?})")
+        }
+        _ => format!("{article} {name}"),
+    }
+}

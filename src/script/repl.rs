@@ -1,0 +1,216 @@
+//! One line after another: what a REPL needs of scripts.
+
+use super::diagnose::Explainer;
+use super::engine::{self, INPUTS, KEYWORDS, Limits, Setup};
+use super::host::Host;
+use super::library::Entry;
+use super::{SceneValue, finish, lexer, modules, scene_value, show};
+use crate::diag::{Diagnostic, Sources};
+use crate::scene::Scene;
+use crate::world::World;
+use rhai::{AST, Dynamic, EvalAltResult, Scope};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// Name of what is typed, in messages.
+const INPUT: &str = "input";
+
+/// A script that grows line by line. Variables, functions and imports stay.
+pub struct Interpreter {
+    setup: Setup,
+    limits: Limits,
+    world: Arc<dyn World + Send + Sync>,
+    scope: Scope<'static>,
+    /// Functions so far.
+    functions: AST,
+    /// Import statements so far; they run again before every input.
+    imports: Vec<AST>,
+    /// Everything typed, so that places in functions of earlier inputs stay right.
+    text: String,
+    scene: Option<SceneValue>,
+    entries: Vec<Entry>,
+}
+
+impl Interpreter {
+    /// An interpreter whose imports are found in `root`.
+    ///
+    /// # Errors
+    /// When the embedded standard library is broken or does not fit into the limits.
+    pub fn new(
+        world: Arc<dyn World + Send + Sync>,
+        root: PathBuf,
+        limits: Limits,
+        cancel: Option<Arc<AtomicBool>>,
+    ) -> Result<Self, Box<Diagnostic>> {
+        let host = Host::new(limits.nodes, BTreeMap::new(), 0.0);
+        let files = world.clone();
+        let setup = engine::setup(host, |loaded| modules::Resolver { world: files, root, loaded }, &limits, cancel)?;
+        let entries = setup.entries.iter().cloned().chain(super::std_entries()).collect();
+        let (scope, functions, text) = (Scope::new(), AST::empty(), String::new());
+        Ok(Interpreter { setup, limits, world, scope, functions, imports: Vec::new(), text, scene: None, entries })
+    }
+
+    /// Runs an input and describes its value, if it has one.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the input; what it did before stays done.
+    pub fn eval(&mut self, input: &str) -> Result<Option<String>, Box<Diagnostic>> {
+        // Each input stands below the earlier ones, as lines of one text.
+        let lines = self.text.lines().count();
+        let padded = "\n".repeat(lines) + input;
+        if !self.text.is_empty() && !self.text.ends_with('\n') {
+            self.text.push('\n');
+        }
+        self.text.push_str(input);
+        let text: Arc<str> = Arc::from(self.text.as_str());
+        self.setup.loaded.source(INPUT, &text);
+        self.execute(INPUT, &padded)
+    }
+
+    /// Runs a file as if it had been typed.
+    ///
+    /// # Errors
+    /// When it cannot be read, and as for [`eval`](Self::eval).
+    pub fn load(&mut self, path: &Path) -> Result<Option<String>, Box<Diagnostic>> {
+        let name = path.to_string_lossy().into_owned();
+        self.setup.loaded.touched(path);
+        let text = self.world.read(path).map_err(|e| Box::new(Diagnostic::error(modules::unreadable(&name, &e).message)))?;
+        self.setup.loaded.source(&name, &text);
+        self.setup.loaded.clear();
+        self.execute(&name, &text)
+    }
+
+    fn execute(&mut self, name: &str, text: &str) -> Result<Option<String>, Box<Diagnostic>> {
+        self.setup.host.deadline.set(Instant::now().checked_add(self.limits.time));
+        let result = self.run(name, text);
+        let value = result.map_err(|e| {
+            let explainer = Explainer { setup: &self.setup, limits: &self.limits, main: name };
+            Box::new(explainer.explain(&e))
+        })?;
+        if value.is_unit() {
+            return Ok(None);
+        }
+        if let Ok(scene) = scene_value(&self.setup, &value) {
+            self.scene = Some(scene);
+        }
+        Ok(Some(show::summary(&self.setup.host, &value)))
+    }
+
+    fn run(&mut self, name: &str, text: &str) -> Result<Dynamic, Box<EvalAltResult>> {
+        let compile = |text: &str| {
+            let mut ast = self.setup.engine.compile_with_scope(&self.scope, text).map_err(Box::<EvalAltResult>::from)?;
+            ast.set_source(name);
+            Ok::<AST, Box<EvalAltResult>>(ast)
+        };
+        let ast = compile(text)?;
+        let imports = import_statements(text).iter().map(|t| compile(t)).collect::<Result<Vec<_>, _>>()?;
+        // Imports end with the run that makes them, so they run again.
+        let mut whole = self.functions.clone();
+        for import in &self.imports {
+            whole = whole.merge(import);
+        }
+        let mut whole = whole.merge(&ast);
+        whole.set_source(name);
+        let result = self.setup.engine.eval_ast_with_scope::<Dynamic>(&mut self.scope, &whole);
+        // What an input defined before it failed stays, like its variables.
+        self.functions = self.functions.merge(&ast.clone_functions_only());
+        if result.is_ok() {
+            self.imports.extend(imports);
+        }
+        result
+    }
+
+    /// Whether an input goes on: a bracket, text or comment is open.
+    pub fn is_incomplete(&self, input: &str) -> bool {
+        lexer::is_open(input)
+    }
+
+    /// Names for completion: functions, variables, inputs, modules, keywords.
+    pub fn names(&self) -> Vec<String> {
+        let is_word = |name: &str| name.starts_with(|c: char| c.is_alphabetic());
+        let mut names: Vec<String> = self.entries.iter().map(|e| e.name.clone()).filter(|n| is_word(n)).collect();
+        names.extend(self.scope.iter().map(|(name, ..)| name.to_owned()));
+        names.extend(self.functions.iter_functions().map(|f| f.name.to_owned()));
+        names.extend(INPUTS.iter().map(|(name, _)| (*name).to_owned()));
+        names.extend(["p", "PI", "TAU"].map(str::to_owned));
+        names.extend(modules::STD.iter().map(|(name, _)| format!("std/{name}")));
+        names.extend(KEYWORDS.iter().map(|k| (*k).to_owned()));
+        names.sort();
+        names.dedup();
+        names
+    }
+
+    /// What a name means: signatures, a sentence, an example.
+    pub fn help(&self, name: &str) -> Option<String> {
+        let short = |e: &&Entry| e.name == name || e.name.rsplit("::").next() == Some(name);
+        let found: Vec<&Entry> = self.entries.iter().filter(short).collect();
+        if found.is_empty() {
+            return input_help(name).map(str::to_owned);
+        }
+        let mut out = String::new();
+        for entry in found {
+            out += &format!("{}\n    {}\n", entry.signature, entry.doc);
+            if !entry.example.is_empty() {
+                out += &format!("    {}\n", entry.example);
+            }
+        }
+        Some(out)
+    }
+
+    /// The last scene or field, as a scene.
+    pub fn scene(&self) -> Option<Scene> {
+        finish(&self.setup.host, self.scene.as_ref()?).ok()
+    }
+
+    /// Texts that diagnostics refer to.
+    pub fn sources(&self) -> Sources {
+        self.setup.loaded.sources.borrow().clone()
+    }
+
+    /// Files that were looked for so far.
+    pub fn files(&self) -> Vec<PathBuf> {
+        self.setup.loaded.files.borrow().clone()
+    }
+
+    /// Takes what `print` and `debug` have said since the last call.
+    pub fn output(&mut self) -> Vec<String> {
+        self.setup.host.output.take()
+    }
+}
+
+/// The import statements at the top level of a text, each padded to its line.
+fn import_statements(text: &str) -> Vec<String> {
+    let all: Vec<_> = lexer::tokens(text).into_iter().filter(|t| t.kind != lexer::Kind::Comment).collect();
+    let mut depth = 0;
+    let mut found = Vec::new();
+    for (i, token) in all.iter().enumerate() {
+        match token.text {
+            "(" | "{" | "[" => depth += 1,
+            ")" | "}" | "]" => depth -= 1,
+            "import" if depth == 0 => {
+                let words: Vec<&str> = all[i..].iter().take(4).map(|t| t.text).collect();
+                if let [_, path, "as", alias] = words[..] {
+                    found.push(format!("{}import {path} as {alias};", "\n".repeat(token.line as usize - 1)));
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+fn input_help(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "x" => "x: the first coordinate of the point, as a field\n",
+        "y" => "y: the second coordinate of the point, as a field; it grows upwards\n",
+        "z" => "z: the third coordinate of the point, as a field; it grows towards the viewer\n",
+        "p" => "p: the point (x, y, z), as a vector of fields\n",
+        "time" => "time: the time of an animation in seconds, as a field\n",
+        "PI" => "PI: 3.14159...\n",
+        "TAU" => "TAU: 2 PI\n",
+        _ => return None,
+    })
+}

@@ -1,0 +1,222 @@
+//! Values as text: what `print`, `show` and the REPL say.
+
+use super::host::Host;
+use super::library::SceneValue;
+use super::noises::{Domain, Kind, Source};
+use super::value::{AffineVec3, Field, Region, Vec3, VectorField, type_name};
+use crate::expr::{Graph, Input, Node, NodeId};
+use crate::num::{Affine, Interval};
+use crate::op::Op;
+use rhai::{Array, Dynamic, Map};
+use std::fmt::Write;
+
+/// Length at which the text of an expression stops.
+const ENOUGH: usize = 600;
+/// Nesting at which it does.
+const DEEP: usize = 40;
+
+/// Any script value as text.
+pub fn dynamic(host: &Host, v: &Dynamic) -> String {
+    if let Some(f) = v.read_lock::<Field>() {
+        return expression(&host.graph.borrow(), f.node);
+    }
+    if let Some(v) = v.read_lock::<VectorField>() {
+        let graph = host.graph.borrow();
+        let [x, y, z] = v.0.map(|node| expression(&graph, node));
+        return format!("vec3({x}, {y}, {z})");
+    }
+    if let Some(v) = v.read_lock::<Vec3>() {
+        return format!("vec3({}, {}, {})", v.0[0], v.0[1], v.0[2]);
+    }
+    if let Some(i) = v.read_lock::<Interval>() {
+        return interval(*i);
+    }
+    if let Some(a) = v.read_lock::<Affine>() {
+        return affine(&a);
+    }
+    if let Some(r) = v.read_lock::<Region>() {
+        return format!("region({})", r.0.map(interval).join(" x "));
+    }
+    if let Some(v) = v.read_lock::<AffineVec3>() {
+        return format!("vec3({})", v.0.each_ref().map(affine).join(", "));
+    }
+    if let Some(s) = v.read_lock::<Source>() {
+        return source(&s);
+    }
+    if let Some(s) = v.read_lock::<SceneValue>() {
+        return scene(host, &s);
+    }
+    if let Some(a) = v.read_lock::<Array>() {
+        return collection(&a, host);
+    }
+    if let Some(m) = v.read_lock::<Map>() {
+        let parts = m.iter().take(40).map(|(k, v)| format!("{k}: {}", nested(host, v)));
+        return format!("#{{ {} }}", parts.collect::<Vec<_>>().join(", "));
+    }
+    match type_name(v) {
+        "Camera" | "Sun" | "Sky" | "Film" | "Air" | "value" => format!("<{}>", type_name(v)),
+        _ => v.to_string(),
+    }
+}
+
+fn collection(a: &Array, host: &Host) -> String {
+    let mut parts: Vec<String> = a.iter().take(40).map(|v| nested(host, v)).collect();
+    if a.len() > 40 {
+        parts.push(format!("... {} more", a.len() - 40));
+    }
+    format!("[{}]", parts.join(", "))
+}
+
+/// Arrays within arrays are not followed: they may be as deep as memory.
+fn nested(host: &Host, v: &Dynamic) -> String {
+    match type_name(v) {
+        kind @ ("array" | "object map") => format!("<{kind}>"),
+        "string" => format!("{:?}", v.to_string()),
+        _ => dynamic(host, v),
+    }
+}
+
+fn interval(i: Interval) -> String {
+    format!("[{}, {}]", i.lo, i.hi)
+}
+
+fn affine(a: &Affine) -> String {
+    let mut out = format!("{}", a.mid);
+    for (k, (_, c)) in a.terms.iter().enumerate().take(6) {
+        let sign = if *c < 0.0 { '-' } else { '+' };
+        // Writing to a string cannot fail.
+        let _ = write!(out, " {sign} {} e{}", c.abs(), k + 1);
+    }
+    if a.terms.len() > 6 {
+        let _ = write!(out, " + {} more", a.terms.len() - 6);
+    }
+    format!("{out}  in {}", interval(a.range))
+}
+
+fn source(s: &Source) -> String {
+    let noise = s.noise();
+    let kind = match &s.kind {
+        Kind::One(_) => format!("{} noise", noise.kind.name()),
+        Kind::Sum(f, _) => format!("{} of {} octaves of {} noise", f.model.name(), f.octaves, noise.kind.name()),
+    };
+    let place = match s.domain {
+        Domain::Space => "",
+        Domain::Sphere => " on the sphere",
+        Domain::Plane => " on the plane",
+    };
+    format!("{kind}, seed {}, frequency {}{place}", noise.seed, noise.frequency)
+}
+
+/// What the REPL says of a field: expression, class and variables.
+pub fn summary(host: &Host, v: &Dynamic) -> String {
+    let Some(f) = v.read_lock::<Field>() else { return dynamic(host, v) };
+    let inputs = [(Input::X, "x"), (Input::Y, "y"), (Input::Z, "z"), (Input::Time, "time")];
+    let reads = inputs.into_iter().filter(|(i, _)| host.depends_on(f.node, &[*i])).map(|(_, name)| name);
+    let reads: Vec<&str> = reads.collect();
+    let of = if reads.is_empty() { "constant".to_owned() } else { format!("of {}", reads.join(", ")) };
+    let graph = host.graph.borrow();
+    let color = if f.color.is_some() { ", coloured" } else { "" };
+    let nodes = graph.reachable(&[f.node]).len();
+    format!("{}\n  {}, {of}{color}, {nodes} nodes", expression(&graph, f.node), graph.class(f.node))
+}
+
+fn scene(host: &Host, s: &SceneValue) -> String {
+    let graph = host.graph.borrow();
+    let nodes = graph.reachable(&[s.surface.node]).len();
+    let (film, eye) = (s.film, s.camera.eye);
+    format!(
+        "scene: surface {} with {nodes} nodes, camera at ({:.3}, {:.3}, {:.3}), film {} x {}",
+        graph.class(s.surface.node), eye.x, eye.y, eye.z, film.width, film.height
+    )
+}
+
+/// An expression as a script would say it, cut where it gets long.
+pub fn expression(graph: &Graph, node: NodeId) -> String {
+    let mut out = String::new();
+    write_node(graph, node, 0, 0, &mut out);
+    out
+}
+
+/// How tightly an operation binds its operands in text.
+fn precedence(op: &Op) -> u8 {
+    match op {
+        Op::Add(_) | Op::Sub(_) => 1,
+        Op::Mul(_) | Op::Div(_) => 2,
+        Op::Neg(_) => 3,
+        Op::Square(_) | Op::Powi(_) => 4,
+        _ => 5,
+    }
+}
+
+fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut String) {
+    if out.len() > ENOUGH || depth > DEEP {
+        if !out.ends_with("...") {
+            out.push_str("...");
+        }
+        return;
+    }
+    match graph.node(node) {
+        Node::Const(bits) => {
+            let c = f64::from_bits(*bits);
+            let _ = if c < 0.0 && outer > 1 { write!(out, "({c})") } else { write!(out, "{c}") };
+        }
+        Node::Input(input) => out.push_str(match input {
+            Input::X => "x",
+            Input::Y => "y",
+            Input::Z => "z",
+            Input::Time => "time",
+            Input::Footprint => "footprint",
+        }),
+        Node::Op(op, args) => write_op(graph, op, args, outer, depth, out),
+        Node::Noise(noise, p) => {
+            let _ = write!(out, "{}({}, {})(", noise.kind.name(), noise.seed, noise.frequency);
+            write_list(graph, p, depth, out);
+        }
+        Node::Fractal(f, p, _) => {
+            let recipe = f.recipe();
+            let _ = write!(out, "{}({}, {} octaves)(", recipe.model.name(), recipe.noise.kind.name(), recipe.octaves);
+            write_list(graph, p, depth, out);
+        }
+    }
+}
+
+fn write_op(graph: &Graph, op: &Op, args: &[NodeId], outer: u8, depth: usize, out: &mut String) {
+    let own = precedence(op);
+    let open = own < outer;
+    if open {
+        out.push('(');
+    }
+    match op {
+        Op::Add(_) | Op::Sub(_) | Op::Mul(_) | Op::Div(_) => {
+            write_node(graph, args[0], own, depth + 1, out);
+            let _ = write!(out, " {} ", op.name());
+            write_node(graph, args[1], own + 1, depth + 1, out);
+        }
+        Op::Neg(_) => {
+            out.push('-');
+            write_node(graph, args[0], own + 1, depth + 1, out);
+        }
+        Op::Square(_) | Op::Powi(_) => {
+            write_node(graph, args[0], own + 1, depth + 1, out);
+            let n = if let Op::Powi(powi) = op { powi.n } else { 2 };
+            let _ = write!(out, "**{n}");
+        }
+        _ => {
+            let _ = write!(out, "{}(", op.name());
+            write_list(graph, args, depth, out);
+        }
+    }
+    if open {
+        out.push(')');
+    }
+}
+
+fn write_list(graph: &Graph, args: &[NodeId], depth: usize, out: &mut String) {
+    for (i, &arg) in args.iter().enumerate() {
+        if i > 0 {
+            out.push_str(", ");
+        }
+        write_node(graph, arg, 0, depth + 1, out);
+    }
+    out.push(')');
+}
