@@ -1,5 +1,6 @@
 //! orogen: procedural solids from scripts.
 pub mod cast;
+pub mod cli;
 pub mod diag;
 pub mod expr;
 pub mod field;
@@ -9,5 +10,6 @@ pub mod op;
 pub mod render;
 pub mod scene;
 pub mod script;
+pub mod session;
 pub mod tape;
 pub mod world;

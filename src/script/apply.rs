@@ -35,7 +35,12 @@ pub fn component(v: &Value, axis: usize) -> Scalar {
 /// The operation on as many scalars as it has arguments.
 pub fn scalar(host: &Host, op: Op, args: &[Scalar]) -> Outcome<Scalar> {
     if args.len() != op.arity() {
-        return Err(Fault::new(format!("`{}` takes {} arguments, not {}", op.name(), op.arity(), args.len())));
+        return Err(Fault::new(format!(
+            "`{}` takes {} arguments, not {}",
+            op.name(),
+            op.arity(),
+            args.len()
+        )));
     }
     match args.iter().map(Scalar::rank).max().unwrap_or(0) {
         0 => {

@@ -104,45 +104,77 @@ impl Explainer<'_> {
                 Diagnostic::error(format!("the object map has no property `{name}`"))
             }
             E::ErrorDotExpr(text, _) => property(text),
-            E::ErrorTooManyOperations(_) => Diagnostic::error(format!("the script took more than {} steps", self.limits.operations))
-                .label("still running here")
-                .hint("does a loop never end? Otherwise build less with loops and more with fields"),
-            E::ErrorStackOverflow(_) => Diagnostic::error(format!("calls are nested more than {} deep", self.limits.calls))
-                .label("one call too many")
-                .hint("does a function call itself without end?"),
-            E::ErrorTooManyVariables(_) => Diagnostic::error(format!("the script has more than {} variables", self.limits.variables)),
-            E::ErrorTooManyModules(_) => Diagnostic::error(format!("the script imports more than {} times", self.limits.modules))
-                .hint("an import inside a loop or function runs every time; move it to the top"),
+            E::ErrorTooManyOperations(_) => {
+                Diagnostic::error(format!("the script took more than {} steps", self.limits.operations))
+                    .label("still running here")
+                    .hint("does a loop never end? Otherwise build less with loops and more with fields")
+            }
+            E::ErrorStackOverflow(_) => {
+                Diagnostic::error(format!("calls are nested more than {} deep", self.limits.calls))
+                    .label("one call too many")
+                    .hint("does a function call itself without end?")
+            }
+            E::ErrorTooManyVariables(_) => {
+                Diagnostic::error(format!("the script has more than {} variables", self.limits.variables))
+            }
+            E::ErrorTooManyModules(_) => {
+                Diagnostic::error(format!("the script imports more than {} times", self.limits.modules))
+                    .hint("an import inside a loop or function runs every time; move it to the top")
+            }
             E::ErrorDataTooLarge(what, _) => self.too_large(what),
             E::ErrorMismatchDataType(wanted, given, _) | E::ErrorMismatchOutputType(wanted, given, _) => {
-                Diagnostic::error(format!("a {} is needed here, not a {}", type_text(wanted), type_text(given)))
+                Diagnostic::error(format!(
+                    "a {} is needed here, not a {}",
+                    type_text(wanted),
+                    type_text(given)
+                ))
             }
             E::ErrorIndexingType(name, _) => {
                 let ty = type_text(name.split(" [").next().unwrap_or(name));
                 Diagnostic::error(format!("a {ty} has no elements to take with [ ]"))
             }
-            E::ErrorArrayBounds(n, i, _) => Diagnostic::error(format!("there is no element {i}: the array has {n}"))
-                .hint("the first element is 0"),
-            E::ErrorStringBounds(n, i, _) => Diagnostic::error(format!("there is no character {i}: the text has {n}")),
-            E::ErrorBitFieldBounds(n, i, _) => Diagnostic::error(format!("there is no bit {i}: there are {n}")),
-            E::ErrorIndexNotFound(index, _) => Diagnostic::error(format!("there is no element {}", describe(index))),
-            E::ErrorFor(_) => Diagnostic::error("a `for` loop needs an array, a text or a range of whole numbers")
-                .hint("for i in 0..10 { ... }"),
+            E::ErrorArrayBounds(n, i, _) => {
+                Diagnostic::error(format!("there is no element {i}: the array has {n}"))
+                    .hint("the first element is 0")
+            }
+            E::ErrorStringBounds(n, i, _) => {
+                Diagnostic::error(format!("there is no character {i}: the text has {n}"))
+            }
+            E::ErrorBitFieldBounds(n, i, _) => {
+                Diagnostic::error(format!("there is no bit {i}: there are {n}"))
+            }
+            E::ErrorIndexNotFound(index, _) => {
+                Diagnostic::error(format!("there is no element {}", describe(index)))
+            }
+            E::ErrorFor(_) => {
+                Diagnostic::error("a `for` loop needs an array, a text or a range of whole numbers")
+                    .hint("for i in 0..10 { ... }")
+            }
             E::ErrorArithmetic(text, _) => arithmetic(text),
             E::ErrorAssignmentToConstant(name, _) if name.is_empty() => {
                 Diagnostic::error("this is a constant and cannot be changed")
             }
-            E::ErrorAssignmentToConstant(name, _) => Diagnostic::error(format!("`{name}` is a constant and cannot be changed"))
-                .hint(format!("declare a variable of your own: let {name} = ...")),
-            E::ErrorUnboundThis(_) => Diagnostic::error("`this` is bound only in functions that are called as methods"),
-            E::ErrorVariableExists(name, _) => Diagnostic::error(format!("there is a variable `{name}` already")),
-            E::ErrorForbiddenVariable(name, _) => Diagnostic::error(format!("`{name}` cannot be the name of a variable")),
+            E::ErrorAssignmentToConstant(name, _) => {
+                Diagnostic::error(format!("`{name}` is a constant and cannot be changed"))
+                    .hint(format!("declare a variable of your own: let {name} = ..."))
+            }
+            E::ErrorUnboundThis(_) => {
+                Diagnostic::error("`this` is bound only in functions that are called as methods")
+            }
+            E::ErrorVariableExists(name, _) => {
+                Diagnostic::error(format!("there is a variable `{name}` already"))
+            }
+            E::ErrorForbiddenVariable(name, _) => {
+                Diagnostic::error(format!("`{name}` cannot be the name of a variable"))
+            }
             E::ErrorDataRace(..) => Diagnostic::error("a value is changed while it is in use"),
             E::ErrorNonPureMethodCallOnConstant(name, _) => {
                 Diagnostic::error(format!("`{}` would change a constant", function_name(name)))
             }
             E::LoopBreak(..) => Diagnostic::error("`break` and `continue` stand inside a loop only"),
-            E::ErrorSystem(text, e) => Diagnostic::error(if text.is_empty() { e.to_string() } else { text.clone() }),
+            E::ErrorSystem(text, e) => {
+                Diagnostic::error(if text.is_empty() { e.to_string() } else { text.clone() })
+            }
             other => Diagnostic::error(type_text(&without_position(&other.to_string()))),
         }
     }
@@ -164,7 +196,8 @@ impl Explainer<'_> {
             () if what.contains("map") => ("an object map", format!("{} elements", self.limits.elements)),
             () => ("a value", "allowed".to_owned()),
         };
-        Diagnostic::error(format!("{thing} is larger than {limit}")).hint("does a loop add to it without end?")
+        Diagnostic::error(format!("{thing} is larger than {limit}"))
+            .hint("does a loop add to it without end?")
     }
 
     fn unknown_variable(&self, name: &str, file: &str) -> Diagnostic {
@@ -173,7 +206,9 @@ impl Explainer<'_> {
         let inputs = INPUTS.iter().map(|(name, _)| *name).chain(["p", "PI", "TAU"]);
         let d = Diagnostic::error(format!("there is no variable `{name}`")).label("not known here");
         if declared.contains(&name) {
-            return d.hint(format!("functions see only their parameters and x, y, z, p, time: pass `{name}` as an argument"));
+            return d.hint(format!(
+                "functions see only their parameters and x, y, z, p, time: pass `{name}` as an argument"
+            ));
         }
         if self.native(name).next().is_some() {
             return d.hint(format!("`{name}` is a function: {}", self.signatures(name).join(" or ")));
@@ -216,9 +251,11 @@ impl Explainer<'_> {
             return Diagnostic::error(format!("`{full}` cannot be called with ({given})"))
                 .label(format!("expected {}", known.join(" or ")));
         }
-        let d = Diagnostic::error(format!("there is no function `{full}`")).label(format!("called with ({given})"));
+        let d = Diagnostic::error(format!("there is no function `{full}`"))
+            .label(format!("called with ({given})"));
         let everywhere = super::std_entries();
-        let names = self.setup.entries.iter().chain(&everywhere).map(|e| e.name.as_str()).filter(|_| !qualified);
+        let names =
+            self.setup.entries.iter().chain(&everywhere).map(|e| e.name.as_str()).filter(|_| !qualified);
         let near = diag::nearest(name, others.map(|f| f.name.as_str()).chain(names));
         if let Some(near) = near {
             return d.hint(format!("did you mean `{near}`?"));
@@ -255,14 +292,20 @@ fn runtime(payload: &Dynamic) -> Diagnostic {
 
 fn arithmetic(text: &str) -> Diagnostic {
     let lower = text.to_lowercase();
-    let d = Diagnostic::error(if lower.contains("division by zero") || lower.contains("modulo") && lower.contains("zero") {
-        "whole numbers cannot be divided by zero".to_owned()
-    } else if lower.contains("overflow") {
-        "the result does not fit into a whole number".to_owned()
+    let d = Diagnostic::error(
+        if lower.contains("division by zero") || lower.contains("modulo") && lower.contains("zero") {
+            "whole numbers cannot be divided by zero".to_owned()
+        } else if lower.contains("overflow") {
+            "the result does not fit into a whole number".to_owned()
+        } else {
+            type_text(text)
+        },
+    );
+    if lower.contains("overflow") {
+        d.hint("write one of the numbers with a fraction: 2.0 instead of 2")
     } else {
-        type_text(text)
-    });
-    if lower.contains("overflow") { d.hint("write one of the numbers with a fraction: 2.0 instead of 2") } else { d }
+        d
+    }
 }
 
 fn unknown_module(name: &str) -> Diagnostic {
@@ -294,19 +337,26 @@ fn property(text: &str) -> Diagnostic {
 fn parsing(kind: &ParseErrorType) -> Diagnostic {
     use ParseErrorType as P;
     match kind {
-        P::UnexpectedEOF => Diagnostic::error("the script ends in the middle of something").label("something is missing here"),
+        P::UnexpectedEOF => {
+            Diagnostic::error("the script ends in the middle of something").label("something is missing here")
+        }
         P::MissingToken(token, why) => {
-            let d = Diagnostic::error(format!("`{token}` is missing {}", lower_first(why))).label(format!("`{token}` expected"));
+            let d = Diagnostic::error(format!("`{token}` is missing {}", lower_first(why)))
+                .label(format!("`{token}` expected"));
             if token == ";" { d.hint("statements end in a semicolon") } else { d }
         }
         P::Reserved(word) if word == "eval" => {
             Diagnostic::error("`eval` is switched off: a script may only run what its author wrote")
         }
         P::Reserved(word) => Diagnostic::error(format!("`{word}` is reserved by the language")),
-        P::ExprTooDeep => Diagnostic::error("the expression is nested too deeply").hint("give parts of it names with let"),
+        P::ExprTooDeep => {
+            Diagnostic::error("the expression is nested too deeply").hint("give parts of it names with let")
+        }
         P::BadInput(e) => Diagnostic::error(lower_first(&e.to_string())),
         P::UnknownOperator(op) => Diagnostic::error(format!("there is no operator `{op}`")),
-        P::AssignmentToConstant(name) => Diagnostic::error(format!("`{name}` is a constant and cannot be changed")),
+        P::AssignmentToConstant(name) => {
+            Diagnostic::error(format!("`{name}` is a constant and cannot be changed"))
+        }
         P::TooManyFunctions => Diagnostic::error("the script defines too many functions"),
         other => Diagnostic::error(lower_first(&type_text(&other.to_string()))),
     }
@@ -346,6 +396,8 @@ fn type_text(text: &str) -> String {
         out = out.replace(from, to);
     }
     // Whatever path is left names a type of the host.
-    out.split(' ').map(|word| if word.contains("::") && word.contains('<') { "value" } else { word }).collect::<Vec<_>>().join(" ")
+    out.split(' ')
+        .map(|word| if word.contains("::") && word.contains('<') { "value" } else { word })
+        .collect::<Vec<_>>()
+        .join(" ")
 }
-

@@ -7,8 +7,8 @@ use super::value::{Field, VectorField};
 use crate::diag::Diagnostic;
 use crate::expr::Input;
 use rhai::packages::{
-    ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage, BasicStringPackage,
-    LogicPackage, MoreStringPackage, Package,
+    ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage,
+    BasicStringPackage, LogicPackage, MoreStringPackage, Package,
 };
 use rhai::{Dynamic, Engine, Module};
 use std::rc::Rc;
@@ -74,13 +74,14 @@ pub struct Setup {
 }
 
 /// Names that are fields everywhere.
-pub const INPUTS: [(&str, Input); 4] = [("x", Input::X), ("y", Input::Y), ("z", Input::Z), ("time", Input::Time)];
+pub const INPUTS: [(&str, Input); 4] =
+    [("x", Input::X), ("y", Input::Y), ("z", Input::Z), ("time", Input::Time)];
 
 /// Keywords of the language, for completion.
 pub const KEYWORDS: &[&str] = &[
-    "let", "const", "if", "else", "switch", "while", "loop", "do", "until", "for", "in", "fn", "private", "return",
-    "break", "continue", "import", "export", "as", "true", "false", "throw", "try", "catch", "this", "global",
-    "type_of", "print", "debug",
+    "let", "const", "if", "else", "switch", "while", "loop", "do", "until", "for", "in", "fn", "private",
+    "return", "break", "continue", "import", "export", "as", "true", "false", "throw", "try", "catch",
+    "this", "global", "type_of", "print", "debug",
 ];
 
 /// Builds an engine.

@@ -49,8 +49,9 @@ impl Fault {
 
 impl From<TooLarge> for Fault {
     fn from(e: TooLarge) -> Self {
-        Fault::new(e.to_string())
-            .hint("a loop adds more than it needs to; noise and fractals are one node each, however many octaves")
+        Fault::new(e.to_string()).hint(
+            "a loop adds more than it needs to; noise and fractals are one node each, however many octaves",
+        )
     }
 }
 

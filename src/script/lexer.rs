@@ -83,7 +83,9 @@ fn extent(rest: &str, first: char) -> (Kind, usize, bool) {
         '"' | '`' => quoted(rest, first),
         // A lifetime-like lone quote is a symbol.
         '\'' if rest[1..].chars().take(8).any(|c| c == '\'') => quoted(rest, first),
-        c if c.is_alphabetic() || c == '_' => (Kind::Word, until(|c| !(c.is_alphanumeric() || c == '_')), true),
+        c if c.is_alphabetic() || c == '_' => {
+            (Kind::Word, until(|c| !(c.is_alphanumeric() || c == '_')), true)
+        }
         c if c.is_ascii_digit() => (Kind::Number, number(rest), true),
         c => (Kind::Symbol, c.len_utf8(), true),
     }
@@ -157,8 +159,7 @@ pub fn width_at(text: &str, line: u32, column: u32) -> u32 {
 }
 
 fn operator(text: &str, line: u32, column: u32) -> u32 {
-    const WIDE: [&str; 13] =
-        ["..=", "**=", "==", "!=", "<=", ">=", "**", "..", "&&", "||", "+=", "-=", "#{"];
+    const WIDE: [&str; 13] = ["..=", "**=", "==", "!=", "<=", ">=", "**", "..", "&&", "||", "+=", "-=", "#{"];
     let rest: String = text
         .lines()
         .nth(line.saturating_sub(1) as usize)
@@ -255,7 +256,8 @@ pub fn functions(text: &str) -> Vec<Documented> {
         {
             let name = head.split('(').next().unwrap_or(head).trim().to_owned();
             let is_code = |l: &&&str| l.starts_with("    ");
-            let doc: Vec<&str> = comment.iter().filter(|l| !is_code(l)).copied().filter(|l| !l.is_empty()).collect();
+            let doc: Vec<&str> =
+                comment.iter().filter(|l| !is_code(l)).copied().filter(|l| !l.is_empty()).collect();
             let example = comment.iter().find(is_code).map_or("", |l| l.trim());
             let signature = format!("{head})");
             found.push(Documented { name, signature, doc: doc.join(" "), example: example.to_owned() });

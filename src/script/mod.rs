@@ -117,9 +117,9 @@ pub fn compile(request: &Request) -> Compiled {
     let failed = |d: Diagnostic| Compiled { diagnostics: vec![d], ..Compiled::default() };
     std::thread::scope(|scope| {
         match std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, || run(request)) {
-            Ok(thread) => thread
-                .join()
-                .unwrap_or_else(|_| failed(Diagnostic::error("the script host failed; this is a bug of the program"))),
+            Ok(thread) => thread.join().unwrap_or_else(|_| {
+                failed(Diagnostic::error("the script host failed; this is a bug of the program"))
+            }),
             Err(e) => failed(Diagnostic::error(format!("no thread can be started for the script: {e}"))),
         }
     })
@@ -228,7 +228,10 @@ fn scene_value(setup: &Setup, value: &Dynamic) -> Result<SceneValue, Box<Diagnos
 }
 
 fn no_scene(value: &Dynamic) -> Diagnostic {
-    let d = Diagnostic::error(format!("the script's value is {}, not a scene or a field", options::describe(value)));
+    let d = Diagnostic::error(format!(
+        "the script's value is {}, not a scene or a field",
+        options::describe(value)
+    ));
     if value.is_unit() {
         d.hint("end the script with scene(#{ surface: ... }) or a field, without a semicolon after it")
     } else {
@@ -284,7 +287,8 @@ pub fn reference() -> Vec<Entry> {
     let host = Host::new(1 << 10, BTreeMap::new(), 0.0);
     let world = Arc::new(crate::world::Memory::default());
     let resolver = |loaded| modules::Resolver { world, root: PathBuf::new(), loaded };
-    let native = engine::setup(host, resolver, &Limits::default(), None).map(|s| s.entries).unwrap_or_default();
+    let native =
+        engine::setup(host, resolver, &Limits::default(), None).map(|s| s.entries).unwrap_or_default();
     native.into_iter().chain(std_entries()).collect()
 }
 

@@ -173,7 +173,8 @@ fn embedded(path: &str) -> Option<(String, Arc<str>)> {
 
 /// Only names of files below the folder are let through.
 fn inside(path: &str) -> std::result::Result<(), Fault> {
-    let plain = |part: &str| !part.is_empty() && part != "." && part != ".." && !part.contains(['\\', ':', '\0']);
+    let plain =
+        |part: &str| !part.is_empty() && part != "." && part != ".." && !part.contains(['\\', ':', '\0']);
     if path.split('/').all(plain) {
         return Ok(());
     }

@@ -64,8 +64,9 @@ impl Source {
     pub fn scaled(mut self, k: f64) -> Outcome<Source> {
         let frequency = self.noise().frequency * k;
         if !(1e-12..=1e12).contains(&frequency) {
-            return Err(Fault::new(format!("a noise cannot be scaled by {k}"))
-                .hint("the factor of its frequency is a positive number, and the frequency from 1e-12 to 1e12"));
+            return Err(Fault::new(format!("a noise cannot be scaled by {k}")).hint(
+                "the factor of its frequency is a positive number, and the frequency from 1e-12 to 1e12",
+            ));
         }
         self.noise_mut().frequency = frequency;
         Ok(self)

@@ -76,7 +76,8 @@ impl<'a, 'b> Options<'a, 'b> {
     pub fn direction(&mut self, key: &'static str, default: DVec3) -> Outcome<DVec3> {
         let v = self.vector(key, default)?;
         v.try_normalize().ok_or_else(|| {
-            Fault::new(format!("`{key}` of `{}` has no direction: its length is zero", self.call.name)).key(key)
+            Fault::new(format!("`{key}` of `{}` has no direction: its length is zero", self.call.name))
+                .key(key)
         })
     }
 
@@ -112,7 +113,9 @@ impl<'a, 'b> Options<'a, 'b> {
 
     /// Refuses keys that nobody asked for.
     pub fn finish(self) -> Outcome<()> {
-        let Some(key) = self.map.keys().find(|key| !self.known.contains(&key.as_str())) else { return Ok(()) };
+        let Some(key) = self.map.keys().find(|key| !self.known.contains(&key.as_str())) else {
+            return Ok(());
+        };
         let fault = Fault::new(format!("`{}` has no option `{key}`", self.call.name))
             .key(key)
             .label("unknown option");

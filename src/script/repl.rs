@@ -47,10 +47,21 @@ impl Interpreter {
     ) -> Result<Self, Box<Diagnostic>> {
         let host = Host::new(limits.nodes, BTreeMap::new(), 0.0);
         let files = world.clone();
-        let setup = engine::setup(host, |loaded| modules::Resolver { world: files, root, loaded }, &limits, cancel)?;
+        let setup =
+            engine::setup(host, |loaded| modules::Resolver { world: files, root, loaded }, &limits, cancel)?;
         let entries = setup.entries.iter().cloned().chain(super::std_entries()).collect();
         let (scope, functions, text) = (Scope::new(), AST::empty(), String::new());
-        Ok(Interpreter { setup, limits, world, scope, functions, imports: Vec::new(), text, scene: None, entries })
+        Ok(Interpreter {
+            setup,
+            limits,
+            world,
+            scope,
+            functions,
+            imports: Vec::new(),
+            text,
+            scene: None,
+            entries,
+        })
     }
 
     /// Runs an input and describes its value, if it has one.
@@ -77,7 +88,10 @@ impl Interpreter {
     pub fn load(&mut self, path: &Path) -> Result<Option<String>, Box<Diagnostic>> {
         let name = path.to_string_lossy().into_owned();
         self.setup.loaded.touched(path);
-        let text = self.world.read(path).map_err(|e| Box::new(Diagnostic::error(modules::unreadable(&name, &e).message)))?;
+        let text = self
+            .world
+            .read(path)
+            .map_err(|e| Box::new(Diagnostic::error(modules::unreadable(&name, &e).message)))?;
         self.setup.loaded.source(&name, &text);
         self.setup.loaded.clear();
         self.execute(&name, &text)
@@ -101,7 +115,11 @@ impl Interpreter {
 
     fn run(&mut self, name: &str, text: &str) -> Result<Dynamic, Box<EvalAltResult>> {
         let compile = |text: &str| {
-            let mut ast = self.setup.engine.compile_with_scope(&self.scope, text).map_err(Box::<EvalAltResult>::from)?;
+            let mut ast = self
+                .setup
+                .engine
+                .compile_with_scope(&self.scope, text)
+                .map_err(Box::<EvalAltResult>::from)?;
             ast.set_source(name);
             Ok::<AST, Box<EvalAltResult>>(ast)
         };
@@ -131,7 +149,8 @@ impl Interpreter {
     /// Names for completion: functions, variables, inputs, modules, keywords.
     pub fn names(&self) -> Vec<String> {
         let is_word = |name: &str| name.starts_with(|c: char| c.is_alphabetic());
-        let mut names: Vec<String> = self.entries.iter().map(|e| e.name.clone()).filter(|n| is_word(n)).collect();
+        let mut names: Vec<String> =
+            self.entries.iter().map(|e| e.name.clone()).filter(|n| is_word(n)).collect();
         names.extend(self.scope.iter().map(|(name, ..)| name.to_owned()));
         names.extend(self.functions.iter_functions().map(|f| f.name.to_owned()));
         names.extend(INPUTS.iter().map(|(name, _)| (*name).to_owned()));

@@ -97,7 +97,9 @@ fn source(s: &Source) -> String {
     let noise = s.noise();
     let kind = match &s.kind {
         Kind::One(_) => format!("{} noise", noise.kind.name()),
-        Kind::Sum(f, _) => format!("{} of {} octaves of {} noise", f.model.name(), f.octaves, noise.kind.name()),
+        Kind::Sum(f, _) => {
+            format!("{} of {} octaves of {} noise", f.model.name(), f.octaves, noise.kind.name())
+        }
     };
     let place = match s.domain {
         Domain::Space => "",
@@ -126,7 +128,12 @@ fn scene(host: &Host, s: &SceneValue) -> String {
     let (film, eye) = (s.film, s.camera.eye);
     format!(
         "scene: surface {} with {nodes} nodes, camera at ({:.3}, {:.3}, {:.3}), film {} x {}",
-        graph.class(s.surface.node), eye.x, eye.y, eye.z, film.width, film.height
+        graph.class(s.surface.node),
+        eye.x,
+        eye.y,
+        eye.z,
+        film.width,
+        film.height
     )
 }
 
@@ -174,7 +181,13 @@ fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut St
         }
         Node::Fractal(f, p, _) => {
             let recipe = f.recipe();
-            let _ = write!(out, "{}({}, {} octaves)(", recipe.model.name(), recipe.noise.kind.name(), recipe.octaves);
+            let _ = write!(
+                out,
+                "{}({}, {} octaves)(",
+                recipe.model.name(),
+                recipe.noise.kind.name(),
+                recipe.octaves
+            );
             write_list(graph, p, depth, out);
         }
     }

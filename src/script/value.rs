@@ -81,8 +81,10 @@ impl Scalar {
         match self {
             Scalar::Number(c) => host.constant(*c),
             Scalar::Field(node) => Ok(*node),
-            Scalar::Interval(_) | Scalar::Affine(_) => Err(Fault::new("an interval cannot be part of an expression")
-                .hint("to enclose an expression over a box, write f.range(box)")),
+            Scalar::Interval(_) | Scalar::Affine(_) => {
+                Err(Fault::new("an interval cannot be part of an expression")
+                    .hint("to enclose an expression over a box, write f.range(box)"))
+            }
         }
     }
 

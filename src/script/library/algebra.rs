@@ -18,16 +18,26 @@ pub(super) fn register(lib: &mut Library<'_>) {
     }
     lib.bind("+", 1, |c| Ok(c.args[0].clone()));
     lib.bind("%", 2, |c| apply_all(c, Op::Modulo(op::Modulo)));
-    lib.document("%", "a % b", "Remainder; for fields that of `modulo`, with the sign of the period.", "x % 2.0");
+    lib.document(
+        "%",
+        "a % b",
+        "Remainder; for fields that of `modulo`, with the sign of the period.",
+        "x % 2.0",
+    );
     powers(lib);
     vectors(lib);
     comparisons(lib);
-    lib.def("smoothstep(low, high, x)", doc(Op::Smoothstep(op::Smoothstep)), "smoothstep(0.0, 1.0, y)", |c| {
-        let [low, high, x] = [c.value(0)?, c.value(1)?, c.value(2)?];
-        let sub = |a, b| apply(c.host, Op::Sub(op::Sub), &[a, b]);
-        let t = apply(c.host, Op::Div(op::Div), &[sub(x, low.clone())?, sub(high, low)?])?;
-        apply(c.host, Op::Smoothstep(op::Smoothstep), &[t])?.into_dynamic(c.host)
-    });
+    lib.def(
+        "smoothstep(low, high, x)",
+        doc(Op::Smoothstep(op::Smoothstep)),
+        "smoothstep(0.0, 1.0, y)",
+        |c| {
+            let [low, high, x] = [c.value(0)?, c.value(1)?, c.value(2)?];
+            let sub = |a, b| apply(c.host, Op::Sub(op::Sub), &[a, b]);
+            let t = apply(c.host, Op::Div(op::Div), &[sub(x, low.clone())?, sub(high, low)?])?;
+            apply(c.host, Op::Smoothstep(op::Smoothstep), &[t])?.into_dynamic(c.host)
+        },
+    );
 }
 
 fn doc(op: Op) -> &'static str {
@@ -45,7 +55,8 @@ fn signature(op: &Op) -> String {
     if super::is_operator(name) {
         return format!("a {name} b");
     }
-    match doc.strip_prefix(name).and_then(|rest| rest.strip_prefix('(')).and_then(|rest| rest.split_once(')')) {
+    match doc.strip_prefix(name).and_then(|rest| rest.strip_prefix('(')).and_then(|rest| rest.split_once(')'))
+    {
         Some((params, _)) => format!("{name}({params})"),
         None => format!("{name}({})", ["x", "a, b", "a, b, c"][op.arity().clamp(1, 3) - 1]),
     }
@@ -95,7 +106,8 @@ fn vectors(lib: &mut Library<'_>) {
     });
     lib.def("dot(a, b)", doc(Op::Dot(op::Dot)), "dot(p, vec3(0, 1, 0))", |c| {
         let (a, b) = (c.value(0)?, c.value(1)?);
-        let parts: Vec<Scalar> = (0..3).map(|i| component(&a, i)).chain((0..3).map(|i| component(&b, i))).collect();
+        let parts: Vec<Scalar> =
+            (0..3).map(|i| component(&a, i)).chain((0..3).map(|i| component(&b, i))).collect();
         both_vectors(c, &a, &b)?;
         Value::Scalar(scalar(c.host, Op::Dot(op::Dot), &parts)?, None).into_dynamic(c.host)
     });
@@ -149,7 +161,8 @@ fn compare(c: &Call<'_>, name: &str) -> Outcome<Dynamic> {
             .hint("an expression has a different value at every point, so no comparison holds for all of them")
             .hint("to choose between expressions write min, max, step(edge, x) or mix(a, b, t); to compare at one point write f.at(p)"));
     }
-    if let Some(kind) = kinds.iter().find(|k| matches!(**k, "Interval" | "Affine" | "Region" | "AffineVec3")) {
+    if let Some(kind) = kinds.iter().find(|k| matches!(**k, "Interval" | "Affine" | "Region" | "AffineVec3"))
+    {
         return Err(Fault::new(format!("an {kind} cannot be compared with `{name}`"))
             .hint("compare its ends: i.low, i.high"));
     }
@@ -158,6 +171,8 @@ fn compare(c: &Call<'_>, name: &str) -> Outcome<Dynamic> {
     match name {
         "==" => Ok(equal.into()),
         "!=" => Ok((!equal).into()),
-        _ => Err(Fault::new(format!("`{name}` compares numbers or texts, not {} and {}", kinds[0], kinds[1]))),
+        _ => {
+            Err(Fault::new(format!("`{name}` compares numbers or texts, not {} and {}", kinds[0], kinds[1])))
+        }
     }
 }

@@ -12,17 +12,27 @@ use rhai::Dynamic;
 pub const GREY: f64 = 0.5;
 
 pub(super) fn register(lib: &mut Library<'_>) {
-    lib.def("rgb(red, green, blue)", "A colour from its linear parts, 0 to 1: numbers or fields.", "rgb(1.0, 0.5, 0.0)", |c| {
-        let part = |i: usize| match c.value(i)? {
-            Value::Scalar(s, _) => Ok(s),
-            Value::Vector(_) => Err(c.wrong(i, "a number or a field")),
-        };
-        Value::Vector([part(0)?, part(1)?, part(2)?]).into_dynamic(c.host)
-    });
-    lib.def("rgb(text)", "A colour as on the web, \"#rrggbb\" or \"#rgb\", made linear.", "rgb(\"#ff8800\")", |c| {
-        let color = hex(&c.text(0)?)?;
-        Value::Vector(color.to_array().map(Scalar::Number)).into_dynamic(c.host)
-    });
+    lib.def(
+        "rgb(red, green, blue)",
+        "A colour from its linear parts, 0 to 1: numbers or fields.",
+        "rgb(1.0, 0.5, 0.0)",
+        |c| {
+            let part = |i: usize| match c.value(i)? {
+                Value::Scalar(s, _) => Ok(s),
+                Value::Vector(_) => Err(c.wrong(i, "a number or a field")),
+            };
+            Value::Vector([part(0)?, part(1)?, part(2)?]).into_dynamic(c.host)
+        },
+    );
+    lib.def(
+        "rgb(text)",
+        "A colour as on the web, \"#rrggbb\" or \"#rgb\", made linear.",
+        "rgb(\"#ff8800\")",
+        |c| {
+            let color = hex(&c.text(0)?)?;
+            Value::Vector(color.to_array().map(Scalar::Number)).into_dynamic(c.host)
+        },
+    );
     let sentence = "The solid with a colour: a vector of numbers or fields, one number or field for grey, or a text such as \"#ff8800\".";
     for name in ["colored", "coloured"] {
         lib.def(&format!("{name}(f, color)"), sentence, "sphere(1.0).colored(\"#c08040\")", |c| {
@@ -30,10 +40,15 @@ pub(super) fn register(lib: &mut Library<'_>) {
             Ok(Dynamic::from(Field { node: f.node, color: Some(c.color_nodes(1)?) }))
         });
     }
-    lib.def("color_of(f)", "The colour of a solid as a vector of fields; grey if it has none.", "color_of(sphere(1.0))", |c| {
-        let grey = || Ok::<_, Fault>([c.host.constant(GREY)?; 3]);
-        Ok(Dynamic::from(VectorField(c.field(0)?.color.map_or_else(grey, Ok)?)))
-    });
+    lib.def(
+        "color_of(f)",
+        "The colour of a solid as a vector of fields; grey if it has none.",
+        "color_of(sphere(1.0))",
+        |c| {
+            let grey = || Ok::<_, Fault>([c.host.constant(GREY)?; 3]);
+            Ok(Dynamic::from(VectorField(c.field(0)?.color.map_or_else(grey, Ok)?)))
+        },
+    );
     lib.def("is_colored(f)", "Whether a solid has a colour of its own.", "is_colored(sphere(1.0))", |c| {
         Ok(c.field(0)?.color.is_some().into())
     });
@@ -67,7 +82,8 @@ impl Call<'_> {
 /// "#rrggbb" or "#rgb" in sRGB, made linear.
 fn hex(text: &str) -> Outcome<DVec3> {
     let wrong = || {
-        Fault::new(format!("{text:?} is not a colour")).hint("write \"#rrggbb\" with hexadecimal digits, such as \"#ff8800\"")
+        Fault::new(format!("{text:?} is not a colour"))
+            .hint("write \"#rrggbb\" with hexadecimal digits, such as \"#ff8800\"")
     };
     let digits = text.strip_prefix('#').ok_or_else(wrong)?;
     let digits: Vec<u32> = digits.chars().map(|c| c.to_digit(16)).collect::<Option<_>>().ok_or_else(wrong)?;

@@ -25,28 +25,47 @@ pub(super) fn register(lib: &mut Library<'_>) {
 }
 
 fn queries(lib: &mut Library<'_>) {
-    let sentence = "The value at a point; over a region an enclosure; at a vector of fields the composed field.";
+    let sentence =
+        "The value at a point; over a region an enclosure; at a vector of fields the composed field.";
     lib.def("at(f, p)", sentence, "sphere(1.0).at([2, 0, 0])", at);
-    lib.def("gradient(f, p)", "The gradient of a field at a point.", "sphere(1.0).gradient([2, 0, 0])", |c| {
-        let (node, p) = (c.field(0)?.node, c.vec3(1)?);
-        let at = std::array::from_fn(|axis| Dual::coordinate(p[axis], axis));
-        Ok(Dynamic::from(Vec3(c.host.eval(node, &at)?.grad)))
-    });
-    lib.def("hessian(f, p)", "The second derivatives of a field at a point: three rows.", "(x ** 2).hessian([2, 0, 0])", |c| {
-        let (node, p) = (c.field(0)?.node, c.vec3(1)?);
-        let at = std::array::from_fn(|axis| Jet::coordinate(p[axis], axis));
-        let [xx, yy, zz, xy, xz, yz] = c.host.eval::<Jet>(node, &at)?.hess;
-        let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
-        Ok(rows.into_iter().map(|row| Dynamic::from(Vec3(row))).collect::<Array>().into())
-    });
-    lib.def("range(f, box)", "An interval that contains every value of a field in a box.", "sphere(1.0).range(region(2.0))", |c| {
-        Ok(Dynamic::from(c.host.eval::<Interval>(c.field(0)?.node, &region(c, 1)?)?))
-    });
-    lib.def("lipschitz(f, box)", "A bound on the slope of a field in a box.", "sphere(1.0).lipschitz(region(2.0))", |c| {
-        let region = region(c, 1)?;
-        let at = std::array::from_fn(|axis| Slope::coordinate(region[axis], axis));
-        Ok(c.host.eval::<Slope>(c.field(0)?.node, &at)?.norm.into())
-    });
+    lib.def(
+        "gradient(f, p)",
+        "The gradient of a field at a point.",
+        "sphere(1.0).gradient([2, 0, 0])",
+        |c| {
+            let (node, p) = (c.field(0)?.node, c.vec3(1)?);
+            let at = std::array::from_fn(|axis| Dual::coordinate(p[axis], axis));
+            Ok(Dynamic::from(Vec3(c.host.eval(node, &at)?.grad)))
+        },
+    );
+    lib.def(
+        "hessian(f, p)",
+        "The second derivatives of a field at a point: three rows.",
+        "(x ** 2).hessian([2, 0, 0])",
+        |c| {
+            let (node, p) = (c.field(0)?.node, c.vec3(1)?);
+            let at = std::array::from_fn(|axis| Jet::coordinate(p[axis], axis));
+            let [xx, yy, zz, xy, xz, yz] = c.host.eval::<Jet>(node, &at)?.hess;
+            let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+            Ok(rows.into_iter().map(|row| Dynamic::from(Vec3(row))).collect::<Array>().into())
+        },
+    );
+    lib.def(
+        "range(f, box)",
+        "An interval that contains every value of a field in a box.",
+        "sphere(1.0).range(region(2.0))",
+        |c| Ok(Dynamic::from(c.host.eval::<Interval>(c.field(0)?.node, &region(c, 1)?)?)),
+    );
+    lib.def(
+        "lipschitz(f, box)",
+        "A bound on the slope of a field in a box.",
+        "sphere(1.0).lipschitz(region(2.0))",
+        |c| {
+            let region = region(c, 1)?;
+            let at = std::array::from_fn(|axis| Slope::coordinate(region[axis], axis));
+            Ok(c.host.eval::<Slope>(c.field(0)?.node, &at)?.norm.into())
+        },
+    );
 }
 
 /// A box: a region, or half the size of a cube.
@@ -149,21 +168,31 @@ fn affine_point(host: &Host, m: DMat3, shift: DVec3) -> Outcome<Vec<(Input, Node
 
 fn moves(lib: &mut Library<'_>) {
     for name in ["translated", "translate"] {
-        lib.def(&format!("{name}(f, by)"), "The solid moved by a vector.", "sphere(1.0).translated([0, 2, 0])", |c| {
-            let by = c.nodes(1)?;
-            let p = c.host.point()?;
-            let shifted = |i: usize| c.host.op(Op::Sub(op::Sub), &[p[i], by[i]]);
-            moved(c, &[(Input::X, shifted(0)?), (Input::Y, shifted(1)?), (Input::Z, shifted(2)?)])
-        });
+        lib.def(
+            &format!("{name}(f, by)"),
+            "The solid moved by a vector.",
+            "sphere(1.0).translated([0, 2, 0])",
+            |c| {
+                let by = c.nodes(1)?;
+                let p = c.host.point()?;
+                let shifted = |i: usize| c.host.op(Op::Sub(op::Sub), &[p[i], by[i]]);
+                moved(c, &[(Input::X, shifted(0)?), (Input::Y, shifted(1)?), (Input::Z, shifted(2)?)])
+            },
+        );
     }
     for name in ["rotated", "rotate"] {
         let sentence = "The solid turned around an axis through the origin, by degrees counterclockwise as seen from the axis' tip.";
-        lib.def(&format!("{name}(f, axis, degrees)"), sentence, "torus(1.0, 0.2).rotated([1, 0, 0], 90)", |c| {
-            let axis = c.vec3(1)?.try_normalize();
-            let axis = axis.ok_or_else(|| Fault::new("the axis has no direction: its length is zero"))?;
-            let turn = DMat3::from_axis_angle(axis, c.number(2)?.to_radians());
-            moved(c, &affine_point(c.host, clean(turn.transpose()), DVec3::ZERO)?)
-        });
+        lib.def(
+            &format!("{name}(f, axis, degrees)"),
+            sentence,
+            "torus(1.0, 0.2).rotated([1, 0, 0], 90)",
+            |c| {
+                let axis = c.vec3(1)?.try_normalize();
+                let axis = axis.ok_or_else(|| Fault::new("the axis has no direction: its length is zero"))?;
+                let turn = DMat3::from_axis_angle(axis, c.number(2)?.to_radians());
+                moved(c, &affine_point(c.host, clean(turn.transpose()), DVec3::ZERO)?)
+            },
+        );
         let sentence = "The solid turned by degrees around x, then y, then z.";
         lib.def(&format!("{name}(f, angles)"), sentence, "torus(1.0, 0.2).rotated([90, 0, 0])", |c| {
             let a = c.vec3(1)? * (std::f64::consts::PI / 180.0);
@@ -175,26 +204,41 @@ fn moves(lib: &mut Library<'_>) {
         let sentence = "A solid grown by a factor, its distances too; of a noise the frequency, so that its features shrink.";
         lib.def(&format!("{name}(f, factor)"), sentence, "gradient(7).scaled(4.0)", scaled);
     }
-    lib.def("mirrored(f, normal)", "The half of a solid on the side of the normal, and its mirror image.", "sphere(1.0).translated([1, 0, 0]).mirrored([1, 0, 0])", |c| {
-        let n = c.vec3(1)?.try_normalize();
-        let n = n.ok_or_else(|| Fault::new("the normal has no direction: its length is zero"))?;
-        mirrored(c, n)
-    });
-    lib.def("on_sphere(f)", "The same on the sphere: evaluated at p / |p|.", "gradient(7).scaled(4.0).on_sphere()", |c| {
-        if let Ok(mut source) = c.source(0) {
-            source.domain = crate::script::noises::Domain::Sphere;
-            return Ok(Dynamic::from(source));
-        }
-        let p = on_sphere(c.host, c.host.point()?)?;
-        moved(c, &[(Input::X, p[0]), (Input::Y, p[1]), (Input::Z, p[2])])
-    });
-    lib.def("on_plane(f)", "The same on the ground plane: evaluated at (x, 0, z).", "gradient(7).on_plane()", |c| {
-        if let Ok(mut source) = c.source(0) {
-            source.domain = crate::script::noises::Domain::Plane;
-            return Ok(Dynamic::from(source));
-        }
-        moved(c, &[(Input::Y, c.host.constant(0.0)?)])
-    });
+    lib.def(
+        "mirrored(f, normal)",
+        "The half of a solid on the side of the normal, and its mirror image.",
+        "sphere(1.0).translated([1, 0, 0]).mirrored([1, 0, 0])",
+        |c| {
+            let n = c.vec3(1)?.try_normalize();
+            let n = n.ok_or_else(|| Fault::new("the normal has no direction: its length is zero"))?;
+            mirrored(c, n)
+        },
+    );
+    lib.def(
+        "on_sphere(f)",
+        "The same on the sphere: evaluated at p / |p|.",
+        "gradient(7).scaled(4.0).on_sphere()",
+        |c| {
+            if let Ok(mut source) = c.source(0) {
+                source.domain = crate::script::noises::Domain::Sphere;
+                return Ok(Dynamic::from(source));
+            }
+            let p = on_sphere(c.host, c.host.point()?)?;
+            moved(c, &[(Input::X, p[0]), (Input::Y, p[1]), (Input::Z, p[2])])
+        },
+    );
+    lib.def(
+        "on_plane(f)",
+        "The same on the ground plane: evaluated at (x, 0, z).",
+        "gradient(7).on_plane()",
+        |c| {
+            if let Ok(mut source) = c.source(0) {
+                source.domain = crate::script::noises::Domain::Plane;
+                return Ok(Dynamic::from(source));
+            }
+            moved(c, &[(Input::Y, c.host.constant(0.0)?)])
+        },
+    );
 }
 
 /// A rotation without the dust that sines leave in place of zeros and ones, so that quarter turns

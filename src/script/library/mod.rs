@@ -105,13 +105,17 @@ impl Library<'_> {
         let host = self.host.clone();
         let types = vec![TypeId::of::<Dynamic>(); arity];
         let shown = name.to_owned();
-        self.engine.register_raw_fn(name, types, move |ctx: NativeCallContext<'_>, args: &mut [&mut Dynamic]| {
-            let args: Vec<Dynamic> = args.iter().map(|a| a.flatten_clone()).collect();
-            let call = Call { host: &host, name: &shown, place: place_of(&ctx), args: &args };
-            let result = f(&call)?;
-            call.remember(&result);
-            Ok(result)
-        });
+        self.engine.register_raw_fn(
+            name,
+            types,
+            move |ctx: NativeCallContext<'_>, args: &mut [&mut Dynamic]| {
+                let args: Vec<Dynamic> = args.iter().map(|a| a.flatten_clone()).collect();
+                let call = Call { host: &host, name: &shown, place: place_of(&ctx), args: &args };
+                let result = f(&call)?;
+                call.remember(&result);
+                Ok(result)
+            },
+        );
     }
 
     /// Gives a type a name in the engine's own messages.
@@ -126,7 +130,8 @@ impl Library<'_> {
         f: impl Fn(&Host, &T) -> Outcome<Dynamic> + 'static,
     ) {
         let host = self.host.clone();
-        self.engine.register_get(name, move |v: &mut T| f(&host, v).map_err(Box::<rhai::EvalAltResult>::from));
+        self.engine
+            .register_get(name, move |v: &mut T| f(&host, v).map_err(Box::<rhai::EvalAltResult>::from));
     }
 }
 
@@ -206,9 +211,7 @@ impl Call<'_> {
     /// A vector of expressions.
     pub fn nodes(&self, i: usize) -> Outcome<[crate::expr::NodeId; 3]> {
         match self.value(i)? {
-            Value::Vector([a, b, c]) => {
-                Ok([a.node(self.host)?, b.node(self.host)?, c.node(self.host)?])
-            }
+            Value::Vector([a, b, c]) => Ok([a.node(self.host)?, b.node(self.host)?, c.node(self.host)?]),
             Value::Scalar(..) => Err(self.wrong(i, "a vector")),
         }
     }

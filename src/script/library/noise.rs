@@ -20,7 +20,12 @@ pub(super) fn register(lib: &mut Library<'_>) {
         Ok(Dynamic::from(c.source(0)?.seeded(c.integer(1)? as u64)))
     });
     let sentence = "A sum of octaves; `std/fractal` has a function for each model: \"fbm\", \"ridged\", \"altitude1\", \"altitude2\".";
-    lib.def("octaves(noise, model, options)", sentence, "octaves(gradient(7), \"ridged\", #{ octaves: 9 })", octaves);
+    lib.def(
+        "octaves(noise, model, options)",
+        sentence,
+        "octaves(gradient(7), \"ridged\", #{ octaves: 9 })",
+        octaves,
+    );
 }
 
 fn octaves(c: &Call<'_>) -> Outcome<Dynamic> {

@@ -34,21 +34,33 @@ fn ranges(lib: &mut Library<'_>) {
     for name in ["..", "..="] {
         lib.bind(name, 2, range);
     }
-    lib.document("..", "low..high", "The numbers from low to high, both included, as an interval.", "0.0..0.1");
-    let sentence = "The numbers from low to high, as an outward rounded interval: its arithmetic encloses every result.";
+    lib.document(
+        "..",
+        "low..high",
+        "The numbers from low to high, both included, as an interval.",
+        "0.0..0.1",
+    );
+    let sentence =
+        "The numbers from low to high, as an outward rounded interval: its arithmetic encloses every result.";
     lib.def("interval(low, high)", sentence, "sqrt(interval(1, 4))", range);
-    lib.def("affine(low, high)", "The numbers from low to high as an affine form, which remembers what it came from: a - a is zero.", "let a = affine(1, 2); a - a", |c| {
-        Ok(Dynamic::from(Affine::over(ends(c)?)))
-    });
-    lib.def("enclosure(a)", "The interval that encloses an affine form or interval.", "enclosure(affine(1, 2) ** 2)", |c| {
-        match c.value(0)? {
+    lib.def(
+        "affine(low, high)",
+        "The numbers from low to high as an affine form, which remembers what it came from: a - a is zero.",
+        "let a = affine(1, 2); a - a",
+        |c| Ok(Dynamic::from(Affine::over(ends(c)?))),
+    );
+    lib.def(
+        "enclosure(a)",
+        "The interval that encloses an affine form or interval.",
+        "enclosure(affine(1, 2) ** 2)",
+        |c| match c.value(0)? {
             Value::Scalar(Scalar::Affine(a), _) => Ok(Dynamic::from(a.range())),
             Value::Scalar(s, _) => {
                 s.interval().map(Dynamic::from).ok_or_else(|| c.wrong(0, "an affine form or an interval"))
             }
             Value::Vector(_) => Err(c.wrong(0, "an affine form or an interval")),
-        }
-    });
+        },
+    );
 }
 
 fn ends(c: &Call<'_>) -> Outcome<Interval> {
@@ -67,8 +79,14 @@ fn range(c: &Call<'_>) -> Outcome<Dynamic> {
 }
 
 fn parameters(lib: &mut Library<'_>) {
-    let sentence = "A number that the user turns: a slider in the preview, `--set name=value` on the command line.";
-    lib.def("param(name, default, range)", sentence, "let relief = param(\"relief\", 0.02, 0.0..0.1);", parameter);
+    let sentence =
+        "A number that the user turns: a slider in the preview, `--set name=value` on the command line.";
+    lib.def(
+        "param(name, default, range)",
+        sentence,
+        "let relief = param(\"relief\", 0.02, 0.0..0.1);",
+        parameter,
+    );
 }
 
 fn parameter(c: &Call<'_>) -> Outcome<Dynamic> {
@@ -115,7 +133,9 @@ pub fn unused(set: &std::collections::BTreeMap<String, f64>, params: &[Param]) -
             let d = diag::Diagnostic::error(format!("the script has no parameter `{name}`"));
             match diag::nearest(name, known()) {
                 Some(near) => d.hint(format!("did you mean `{near}`?")),
-                None if params.is_empty() => d.hint("it has none at all; they are made with param(name, default, range)"),
+                None if params.is_empty() => {
+                    d.hint("it has none at all; they are made with param(name, default, range)")
+                }
                 None => d.hint(format!("its parameters are {}", known().collect::<Vec<_>>().join(", "))),
             }
         })
@@ -123,19 +143,31 @@ pub fn unused(set: &std::collections::BTreeMap<String, f64>, params: &[Param]) -
 }
 
 fn units(lib: &mut Library<'_>) {
-    lib.def("metres(m)", "A length in metres on a planet of radius 1, as large as the Earth.", "metres(8848)", |c| {
-        Ok((c.number(0)? / EARTH).into())
-    });
-    lib.def("radians(degrees)", "An angle in radians, as the trigonometric functions take it.", "sin(radians(30))", |c| {
-        Ok(c.number(0)?.to_radians().into())
-    });
+    lib.def(
+        "metres(m)",
+        "A length in metres on a planet of radius 1, as large as the Earth.",
+        "metres(8848)",
+        |c| Ok((c.number(0)? / EARTH).into()),
+    );
+    lib.def(
+        "radians(degrees)",
+        "An angle in radians, as the trigonometric functions take it.",
+        "sin(radians(30))",
+        |c| Ok(c.number(0)?.to_radians().into()),
+    );
     lib.def("degrees(radians)", "An angle in degrees, as options take it.", "degrees(atan2(1, 1))", |c| {
         Ok(c.number(0)?.to_degrees().into())
     });
-    lib.def("to_float(a)", "A whole number as one with a fraction.", "to_float(1) / 2", |c| Ok(c.number(0)?.into()));
+    lib.def("to_float(a)", "A whole number as one with a fraction.", "to_float(1) / 2", |c| {
+        Ok(c.number(0)?.into())
+    });
     lib.def("to_int(a)", "A number without its fraction.", "to_int(2.7)", |c| {
         let whole = c.number(0)?.trunc();
-        if whole.abs() < 9e18 { Ok((whole as i64).into()) } else { Err(c.wrong(0, "a number of less than 19 digits")) }
+        if whole.abs() < 9e18 {
+            Ok((whole as i64).into())
+        } else {
+            Err(c.wrong(0, "a number of less than 19 digits"))
+        }
     });
     lib.def("round(a)", "The nearest whole number, away from zero in the middle.", "round(2.5)", |c| {
         Ok(c.number(0)?.round().into())

@@ -48,7 +48,12 @@ pub(super) fn register(lib: &mut Library<'_>) {
     let sentence = "The picture. Options: width, height (pixels), samples (per pixel), exposure (stops).";
     lib.def("film(options)", sentence, "film(#{ width: 1920, height: 1080, samples: 16 })", film);
     let sentence = "What a picture shows. Options: surface (needed), camera, sun, sky, film, bounds (half the size of a cube, or [min, max]).";
-    lib.def("scene(options)", sentence, "scene(#{ surface: sphere(1.0), camera: orbit(#{ distance: 3.0 }) })", build);
+    lib.def(
+        "scene(options)",
+        sentence,
+        "scene(#{ surface: sphere(1.0), camera: orbit(#{ distance: 3.0 }) })",
+        build,
+    );
 }
 
 fn sun(c: &Call<'_>) -> Outcome<Dynamic> {
@@ -116,7 +121,8 @@ fn build(c: &Call<'_>) -> Outcome<Dynamic> {
 
 fn bounds(c: &Call<'_>, v: &Dynamic) -> Outcome<Aabb> {
     let wrong = || {
-        Fault::new("`bounds` of `scene` must be half the size of a cube, or two corners [min, max]").key("bounds")
+        Fault::new("`bounds` of `scene` must be half the size of a cube, or two corners [min, max]")
+            .key("bounds")
     };
     if let Some(half) = number(v) {
         return if half > 0.0 && half.is_finite() { Ok(Aabb::cube(half)) } else { Err(wrong()) };
@@ -131,5 +137,8 @@ fn bounds(c: &Call<'_>, v: &Dynamic) -> Outcome<Aabb> {
     if min.cmplt(max).all() {
         return Ok(Aabb { min, max });
     }
-    Err(Fault::new("`bounds` of `scene` is empty: each coordinate of the first corner must lie below that of the second").key("bounds"))
+    Err(Fault::new(
+        "`bounds` of `scene` is empty: each coordinate of the first corner must lie below that of the second",
+    )
+    .key("bounds"))
 }
