@@ -143,10 +143,21 @@ fn sync_folder(folder: &Path) {
 }
 
 fn failed(path: &Path, source: io::Error) -> WriteError {
-    match source.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => WriteError::Full(path.to_owned()),
-        _ => WriteError::Other { path: path.to_owned(), source },
+    if is_full(&source) {
+        WriteError::Full(path.to_owned())
+    } else {
+        WriteError::Other { path: path.to_owned(), source }
     }
+}
+
+/// Whether a full disk is the cause, also where an encoder wraps it into an error of its own.
+fn is_full(error: &(dyn std::error::Error + 'static)) -> bool {
+    let Some(io) = error.downcast_ref::<io::Error>() else {
+        return error.source().is_some_and(is_full);
+    };
+    let inner = io.get_ref().map(|e| e as &(dyn std::error::Error + 'static));
+    matches!(io.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
+        || inner.is_some_and(is_full)
 }
 
 #[cfg(test)]
@@ -183,6 +194,11 @@ mod tests {
         assert!(matches!(error, WriteError::Full(_)), "{error}");
         assert_eq!(fs::read(&path).unwrap(), b"earlier");
         assert_eq!(names(folder.path()), ["a.txt"]);
+        let wrapped = |_: &mut BufWriter<&mut File>| {
+            let inner: io::Error = io::ErrorKind::StorageFull.into();
+            Err(io::Error::other(io::Error::other(inner)))
+        };
+        assert!(matches!(write(&path, wrapped).unwrap_err(), WriteError::Full(_)));
     }
 
     #[test]
