@@ -37,20 +37,17 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let interrupt = Interrupt::listen(|| {});
     let loaded = session.load(&interrupt.flag());
     let scene = work::report(&loaded, terminal).ok_or(Failure::Reported)?;
-    out(describe(&scene, session.files().len(), terminal));
+    out(describe(&scene, terminal));
     Ok(())
 }
 
 /// The summary of a scene, with a name in front of each line.
-fn describe(scene: &Scene, files: usize, terminal: &Terminal) -> String {
+fn describe(scene: &Scene, terminal: &Terminal) -> String {
     let field = scene.surface.field;
     let nodes = scene.graph.reachable(&[field]).len() as u64;
     let mut lines = vec![
         ("parameters", parameters(scene, &" ".repeat(12)).unwrap_or_else(|| "none".into())),
-        (
-            "surface",
-            format!("{}; {} nodes, from {files} files", smoothness(scene.graph.class(field)), count(nodes)),
-        ),
+        ("surface", format!("{}; {} nodes", smoothness(scene.graph.class(field)), count(nodes))),
         ("bounds", bounds(scene)),
         (
             "picture",

@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(seconds(7260.0), "2 h 01 min");
         assert_eq!(count(1), "1");
         assert_eq!(count(1234567), "1 234 567");
-        assert_eq!(plural(1, "ray") + &plural(1000, " ray"), "1 ray1 000  rays");
+        assert_eq!((plural(1, "ray").as_str(), plural(2000, "ray").as_str()), ("1 ray", "2 000 rays"));
     }
 
     #[test]

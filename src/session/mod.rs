@@ -17,7 +17,7 @@ mod stage;
 pub use preview::preview;
 pub use stage::{Order, bounds, render, settings};
 
-use crate::diag::{Diagnostic, Sources};
+use crate::diag::{Diagnostic, Place, Sources};
 use crate::scene::Scene;
 use crate::script::{self, Request, Script};
 use crate::world::World;
@@ -107,11 +107,28 @@ impl Session {
         let compiled = script::compile(&request);
         Loaded {
             scene: compiled.scene.map(Arc::new),
-            diagnostics: compiled.diagnostics,
+            diagnostics: compiled.diagnostics.into_iter().map(|d| self.placed(d)).collect(),
             sources: compiled.sources,
             output: compiled.output,
             reads: world.reads(),
         }
+    }
+
+    /// A diagnostic that at least names the script; for a script that is not there, with a hint.
+    fn placed(&self, mut d: Diagnostic) -> Diagnostic {
+        let name = self.script.to_string_lossy();
+        if d.place.is_none() && !d.message.contains(&*name) {
+            return d.at(Place { file: Arc::from(&*name), line: 0, column: 0, width: 1 });
+        }
+        let there = |path: &Path| self.world.read(path).is_ok();
+        if d.place.is_none() && d.hints.is_empty() && !there(&self.script) {
+            let ending = self.script.with_extension("rhai");
+            d = d.hint(match there(&ending) {
+                true => format!("did you mean {}?", ending.display()),
+                false => "a script is a text file in UTF-8; its path starts in the current folder".into(),
+            });
+        }
+        d
     }
 }
 

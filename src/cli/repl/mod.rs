@@ -54,8 +54,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let root = args.script.as_deref().and_then(Path::parent).map(Path::to_path_buf).unwrap_or_default();
     let interpreter = Interpreter::new(Arc::new(Disk), root, Limits::default(), Some(interrupt.flag()));
     let interpreter = Rc::new(RefCell::new(interpreter.map_err(Failure::Error)?));
-    let mut shell = Shell { interpreter, interrupt, terminal: *terminal, script: None };
     let live = std::io::stdin().is_terminal();
+    let mut shell = Shell { interpreter, interrupt, terminal: *terminal, live, script: None };
     if let Some(script) = &args.script
         && shell.load(script).is_err()
         && !live
@@ -72,6 +72,8 @@ struct Shell {
     interpreter: Rc<RefCell<Interpreter>>,
     interrupt: Interrupt,
     terminal: Terminal,
+    /// Whether somebody types.
+    live: bool,
     /// The script that was loaded last, after which pictures are named.
     script: Option<PathBuf>,
 }
@@ -155,7 +157,8 @@ impl Shell {
 
     fn load(&mut self, script: &Path) -> Outcome {
         let answer = self.interpreter.borrow_mut().load(script);
-        self.show(answer)?;
+        // On a pipe only questions are answered.
+        self.show(if self.live { answer } else { answer.map(|_| None) })?;
         self.script = Some(script.to_path_buf());
         Ok(())
     }
