@@ -111,7 +111,10 @@ fn a_save_while_rendering_starts_over() {
     run.wait_for("(preview)", 3);
     // Ctrl-C does not wait for the end either.
     let said = leaves_cleanly(run);
-    assert_eq!(said.lines().filter(|line| line.starts_with("a.png") && !line.contains("(preview)")).count(), 0);
+    assert_eq!(
+        said.lines().filter(|line| line.starts_with("a.png") && !line.contains("(preview)")).count(),
+        0
+    );
 }
 
 #[test]

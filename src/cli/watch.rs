@@ -2,7 +2,7 @@
 //!
 //! Three things can happen at any time: a file is saved, a rendering ends, Ctrl-C is pressed. Each
 //! arrives as an [`Event`] in one queue, and one loop answers them. Rendering happens on another
-//! thread, a quick small picture first; a save stops it.
+//! thread, quick coarse pictures first; a save stops it.
 
 use super::interrupt::Interrupt;
 use super::options::{PictureOptions, ScriptOptions};
@@ -64,7 +64,11 @@ enum Event {
 /// Which picture of an attempt.
 #[derive(Clone, Copy, PartialEq)]
 enum Stage {
-    Preview,
+    /// The first quick one.
+    First,
+    /// A better quick one.
+    Better,
+    /// The picture as it was ordered.
     Full,
 }
 
@@ -182,12 +186,13 @@ impl State {
         };
         let saved = self.work.save(&attempt.loaded, &attempt.scene, &picture);
         let saved = saved.and_then(|file| match stage {
-            Stage::Preview => Ok(file),
+            Stage::First | Stage::Better => Ok(file),
             Stage::Full => self.work.save_stats(&file, &attempt.scene, &picture).map(|()| file),
         });
         let elapsed = attempt.start.elapsed().as_secs_f64();
         match (saved, stage) {
-            (Ok(file), Stage::Preview) => {
+            (Ok(_), Stage::Better) => {}
+            (Ok(file), Stage::First) => {
                 err(self.terminal.dim(format_args!("{} (preview)", work::summary(&file, &picture, elapsed))));
             }
             (Ok(file), Stage::Full) => {
@@ -207,7 +212,7 @@ impl State {
     }
 }
 
-/// Renders a quick picture and then the full one.
+/// Renders quick pictures and then the full one.
 fn draw(
     scene: &Scene,
     order: &Order,
@@ -215,10 +220,14 @@ fn draw(
     tell: impl Fn(Stage, Result<Picture, Diagnostic>),
 ) {
     let job = Job::unwatched(cancel);
-    match session::preview(scene, order, &job) {
-        Ok(None) => {}
-        Ok(Some(picture)) => tell(Stage::Preview, Ok(picture)),
-        Err(error) => return tell(Stage::Full, Err(error)),
+    let mut stage = Stage::First;
+    for coarseness in session::COARSENESS {
+        match session::preview(scene, order, coarseness, &job) {
+            Ok(Some(picture)) => tell(stage, Ok(picture)),
+            Ok(None) => break,
+            Err(error) => return tell(Stage::Full, Err(error)),
+        }
+        stage = Stage::Better;
     }
     if !cancel.load(Ordering::SeqCst) {
         tell(Stage::Full, session::render(scene, order, &job));

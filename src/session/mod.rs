@@ -14,7 +14,7 @@ mod preview;
 mod reads;
 mod stage;
 
-pub use preview::preview;
+pub use preview::{COARSENESS, preview};
 pub use stage::{Order, bounds, render, settings};
 
 use crate::diag::{Diagnostic, Place, Sources};
