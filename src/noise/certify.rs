@@ -23,7 +23,7 @@
 //! `M_k <= F_k(x0, u0) + M_(k+1) rho + k delta M_k`. So a claim `M_k <= T` follows when every leaf
 //! satisfies `F_k(x0, u0) + M_(k+1) rho <= T (1 - k delta)`. Near a maximum a second-order bound is
 //! far better: `M_(k+1) rho` gives way to what first-order models of the corners' terms gain in the
-//! box ([`model`]) and the remainder `1/2 M_(k+2) rho^2`. The chain starts at `M_5`, for which `F_5`
+//! box (`model`) and the remainder `1/2 M_(k+2) rho^2`. The chain starts at `M_5`, for which `F_5`
 //! is evaluated over whole boxes in interval arithmetic.
 //!
 //! The sums of a few hundred products below `1e5` are off by less than `1e-8`; [`SLACK`] covers

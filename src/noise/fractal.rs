@@ -16,15 +16,17 @@
 //! **Level of detail.** Gradient noise holds its power below about 1.25 cycles a lattice cell (its
 //! upper -20 dB edge), which takes 2.5 samples a cell to represent. So an octave is gone where a
 //! footprint (the size of a pixel at the point) spans 1/2.5 of its cells, is whole where it spans
-//! half of that, and fades smoothly between ([`Fade`]); nothing pops as a camera approaches. It
+//! half of that, and fades smoothly between (`shape::Fade`); nothing pops as a camera approaches. It
 //! fades to its mean, not to zero, so that distant relief keeps its height.
 //!
 //! **Work saved.** An octave whose weight is zero is not evaluated. Nor is one whose cells are so
 //! small against a box that its jet could say nothing that its bounds do not (`Centred::blind`):
 //! the fine octaves of a fractal over a large box cost next to nothing.
 
+use super::cascade::{cascade, product};
 use super::octave::{Octave, Placement};
-use super::shape::{Fade, Modulate, Ridge, Saturate};
+use super::shape::{Fade, Ridge};
+use super::sum::sum;
 use super::{Noise, mix};
 use crate::num::{Bounds, Class, Interval, Kernel, Number, Real};
 use std::hash::{Hash, Hasher};
@@ -68,7 +70,7 @@ impl Model {
     }
 
     /// The value that an octave's signal has on average.
-    fn mean(self) -> f64 {
+    pub(super) fn mean(self) -> f64 {
         match self {
             Model::Fbm | Model::Altitude1 | Model::Altitude2 => 0.0,
             Model::Ridged => Ridge::MEAN,
@@ -177,10 +179,20 @@ impl Hash for Fractal {
 
 /// An octave with its amplitude and the way it fades.
 #[derive(Clone, Copy, Debug)]
-struct Term {
-    octave: Octave,
-    amplitude: f64,
+pub(super) struct Term {
+    pub octave: Octave,
+    pub amplitude: f64,
     fade: Fade,
+}
+
+/// How much of an octave a footprint leaves.
+pub(super) enum Weight<T> {
+    /// All of it.
+    Whole,
+    /// None of it, nor of any finer one.
+    Gone,
+    /// A share from 0 to 1; in a batch some lanes may still be whole, or gone.
+    Share(T),
 }
 
 /// Lattice cells that a footprint may span before an octave is gone.
@@ -201,13 +213,16 @@ impl Term {
             fade: Fade { gone: GONE / frequency },
         }
     }
-}
 
-/// What an octave hands to the next: the sum so far and, where octaves weigh one another, the
-/// weight.
-struct State<T> {
-    total: T,
-    weight: Option<T>,
+    /// What a footprint leaves of the octave.
+    pub(super) fn weight<T: Number>(&self, footprint: Option<&T>) -> Weight<T> {
+        let Some(s) = footprint else { return Weight::Whole };
+        match self.fade.plateau(s.range()) {
+            Some(0.0) => Weight::Gone,
+            Some(_) => Weight::Whole,
+            None => Weight::Share(T::lift(&self.fade, [s])),
+        }
+    }
 }
 
 impl Fractal {
@@ -226,67 +241,10 @@ impl Fractal {
     /// The fractal at `p`, for any kind of number. With a footprint, the size of a pixel at `p` in
     /// the same unit, octaves too fine for it fade out.
     pub fn eval<T: Number>(&self, p: [&T; 3], footprint: Option<&T>) -> T {
-        let mut state = None;
-        for term in self.terms.iter() {
-            let signal = self.signal(term, p, footprint);
-            state = Some(match state {
-                None => self.start(signal),
-                Some(state) => self.extend(state, term.amplitude, &signal),
-            });
-        }
-        // `validate` has seen at least one octave.
-        state.map_or_else(|| T::constant(0.0), |state: State<T>| state.total)
-    }
-
-    /// What an octave contributes, faded to its mean where it is too fine. The decision is made for
-    /// each lane of a batch, so that batches equal their lanes.
-    fn signal<T: Number>(&self, term: &Term, p: [&T; 3], footprint: Option<&T>) -> T {
-        let (zero, one) = (Interval::point(0.0), Interval::point(1.0));
-        let mean = self.recipe.model.mean();
-        let weight = footprint.map(|s| T::lift(&term.fade, [s]));
-        let seen = weight.as_ref().map_or(one, T::range);
-        if seen == zero {
-            return T::constant(mean);
-        }
-        let noise = T::kernel(&term.octave, p);
-        let whole = match self.recipe.model {
-            Model::Ridged => T::lift(&Ridge, [&noise]),
-            Model::Fbm | Model::Altitude1 | Model::Altitude2 => noise,
-        };
-        match weight {
-            Some(w) if seen != one => {
-                let mixed = T::lift(&Modulate { base: -mean, gain: 1.0, offset: mean }, [&w, &whole]);
-                let present = T::choose(&w, |r| r == one, &whole, &mixed);
-                T::choose(&w, |r| r == zero, &T::constant(mean), &present)
-            }
-            _ => whole,
-        }
-    }
-
-    fn start<T: Number>(&self, signal: T) -> State<T> {
         match self.recipe.model {
-            Model::Fbm | Model::Ridged => State { total: signal, weight: None },
-            Model::Altitude1 => State { total: signal.shift(self.recipe.offset), weight: None },
-            Model::Altitude2 => {
-                let weight = T::lift(&Saturate, [&signal.shift(self.recipe.offset)]);
-                State { total: weight.clone(), weight: Some(weight) }
-            }
-        }
-    }
-
-    fn extend<T: Number>(&self, state: State<T>, amplitude: f64, signal: &T) -> State<T> {
-        let lift = amplitude * self.recipe.offset;
-        match state.weight {
-            None if self.recipe.model == Model::Altitude1 => {
-                let grow = Modulate { base: 1.0 + lift, gain: amplitude, offset: 0.0 };
-                State { total: T::lift(&grow, [&state.total, signal]), weight: None }
-            }
-            None => State { total: state.total.add(&signal.scale(amplitude)), weight: None },
-            Some(weight) => {
-                let cascade = Modulate { base: lift, gain: amplitude, offset: 0.0 };
-                let weight = T::lift(&Saturate, [&T::lift(&cascade, [&weight, signal])]);
-                State { total: state.total.add(&weight), weight: Some(weight) }
-            }
+            Model::Fbm | Model::Ridged => sum(self.recipe.model, &self.terms, p, footprint),
+            Model::Altitude1 => product(self.recipe.offset, &self.terms, p, footprint),
+            Model::Altitude2 => cascade(self.recipe.offset, &self.terms, p, footprint),
         }
     }
 
@@ -326,10 +284,10 @@ impl Fractal {
                 Model::Altitude1 if i == 0 => positive,
                 Model::Altitude1 => {
                     let factor = times(a, positive);
-                    product(total, Bounds { range: 1.0 + factor.range, ..factor })
+                    multiply(total, Bounds { range: 1.0 + factor.range, ..factor })
                 }
                 Model::Altitude2 => {
-                    weight = product(weight, times(a, positive));
+                    weight = multiply(weight, times(a, positive));
                     weight.range = weight.range.min(1.0);
                     plus(total, weight)
                 }
@@ -360,7 +318,7 @@ fn times(k: f64, a: Bounds) -> Bounds {
 }
 
 /// Bounds of a product, by the product rule.
-fn product(a: Bounds, b: Bounds) -> Bounds {
+fn multiply(a: Bounds, b: Bounds) -> Bounds {
     Bounds {
         range: a.range * b.range,
         lipschitz: a.range * b.lipschitz + a.lipschitz * b.range,

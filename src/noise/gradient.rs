@@ -28,7 +28,7 @@
 //! the machine. Nothing is fused or reordered, so all instruction sets, and all groupings of points
 //! into batches, give the same bits. The hash works on 32-bit lanes, twice as many to a vector.
 
-use crate::num::{Bounds, Class, Jets, Kernel, Level, Order, Point, at_level, simd_level};
+use crate::num::{Bounds, Class, Jets, Kernel, Level, Order, Point, at_level, simd_level, widest};
 
 /// Gradient noise at unit frequency: one lattice cell is one unit long.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -76,11 +76,14 @@ impl Kernel for Gradient {
 
     fn jet(&self, order: Order, at: [f64; 3]) -> Point {
         let key = key(self.seed);
-        match order {
-            Order::Value => lane::<VALUE>(key, at),
-            Order::Gradient => lane::<GRADIENT>(key, at),
-            Order::Hessian => lane::<HESSIAN>(key, at),
-        }
+        widest(
+            #[inline(always)]
+            || match order {
+                Order::Value => lane::<VALUE>(key, at),
+                Order::Gradient => lane::<GRADIENT>(key, at),
+                Order::Hessian => lane::<HESSIAN>(key, at),
+            },
+        )
     }
 }
 
@@ -97,25 +100,42 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Fills the `PARTS` slices block by block. The last block is padded, which lanes cannot notice.
+    /// Fills the `PARTS` slices.
     #[inline(always)]
     fn run<const ORDER: u8, const PARTS: usize>(&self, mut out: [&mut [f64]; PARTS]) {
-        let length = self.at[0].len();
-        for start in (0..length).step_by(BLOCK) {
-            let count = (length - start).min(BLOCK);
-            let mut from = [[0.0; BLOCK]; 3];
-            for axis in 0..3 {
-                from[axis][..count].copy_from_slice(&self.at[axis][start..start + count]);
-            }
-            let mut to = [[0.0; BLOCK]; PARTS];
-            at_level(
-                self.level,
-                #[inline(always)]
-                || block::<ORDER, PARTS>(self.key, &from, &mut to),
-            );
-            for (slice, part) in out.iter_mut().zip(&to) {
-                slice[start..start + count].copy_from_slice(&part[..count]);
-            }
+        at_level(
+            self.level,
+            #[inline(always)]
+            || {
+                let length = self.at[0].len();
+                let whole = length - length % BLOCK;
+                for start in (0..whole).step_by(BLOCK) {
+                    self.part::<ORDER, PARTS>(start, BLOCK, &mut out);
+                }
+                if whole < length {
+                    self.part::<ORDER, PARTS>(whole, length - whole, &mut out);
+                }
+            },
+        );
+    }
+
+    /// One block, or the last few lanes of a batch, padded, which lanes cannot notice. Blocks pass
+    /// through arrays of their own, so that the compiler knows that nothing overlaps.
+    #[inline(always)]
+    fn part<const ORDER: u8, const PARTS: usize>(
+        &self,
+        start: usize,
+        count: usize,
+        out: &mut [&mut [f64]; PARTS],
+    ) {
+        let mut from = [[0.0; BLOCK]; 3];
+        for (own, at) in from.iter_mut().zip(self.at) {
+            own[..count].copy_from_slice(&at[start..start + count]);
+        }
+        let mut to = [[0.0; BLOCK]; PARTS];
+        block::<ORDER, PARTS>(self.key, &from, &mut to);
+        for (slice, part) in out.iter_mut().zip(&to) {
+            slice[start..start + count].copy_from_slice(&part[..count]);
         }
     }
 }
@@ -213,7 +233,7 @@ fn split(x: f64) -> (u32, f64) {
     let above = nearest > x;
     let floor = if above { nearest - 1.0 } else { nearest };
     let cell = (shifted.to_bits() as u32).wrapping_sub(u32::from(above));
-    let fraction = if x.abs() < 2_251_799_813_685_248.0 { x - floor } else { x - x };
+    let fraction = if x.abs() < 2_251_799_813_685_248.0 { x - floor } else { x * 0.0 };
     (cell, fraction)
 }
 

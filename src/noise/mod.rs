@@ -14,18 +14,20 @@
 //!
 //! To add a noise, write its file and add one line to the list at the end of this one.
 
+mod cascade;
 pub mod certify;
 mod fractal;
 mod gradient;
 mod octave;
 mod shape;
+mod sum;
 #[cfg(test)]
 mod tests;
 
 pub use fractal::{Fractal, Invalid, Model, Recipe};
 pub use gradient::Gradient;
 
-use crate::num::{Bounds, Class, Jets, Kernel, Order, Point};
+use crate::num::{Bounds, Class, Jets, Kernel, Order, Point, widest};
 use std::hash::{Hash, Hasher};
 
 /// A noise of some kind, seeded and scaled: `N(frequency x)`.
@@ -68,13 +70,11 @@ pub(crate) const BATCH: usize = 64;
 #[inline(always)]
 pub(crate) fn gather(at: [&[f64]; 3], start: usize, map: impl Fn([f64; 3]) -> [f64; 3]) -> [[f64; BATCH]; 3] {
     let count = (at[0].len() - start).min(BATCH);
-    let from = at.map(|at| &at[start..start + count]);
+    let [x, y, z] = at.map(|at| &at[start..start + count]);
     let mut scaled = [[0.0; BATCH]; 3];
+    let [u, v, w] = &mut scaled;
     for i in 0..count {
-        let p = map([from[0][i], from[1][i], from[2][i]]);
-        for axis in 0..3 {
-            scaled[axis][i] = p[axis];
-        }
+        [u[i], v[i], w[i]] = map([x[i], y[i], z[i]]);
     }
     scaled
 }
@@ -95,6 +95,7 @@ impl Kernel for Noise {
         self.kind.class()
     }
 
+    #[inline]
     fn bounds(&self) -> Bounds {
         self.kind.bounds().at_frequency(self.frequency)
     }
@@ -102,16 +103,20 @@ impl Kernel for Noise {
     fn jets(&self, at: [&[f64]; 3], mut out: Jets<'_>) {
         let k = self.frequency;
         for start in (0..at[0].len()).step_by(BATCH) {
-            let scaled = gather(at, start, |p| p.map(|x| x * k));
+            let scaled = widest(
+                #[inline(always)]
+                || gather(at, start, |p| p.map(|x| x * k)),
+            );
             let mut part = batch(&mut out, start);
             let count = part.value.len();
             self.kind.jets(self.seed, [0, 1, 2].map(|axis| &scaled[axis][..count]), batch(&mut part, 0));
-            for slice in part.grad.into_iter().flatten() {
-                slice.iter_mut().for_each(|g| *g *= k);
-            }
-            for slice in part.hess.into_iter().flatten() {
-                slice.iter_mut().for_each(|h| *h *= k * k);
-            }
+            widest(
+                #[inline(always)]
+                || {
+                    part.grad.into_iter().flatten().flatten().for_each(|g| *g *= k);
+                    part.hess.into_iter().flatten().flatten().for_each(|h| *h *= k * k);
+                },
+            );
         }
     }
 
@@ -159,6 +164,7 @@ macro_rules! noises {
             }
 
             /// Bounds at unit frequency.
+            #[inline]
             pub fn bounds(self) -> Bounds {
                 match self { $(Kind::$noise => $noise { seed: 0 }.bounds(),)* }
             }

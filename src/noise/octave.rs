@@ -10,7 +10,7 @@
 //! the bounds of a kernel are the same in every direction.
 
 use super::{BATCH, Noise, batch, gather, mix};
-use crate::num::{Bounds, Class, Jets, Kernel, Order, Point, ROUNDOFF};
+use crate::num::{Bounds, Class, Jets, Kernel, Order, Point, ROUNDOFF, widest};
 
 /// A rotated, scaled and shifted noise.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +58,24 @@ impl Placement {
         [row(0), row(1), row(2)]
     }
 
+    /// Jets of the turned noise as jets in space.
+    #[inline(always)]
+    fn turn_back(&self, k: f64, out: Jets<'_>) {
+        let count = out.value.len();
+        if let Some(grad) = out.grad {
+            let [x, y, z] = grad.map(|g| &mut g[..count]);
+            for i in 0..count {
+                [x[i], y[i], z[i]] = self.gradient(k, [x[i], y[i], z[i]]);
+            }
+        }
+        if let Some(hess) = out.hess {
+            let [a, b, c, d, e, f] = hess.map(|h| &mut h[..count]);
+            for i in 0..count {
+                [a[i], b[i], c[i], d[i], e[i], f[i]] = self.hessian(k, [a[i], b[i], c[i], d[i], e[i], f[i]]);
+            }
+        }
+    }
+
     /// `k R^T g`
     #[inline(always)]
     fn gradient(&self, k: f64, [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -95,6 +113,7 @@ impl Kernel for Octave {
 
     /// Those of the noise: rotations keep norms. (The matrix is a rotation up to a few roundoffs,
     /// and the constants of a noise are rounded up by far more.)
+    #[inline]
     fn bounds(&self) -> Bounds {
         self.noise.bounds()
     }
@@ -103,21 +122,24 @@ impl Kernel for Octave {
         let Some(placement) = &self.placement else { return self.noise.jets(at, out) };
         let (noise, k) = (self.unit(), self.noise.frequency);
         for start in (0..at[0].len()).step_by(BATCH) {
-            let placed = gather(at, start, |p| placement.place(k, p));
+            let placed = widest(
+                #[inline(always)]
+                || {
+                    gather(
+                        at,
+                        start,
+                        #[inline(always)]
+                        |p| placement.place(k, p),
+                    )
+                },
+            );
             let mut part = batch(&mut out, start);
             let count = part.value.len();
             noise.jets([0, 1, 2].map(|axis| &placed[axis][..count]), batch(&mut part, 0));
-            if let Some([x, y, z]) = part.grad {
-                for i in 0..count {
-                    [x[i], y[i], z[i]] = placement.gradient(k, [x[i], y[i], z[i]]);
-                }
-            }
-            if let Some([a, b, c, d, e, f]) = part.hess {
-                for i in 0..count {
-                    [a[i], b[i], c[i], d[i], e[i], f[i]] =
-                        placement.hessian(k, [a[i], b[i], c[i], d[i], e[i], f[i]]);
-                }
-            }
+            widest(
+                #[inline(always)]
+                || placement.turn_back(k, part),
+            );
         }
     }
 
@@ -137,6 +159,7 @@ impl Kernel for Octave {
 
     /// As for any kernel, with the error of `M x + t` in place of that of `k x`: a row of three
     /// products, each entry off by a few roundoffs of its own, then a shift.
+    #[inline]
     fn error(&self, size: f64) -> [f64; 3] {
         match self.placement {
             None => self.noise.error(size),

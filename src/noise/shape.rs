@@ -4,18 +4,17 @@
 
 use crate::num::{Class, Combine, Form, Function, Interval, ROUNDOFF, Real};
 
-/// `x (base + gain y) + offset`: an octave's signal `y` acting on what came before.
+/// `x (base + gain y)`: an octave's signal `y` acting on what came before.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Modulate {
     pub base: f64,
     pub gain: f64,
-    pub offset: f64,
 }
 
 impl Function<2> for Modulate {
     #[inline(always)]
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
-        x * (R::of(self.base) + R::of(self.gain) * y) + R::of(self.offset)
+        x * (R::of(self.base) + R::of(self.gain) * y)
     }
     #[inline(always)]
     fn grad<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
@@ -142,6 +141,18 @@ pub(super) struct Fade {
 }
 
 impl Fade {
+    /// Whether the octave is whole, or gone, for all footprints in a range, beyond any rounding:
+    /// then its weight is exactly 1, or 0, and need not be computed.
+    pub(super) fn plateau(&self, footprint: Interval) -> Option<f64> {
+        if footprint.hi <= 0.5 * self.gone * (1.0 - 1e-12) {
+            Some(1.0)
+        } else if footprint.lo >= self.gone * (1.0 + 1e-12) {
+            Some(0.0)
+        } else {
+            None
+        }
+    }
+
     #[inline(always)]
     fn position<R: Real>(&self, s: R) -> R {
         (R::of(2.0) - R::of(2.0 / self.gone) * s).max(R::of(0.0)).min(R::of(1.0))

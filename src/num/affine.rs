@@ -224,6 +224,9 @@ impl Number for Affine {
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
         centred_kernel(k, p)
     }
+    fn somewhere(range: Interval) -> Option<Self> {
+        Some(Affine::over(range))
+    }
     fn range(&self) -> Interval {
         self.range
     }

@@ -84,6 +84,7 @@ pub(super) fn chain<const N: usize>(partial: &[f64; N], d: impl Fn(usize) -> f64
 
 impl Centred for Dual {
     const ORDER: Order = Order::Gradient;
+    const EXACT: bool = true;
     #[inline(always)]
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| p.value)

@@ -144,6 +144,7 @@ pub(super) fn matrix<R: Copy>(h: [R; 6]) -> [[R; 3]; 3] {
 
 impl Centred for Jet<f64> {
     const ORDER: Order = Order::Hessian;
+    const EXACT: bool = true;
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| p.value)
     }
@@ -277,6 +278,9 @@ impl Number for Interval {
     }
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
         centred_kernel(k, p)
+    }
+    fn somewhere(range: Interval) -> Option<Self> {
+        Some(range)
     }
     fn range(&self) -> Interval {
         *self

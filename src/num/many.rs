@@ -126,12 +126,21 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
                     grad: grads.as_ref().map_or([0.0; 3], |g| [g[0][i], g[1][i], g[2][i]]),
                     hess: hesses.as_ref().map_or([0.0; 6], |h| std::array::from_fn(|k| h[k][i])),
                 };
-                T::expand(&bounds, &jet, k.error(size), p.map(|p| &p.0[i]))
+                let error = if T::EXACT { [0.0; 3] } else { k.error(size) };
+                T::expand(&bounds, &jet, error, p.map(|p| &p.0[i]))
             },
         )
     }
+    #[inline(always)]
+    fn somewhere(range: Interval) -> Option<Self> {
+        T::somewhere(range).map(|x| Many([x; B]))
+    }
+    #[inline]
     fn choose(by: &Self, test: impl Fn(Interval) -> bool, yes: &Self, no: &Self) -> Self {
-        Many(std::array::from_fn(|i| T::choose(&by.0[i], &test, &yes.0[i], &no.0[i])))
+        by.lanes(
+            #[inline(always)]
+            |i| T::choose(&by.0[i], &test, &yes.0[i], &no.0[i]),
+        )
     }
     fn range(&self) -> Interval {
         self.0.iter().map(T::range).reduce(Interval::hull).unwrap_or(Interval::ENTIRE)

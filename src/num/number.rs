@@ -51,6 +51,7 @@ pub struct Bounds {
 
 impl Bounds {
     /// Bounds of `N(k x)`.
+    #[inline]
     pub fn at_frequency(self, k: f64) -> Bounds {
         let k = k.abs();
         Bounds {
@@ -94,6 +95,7 @@ pub trait Kernel: Sync {
 
     /// Absolute error of a value and of a gradient component computed at a point of magnitude
     /// `size` (largest coordinate): arithmetic, and the rounding of scaled arguments.
+    #[inline]
     fn error(&self, size: f64) -> [f64; 3] {
         // Measured for f32 as 29 and 92 roundoffs; budgeted as 64 and 256, and for the Hessian 1024
         // (spec: ray casting, outward rounding). Scaled arguments are off by 3 roundoffs of their size.
@@ -135,6 +137,13 @@ pub trait Number: Clone + Send + Sync + 'static {
     /// The image of a point under a kernel.
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self;
 
+    /// The number of which nothing but its range is known, for kinds that can say so; a value is
+    /// somewhere, and a derivative is not known from a range.
+    fn somewhere(range: Interval) -> Option<Self> {
+        let _ = range;
+        None
+    }
+
     /// `yes` where the range of `by` passes the test, else `no`; a batch decides lane by lane.
     #[inline]
     fn choose(by: &Self, test: impl Fn(Interval) -> bool, yes: &Self, no: &Self) -> Self {
@@ -151,6 +160,9 @@ pub trait Number: Clone + Send + Sync + 'static {
 pub trait Centred: Number {
     /// How much of the jet `expand` reads.
     const ORDER: Order;
+
+    /// Whether the number stands for its rounded self, so that `expand` does not read the error.
+    const EXACT: bool = false;
 
     /// The point at which the kernel is evaluated.
     fn centre(p: [&Self; 3]) -> [f64; 3];
@@ -177,7 +189,8 @@ pub fn centred_kernel<T: Centred, K: Kernel + ?Sized>(k: &K, p: [&T; 3]) -> T {
     let at = T::centre(p);
     let jet = k.jet(T::ORDER, at);
     let size = at[0].abs().max(at[1].abs()).max(at[2].abs());
-    T::expand(&bounds, &jet, k.error(size), p)
+    let error = if T::EXACT { [0.0; 3] } else { k.error(size) };
+    T::expand(&bounds, &jet, error, p)
 }
 
 impl Number for f64 {
@@ -220,6 +233,7 @@ impl Number for f64 {
 
 impl Centred for f64 {
     const ORDER: Order = Order::Value;
+    const EXACT: bool = true;
     #[inline(always)]
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| *p)

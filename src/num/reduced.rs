@@ -200,13 +200,13 @@ impl<const K: usize> Number for Reduced<K> {
         let (mid, slope) = (self.mid * k, self.slope.map(|s| s * k));
         let error = ROUNDOFF * (mid.abs() + slope.iter().map(|s| s.abs()).sum::<f64>()) + 1e-300;
         let rest = (self.rest * k.abs() + error) * ROUND_UP;
-        Reduced { mid, slope, rest, range: self.range * k }.tightened(self.range * k)
+        Reduced { mid, slope, rest, range: self.range * k }
     }
     #[inline(always)]
     fn shift(&self, c: f64) -> Self {
         let mid = self.mid + c;
         let rest = (self.rest + ROUNDOFF * mid.abs()) * ROUND_UP;
-        Reduced { mid, rest, ..*self }.tightened(self.range + Interval::point(c))
+        Reduced { mid, rest, range: self.range + Interval::point(c), ..*self }
     }
     #[inline(always)]
     fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self {
@@ -223,6 +223,10 @@ impl<const K: usize> Number for Reduced<K> {
     #[inline(always)]
     fn kernel<K2: Kernel + ?Sized>(k: &K2, p: [&Self; 3]) -> Self {
         centred_kernel(k, p)
+    }
+    #[inline(always)]
+    fn somewhere(range: Interval) -> Option<Self> {
+        Some(Self::constant_range(range))
     }
     fn range(&self) -> Interval {
         self.range

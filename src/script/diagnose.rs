@@ -4,7 +4,7 @@
 use super::engine::{INPUTS, Limits, Setup, Stop};
 use super::fault::Fault;
 use super::lexer;
-use super::options::describe;
+use super::options::{describe, with_article};
 use crate::diag::{self, Diagnostic, Place, Sources};
 use rhai::{Dynamic, EvalAltResult, ParseErrorType, Position};
 use std::sync::Arc;
@@ -47,6 +47,9 @@ impl Explainer<'_> {
         let place = self.place(&file, position);
         let mut d = self.innermost(error, &file);
         d.place = self.key_place(error, place.as_ref()).or(place);
+        if matches!(error, EvalAltResult::ErrorParsing(..)) {
+            self.blame_the_bracket(&mut d, &file);
+        }
         d.trace = trace;
         self.blame_the_user(&mut d, error);
         d
@@ -74,6 +77,20 @@ impl Explainer<'_> {
         Some(Place { file: call.file.clone(), line, column, width })
     }
 
+    /// Where the text ends too early, the bracket that was left open is what is wrong.
+    fn blame_the_bracket(&self, d: &mut Diagnostic, file: &str) {
+        let sources = self.sources();
+        let Some((text, place)) = sources.get(file).zip(d.place.as_ref()) else { return };
+        let Some(open) = lexer::unclosed(text) else { return };
+        let ends = !lexer::tokens(text)
+            .iter()
+            .any(|t| t.kind != lexer::Kind::Comment && (t.line, t.column) >= (place.line, place.column));
+        if ends {
+            let place = Place { line: open.line, column: open.column, width: 1, ..place.clone() };
+            *d = Diagnostic::error(format!("`{}` is never closed", open.text)).at(place).label("opened here");
+        }
+    }
+
     /// An error inside the standard library is shown at the call in the user's own script.
     fn blame_the_user(&self, d: &mut Diagnostic, error: &EvalAltResult) {
         let embedded = |place: &Place| place.file.starts_with("std/");
@@ -82,7 +99,7 @@ impl Explainer<'_> {
         }
         let Some(own) = d.trace.iter().position(|(_, place)| !embedded(place)) else { return };
         let (what, place) = d.trace[own].clone();
-        let inner = std::mem::replace(&mut d.place, Some(place.clone()));
+        let inner = d.place.replace(place.clone());
         if let Some(inner) = inner {
             d.trace.truncate(own);
             d.trace.insert(0, ("raised".to_owned(), inner));
@@ -123,15 +140,12 @@ impl Explainer<'_> {
             }
             E::ErrorDataTooLarge(what, _) => self.too_large(what),
             E::ErrorMismatchDataType(wanted, given, _) | E::ErrorMismatchOutputType(wanted, given, _) => {
-                Diagnostic::error(format!(
-                    "a {} is needed here, not a {}",
-                    type_text(wanted),
-                    type_text(given)
-                ))
+                let (wanted, given) = (with_article(&type_text(wanted)), with_article(&type_text(given)));
+                Diagnostic::error(format!("{wanted} is needed here, not {given}"))
             }
             E::ErrorIndexingType(name, _) => {
                 let ty = type_text(name.split(" [").next().unwrap_or(name));
-                Diagnostic::error(format!("a {ty} has no elements to take with [ ]"))
+                Diagnostic::error(format!("{} has no elements to take with [ ]", with_article(&ty)))
             }
             E::ErrorArrayBounds(n, i, _) => {
                 Diagnostic::error(format!("there is no element {i}: the array has {n}"))
@@ -258,7 +272,8 @@ impl Explainer<'_> {
             self.setup.entries.iter().chain(&everywhere).map(|e| e.name.as_str()).filter(|_| !qualified);
         let near = diag::nearest(name, others.map(|f| f.name.as_str()).chain(names));
         if let Some(near) = near {
-            return d.hint(format!("did you mean `{near}`?"));
+            let path = full.strip_suffix(name).unwrap_or("");
+            return d.hint(format!("did you mean `{path}{near}`?"));
         }
         let elsewhere = everywhere.iter().find(|e| e.name.rsplit("::").next() == Some(name));
         match elsewhere {
@@ -322,7 +337,7 @@ fn property(text: &str) -> Diagnostic {
     match (quoted.next(), quoted.next()) {
         (Some(name), Some(ty)) => {
             let ty = type_text(ty);
-            let d = Diagnostic::error(format!("a {ty} has no property `{name}`"));
+            let d = Diagnostic::error(format!("{} has no property `{name}`", with_article(&ty)));
             match ty.as_str() {
                 "Vec3" | "VectorField" => d.hint("its properties are x, y, z"),
                 "Interval" | "Affine" => d.hint("its properties are low, high, mid, width"),
@@ -345,12 +360,12 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
                 .label(format!("`{token}` expected"));
             if token == ";" { d.hint("statements end in a semicolon") } else { d }
         }
-        P::Reserved(word) if word == "eval" => {
-            Diagnostic::error("`eval` is switched off: a script may only run what its author wrote")
-        }
         P::Reserved(word) => Diagnostic::error(format!("`{word}` is reserved by the language")),
         P::ExprTooDeep => {
             Diagnostic::error("the expression is nested too deeply").hint("give parts of it names with let")
+        }
+        P::BadInput(e) if e.to_string().contains("'eval'") => {
+            Diagnostic::error("`eval` is switched off: a script may only run what its author wrote")
         }
         P::BadInput(e) => Diagnostic::error(lower_first(&e.to_string())),
         P::UnknownOperator(op) => Diagnostic::error(format!("there is no operator `{op}`")),
@@ -391,13 +406,30 @@ fn type_text(text: &str) -> String {
         ("f64", "float"),
         ("()", "nothing"),
         ("#{}", "object map"),
+        ("floating-point number", "float"),
     ];
     for (from, to) in pairs {
         out = out.replace(from, to);
     }
     // Whatever path is left names a type of the host.
-    out.split(' ')
-        .map(|word| if word.contains("::") && word.contains('<') { "value" } else { word })
-        .collect::<Vec<_>>()
-        .join(" ")
+    out.split(' ').map(own_name).collect::<Vec<_>>().join(" ")
+}
+
+/// The name that scripts have for a type of the host.
+fn own_name(word: &str) -> &str {
+    let Some((_, last)) = word.rsplit_once("::") else { return word };
+    if !(word.starts_with("orogen::")
+        || word.contains('<')
+        || word.starts_with("core::")
+        || word.starts_with("alloc::"))
+    {
+        return word;
+    }
+    match last.trim_end_matches(['>', ',', ')']) {
+        "SceneValue" => "Scene",
+        "Source" => "Noise",
+        name @ ("Field" | "VectorField" | "Vec3" | "Region" | "AffineVec3" | "Interval" | "Affine") => name,
+        name @ ("Camera" | "Sun" | "Sky" | "Film" | "Air") => name,
+        _ => "value",
+    }
 }

@@ -10,7 +10,7 @@ use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage,
     BasicStringPackage, LogicPackage, MoreStringPackage, Package,
 };
-use rhai::{Dynamic, Engine, Module};
+use rhai::{Dynamic, Engine, Module, OptimizationLevel};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -106,6 +106,9 @@ pub fn setup(
     engine.register_global_module(BasicIteratorPackage::new().as_shared_module());
     engine.register_global_module(BasicFnPackage::new().as_shared_module());
     engine.disable_symbol("eval");
+    // The optimizer would compute `x == 1.0` with the engine's own `==`, which is false, before ours
+    // can refuse it. Scripts run once, so there is nothing to gain.
+    engine.set_optimization_level(OptimizationLevel::None);
     bound(&mut engine, limits);
     watch(&mut engine, &host, cancel);
     listen(&mut engine, &host);

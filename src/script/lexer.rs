@@ -217,6 +217,19 @@ pub fn is_open(text: &str) -> bool {
     depth > 0 || (depth == 0 && matches!(last, "+" | "-" | "*" | "/" | "=" | "," | "." | "%" | "|" | "&"))
 }
 
+/// The innermost bracket that is never closed.
+pub fn unclosed(text: &str) -> Option<Token<'_>> {
+    let mut open = Vec::new();
+    for token in tokens(text) {
+        match token.text {
+            "(" | "{" | "[" => open.push(token),
+            ")" | "}" | "]" => drop(open.pop()),
+            _ => {}
+        }
+    }
+    open.pop()
+}
+
 /// Names that a text declares: variables, constants, functions with their parameters, and modules.
 pub fn declared(text: &str) -> Vec<&str> {
     let all: Vec<Token<'_>> = tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();

@@ -129,17 +129,19 @@ impl<'a, 'b> Options<'a, 'b> {
 /// A value for a message: its type, and the value itself where that is short.
 pub fn describe(v: &Dynamic) -> String {
     let name = type_name(v);
-    let article = match name.chars().next() {
-        Some('a' | 'e' | 'i' | 'o' | 'A' | 'I') => "an",
-        _ => "a",
-    };
     match name {
         "nothing" => "nothing ()".to_owned(),
-        "integer" | "float" | "boolean" => format!("{article} {name} ({v})"),
+        "integer" | "float" | "boolean" => format!("{} ({v})", with_article(name)),
         "string" => {
             let text: String = v.to_string().chars().take(20).collect();
             format!("a string ({text:?})")
         }
-        _ => format!("{article} {name}"),
+        _ => with_article(name),
     }
+}
+
+/// "a Field", "an Interval".
+pub fn with_article(name: &str) -> String {
+    let vowel = name.starts_with(['a', 'e', 'i', 'o', 'A', 'E', 'I', 'O']);
+    format!("{} {name}", if vowel { "an" } else { "a" })
 }

@@ -4,8 +4,11 @@ use super::{Call, Library};
 use crate::op::{self, Op};
 use crate::script::apply::{apply, component, scalar};
 use crate::script::fault::{Fault, Outcome};
-use crate::script::value::{Scalar, Value, Vec3, number};
-use rhai::Dynamic;
+use crate::script::options::with_article;
+use crate::script::value::{Field, Scalar, Value, Vec3, number};
+use rhai::{Dynamic, ImmutableString};
+use std::any::TypeId;
+use std::cmp::Ordering;
 
 pub(super) fn register(lib: &mut Library<'_>) {
     for &op in Op::ALL {
@@ -24,6 +27,8 @@ pub(super) fn register(lib: &mut Library<'_>) {
         "Remainder; for fields that of `modulo`, with the sign of the period.",
         "x % 2.0",
     );
+    // Adding a text to a field would otherwise make a text, as it does for every other value.
+    lib.bind_typed("+", [TypeId::of::<Field>(), TypeId::of::<ImmutableString>()], |c| Err(mismatch(c, 1)));
     powers(lib);
     vectors(lib);
     comparisons(lib);
@@ -163,16 +168,42 @@ fn compare(c: &Call<'_>, name: &str) -> Outcome<Dynamic> {
     }
     if let Some(kind) = kinds.iter().find(|k| matches!(**k, "Interval" | "Affine" | "Region" | "AffineVec3"))
     {
-        return Err(Fault::new(format!("an {kind} cannot be compared with `{name}`"))
+        return Err(Fault::new(format!("{} cannot be compared with `{name}`", with_article(kind)))
             .hint("compare its ends: i.low, i.high"));
     }
-    let vectors = given.map(|v| v.read_lock::<Vec3>().map(|v| *v));
-    let equal = matches!(vectors, [Some(a), Some(b)] if a == b);
-    match name {
-        "==" => Ok(equal.into()),
-        "!=" => Ok((!equal).into()),
+    // The engine's own functions on arrays compare elements through here.
+    let order = order(given[0], given[1]);
+    match (name, order) {
+        ("==", order) => Ok((order == Some(Ordering::Equal)).into()),
+        ("!=", order) => Ok((order != Some(Ordering::Equal)).into()),
+        ("<", Some(order)) => Ok(order.is_lt().into()),
+        ("<=", Some(order)) => Ok(order.is_le().into()),
+        (">", Some(order)) => Ok(order.is_gt().into()),
+        (">=", Some(order)) => Ok(order.is_ge().into()),
         _ => {
             Err(Fault::new(format!("`{name}` compares numbers or texts, not {} and {}", kinds[0], kinds[1])))
         }
     }
+}
+
+/// How two plain values compare, where they do.
+fn order(a: &Dynamic, b: &Dynamic) -> Option<Ordering> {
+    if let (Ok(a), Ok(b)) = (a.as_int(), b.as_int()) {
+        return Some(a.cmp(&b));
+    }
+    if let (Some(a), Some(b)) = (number(a), number(b)) {
+        return a.partial_cmp(&b);
+    }
+    if let (Ok(a), Ok(b)) = (a.as_immutable_string_ref(), b.as_immutable_string_ref()) {
+        return Some(a.as_str().cmp(b.as_str()));
+    }
+    if let (Ok(a), Ok(b)) = (a.as_bool(), b.as_bool()) {
+        return Some(a.cmp(&b));
+    }
+    if let (Ok(a), Ok(b)) = (a.as_char(), b.as_char()) {
+        return Some(a.cmp(&b));
+    }
+    let vectors = [a, b].map(|v| v.read_lock::<Vec3>().map(|v| *v));
+    let same = matches!(vectors, [Some(a), Some(b)] if a == b) || (a.is_unit() && b.is_unit());
+    same.then_some(Ordering::Equal)
 }

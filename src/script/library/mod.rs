@@ -52,10 +52,13 @@ pub struct Library<'a> {
     group: &'static str,
 }
 
+/// Declares the functions under one heading.
+type Group = fn(&mut Library<'_>);
+
 /// Registers everything and returns what there is.
 pub fn register(engine: &mut Engine, host: &Rc<Host>) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), entries: Vec::new(), group: "" };
-    let groups: [(&'static str, fn(&mut Library<'_>)); 8] = [
+    let groups: [(&'static str, Group); 8] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -102,8 +105,17 @@ impl Library<'_> {
 
     /// Binds a name with a number of arguments of any type.
     pub fn bind(&mut self, name: &str, arity: usize, f: impl Fn(&Call<'_>) -> Outcome<Dynamic> + 'static) {
+        self.bind_typed(name, vec![TypeId::of::<Dynamic>(); arity], f);
+    }
+
+    /// Binds a name with arguments of given types, which goes before arguments of any type.
+    pub fn bind_typed(
+        &mut self,
+        name: &str,
+        types: impl AsRef<[TypeId]>,
+        f: impl Fn(&Call<'_>) -> Outcome<Dynamic> + 'static,
+    ) {
         let host = self.host.clone();
-        let types = vec![TypeId::of::<Dynamic>(); arity];
         let shown = name.to_owned();
         self.engine.register_raw_fn(
             name,

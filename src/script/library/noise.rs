@@ -21,14 +21,14 @@ pub(super) fn register(lib: &mut Library<'_>) {
     });
     let sentence = "A sum of octaves; `std/fractal` has a function for each model: \"fbm\", \"ridged\", \"altitude1\", \"altitude2\".";
     lib.def(
-        "octaves(noise, model, options)",
+        "octave_sum(noise, model, options)",
         sentence,
-        "octaves(gradient(7), \"ridged\", #{ octaves: 9 })",
-        octaves,
+        "octave_sum(gradient(7), \"ridged\", #{ octaves: 9 })",
+        octave_sum,
     );
 }
 
-fn octaves(c: &Call<'_>) -> Outcome<Dynamic> {
+fn octave_sum(c: &Call<'_>) -> Outcome<Dynamic> {
     let source = c.source(0)?;
     let Kind::One(noise) = source.kind else {
         return Err(c.wrong(0, "a single noise, not a sum of octaves"));
@@ -39,6 +39,8 @@ fn octaves(c: &Call<'_>) -> Outcome<Dynamic> {
         Fault::new(format!("there is no sum of octaves called `{wanted}`"))
             .hint(format!("they are {}", names.join(", ")))
     })?;
+    // Messages name the function that the user knows.
+    let c = &Call { name: model.name(), place: c.place.clone(), ..*c };
     let mut o = Options::new(c, 2)?;
     let count = o.integer("octaves", 1..=32, 8)?;
     let lacunarity = o.number("lacunarity", 1.000001..=16.0, 2.1)?;

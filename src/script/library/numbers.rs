@@ -43,12 +43,9 @@ fn ranges(lib: &mut Library<'_>) {
     let sentence =
         "The numbers from low to high, as an outward rounded interval: its arithmetic encloses every result.";
     lib.def("interval(low, high)", sentence, "sqrt(interval(1, 4))", range);
-    lib.def(
-        "affine(low, high)",
-        "The numbers from low to high as an affine form, which remembers what it came from: a - a is zero.",
-        "let a = affine(1, 2); a - a",
-        |c| Ok(Dynamic::from(Affine::over(ends(c)?))),
-    );
+    lib.def("affine(low, high)", "The numbers from low to high as an affine form, which remembers what it came from: a - a is zero but for rounding.", "let a = affine(1, 2); a - a", |c| {
+        Ok(Dynamic::from(Affine::over(ends(c)?)))
+    });
     lib.def(
         "enclosure(a)",
         "The interval that encloses an affine form or interval.",

@@ -1,0 +1,337 @@
+//! The script host as a library: the REPL's interpreter, cancellation, and hostile input.
+
+use orogen::script::{Interpreter, Limits, Request, compile, reference};
+use orogen::world::Memory;
+use proptest::prelude::*;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+fn interpreter() -> Interpreter {
+    let mut world = Memory::default();
+    world.0.insert(
+        PathBuf::from("ball.rhai"),
+        "fn ball(r) { sphere(r) }\nlet size = 2.0;\nball(size)\n".to_owned(),
+    );
+    Interpreter::new(Arc::new(world), PathBuf::new(), Limits::default(), None).unwrap()
+}
+
+fn value(interpreter: &mut Interpreter, input: &str) -> String {
+    match interpreter.eval(input) {
+        Ok(text) => text.unwrap_or_default(),
+        Err(d) => panic!("{input}: {d}"),
+    }
+}
+
+#[test]
+fn the_interpreter_remembers_variables_functions_and_imports() {
+    let mut i = interpreter();
+    assert_eq!(value(&mut i, "let r = 2.0;"), "");
+    assert_eq!(value(&mut i, "fn twice(f) { f * 2.0 }"), "");
+    assert_eq!(value(&mut i, "import \"std/fractal\" as fractal;"), "");
+    assert_eq!(value(&mut i, "twice(x + r)"), "2 * (x + 2)\n  C2, of x, 4 nodes");
+    assert!(value(&mut i, "fractal::fbm(gradient(1))").starts_with("fbm of 8 octaves of gradient noise"));
+    assert_eq!(value(&mut i, "sphere(r).at([3, 0, 0])"), "1.0");
+    assert!(i.scene().is_some());
+}
+
+#[test]
+fn numbers_of_every_kind_work_in_every_function() {
+    let mut i = interpreter();
+    assert_eq!(value(&mut i, "let a = affine(1, 2); enclosure(a - a).width < 1e-14"), "true");
+    assert!(value(&mut i, "sqrt(interval(4, 9))").starts_with("[1.99999"));
+    assert!(value(&mut i, "sphere(1.0).range(region(1.0))").starts_with("[-1"));
+    assert_eq!(value(&mut i, "min(vec3(1, 5, 3), 2)"), "vec3(1, 2, 2)");
+    assert_eq!(value(&mut i, "sphere(1.0).gradient([2, 0, 0])"), "vec3(1, 0, 0)");
+    assert_eq!(value(&mut i, "(x * y).hessian([1, 1, 1])"), "[vec3(0, 1, 0), vec3(1, 0, 0), vec3(0, 0, 0)]");
+    assert_eq!(value(&mut i, "cross([1, 0, 0], [0, 1, 0])"), "vec3(0, 0, 1)");
+    assert_eq!(value(&mut i, "length([3, 4, 0]) + dot([1, 2, 3], [1, 1, 1])"), "11.0");
+    assert_eq!(value(&mut i, "smoothstep(0, 2, 1.0)"), "0.5");
+    assert_eq!(value(&mut i, "(x ** 2 + pow(y, 3) - x % 2.0).show()"), "x**2 + y**3 - modulo(x, 2)");
+    assert_eq!(value(&mut i, "0.5..1"), "[0.5, 1]");
+    assert!(value(&mut i, "sphere(1.0).at(vec3(1.0..2.0, 0.0, 0.0))").starts_with("[-"));
+    assert!(value(&mut i, "sphere(1.0).lipschitz(region(2.0)) >= 1.0") == "true");
+}
+
+#[test]
+fn places_stay_right_over_many_inputs() {
+    let mut i = interpreter();
+    value(&mut i, "let a = 1;");
+    value(&mut i, "fn broken() {\n    spere(1.0)\n}");
+    let d = i.eval("let b = broken();").unwrap_err();
+    let place = d.place.clone().unwrap();
+    assert_eq!((place.line, place.column), (3, 5));
+    assert_eq!(d.trace[0].1.line, 5);
+    assert!(i.sources().contains_key("input"));
+    assert_eq!(value(&mut i, "a + 1"), "2");
+}
+
+#[test]
+fn comparisons_of_fields_are_refused_in_any_order() {
+    let mut i = interpreter();
+    for op in ["==", "!=", "<", "<=", ">", ">="] {
+        for (a, b) in
+            [("x", "1.0"), ("1", "x"), ("x", "y"), ("p", "x"), ("gradient(1)", "0.5"), ("x", "\"a\"")]
+        {
+            let outcome = i.eval(&format!("{a} {op} {b}"));
+            assert!(outcome.is_err(), "{a} {op} {b} gives {outcome:?}");
+        }
+    }
+    assert_eq!(
+        value(&mut i, "[1 == 1, 1 == 1.0, \"a\" == \"a\", [1] == [1], () == (), 1 == \"a\"]"),
+        "[true, true, true, true, true, false]"
+    );
+    assert_eq!(value(&mut i, "vec3(1, 2, 3) == vec3(1, 2, 3)"), "true");
+    assert_eq!(value(&mut i, "[3, 1, 2].contains(2) && [3, 1, 2].index_of(2) == 2"), "true");
+    assert_eq!(value(&mut i, "let a = [3, 1, 2]; a.sort(); a"), "[1, 2, 3]");
+}
+
+#[test]
+fn incomplete_inputs_wait() {
+    let i = interpreter();
+    for open in ["fn f() {", "sphere(1.0", "`text", "/* comment", "x +", "scene(#{"] {
+        assert!(i.is_incomplete(open), "{open}");
+    }
+    for closed in ["x", "\"open", "f(1)", ")", "", "x + 1;"] {
+        assert!(!i.is_incomplete(closed), "{closed}");
+    }
+}
+
+#[test]
+fn names_and_help_come_from_the_declarations() {
+    let mut i = interpreter();
+    value(&mut i, "let mine = 1;");
+    let names = i.names();
+    for name in ["sphere", "smooth_union", "fractal::ridged", "smoothstep", "orbit", "x", "mine", "let"] {
+        assert!(names.iter().any(|n| n == name), "{name}");
+    }
+    assert!(i.help("smoothstep").unwrap().contains("smoothstep(low, high, x)"));
+    assert!(i.help("ridged").unwrap().contains("fractal::ridged(noise, options)"));
+    assert!(i.help("nothing_at_all").is_none());
+}
+
+#[test]
+fn files_load_as_if_typed() {
+    let mut i = interpreter();
+    assert!(i.load(Path::new("ball.rhai")).unwrap().unwrap().starts_with("length(x, y, z) - 2"));
+    assert_eq!(value(&mut i, "size"), "2.0");
+    assert!(i.load(Path::new("none.rhai")).is_err());
+}
+
+#[test]
+fn every_entry_of_the_reference_is_documented_and_its_example_runs() {
+    let mut i = interpreter();
+    value(&mut i, "import \"std/fractal\" as fractal; ");
+    value(&mut i, "import \"std/color\" as color;");
+    value(&mut i, "import \"std/planet\" as planet; ");
+    value(&mut i, "let ground = sphere(1.0);");
+    for entry in reference() {
+        assert!(!entry.doc.is_empty(), "{} has no documentation", entry.name);
+        if !entry.example.is_empty() {
+            value(&mut i, &entry.example);
+        }
+    }
+}
+
+#[test]
+fn a_run_stops_when_asked() {
+    let mut request = Request::text("let n = 0; loop { n += 1; }");
+    request.cancel = Some(Arc::new(AtomicBool::new(true)));
+    assert_eq!(compile(&request).diagnostics[0].message, "the script was stopped");
+}
+
+#[test]
+fn nesting_of_any_depth_is_an_error_and_no_crash() {
+    for (open, close) in
+        [("(", ")"), ("[", "]"), ("#{a:", "}"), ("-", ""), ("{", "}"), ("if true {", "}"), ("abs(", ")")]
+    {
+        for depth in [40, 2000, 50_000] {
+            let text = format!("{}x{}", open.repeat(depth), close.repeat(depth));
+            let _ = compile(&Request::text(text));
+        }
+    }
+    let deep = "let a = []; for i in 0..100000 { a = [a]; } x";
+    let _ = compile(&Request::text(deep));
+    let chain = "let f = x; for i in 0..200000 { f = sin(f); } print(f); f.at([1, 2, 3]); f";
+    assert!(compile(&Request::text(chain)).scene.is_some());
+}
+
+const WORDS: &[&str] = &[
+    "let",
+    "a",
+    "b",
+    "=",
+    ";",
+    "x",
+    "y",
+    "p",
+    "time",
+    "(",
+    ")",
+    "{",
+    "}",
+    "[",
+    "]",
+    "#{",
+    ":",
+    ",",
+    ".",
+    "..",
+    "::",
+    "+",
+    "-",
+    "*",
+    "/",
+    "%",
+    "**",
+    "==",
+    "<",
+    "!",
+    "&&",
+    "||",
+    "|",
+    "1",
+    "2.5",
+    "0",
+    "1e308",
+    "-1",
+    "9223372036854775807",
+    "\"t\"",
+    "'c'",
+    "`s`",
+    "true",
+    "()",
+    "fn",
+    "f",
+    "if",
+    "else",
+    "while",
+    "loop",
+    "for",
+    "in",
+    "return",
+    "import",
+    "as",
+    "break",
+    "continue",
+    "throw",
+    "try",
+    "catch",
+    "switch",
+    "=>",
+    "sphere",
+    "box",
+    "union",
+    "min",
+    "sin",
+    "sqrt",
+    "pow",
+    "clamp",
+    "mix",
+    "smoothstep",
+    "gradient",
+    "octave_sum",
+    "scaled",
+    "on_sphere",
+    "at",
+    "range",
+    "region",
+    "interval",
+    "affine",
+    "vec3",
+    "length",
+    "dot",
+    "cross",
+    "rgb",
+    "colored",
+    "param",
+    "orbit",
+    "look_at",
+    "scene",
+    "sun",
+    "film",
+    "surface",
+    "camera",
+    "octaves",
+    "\"std/fractal\"",
+    "\"ridged\"",
+    "print",
+    "show",
+    "translated",
+    "rotated",
+    "mirrored",
+    "hessian",
+    "lipschitz",
+    "+=",
+    "\n",
+    "//",
+    "/*",
+    "\"",
+    "é",
+    "metres",
+    "to_int",
+    "this",
+    "type_of",
+    "call",
+    "Fn",
+];
+
+fn hostile(text: String) {
+    let mut request = Request::text(text.clone());
+    request.limits = Limits {
+        operations: 20_000,
+        nodes: 5_000,
+        time: Duration::from_millis(500),
+        elements: 2_000,
+        text: 10_000,
+        ..Limits::default()
+    };
+    let start = Instant::now();
+    let compiled = compile(&request);
+    assert!(start.elapsed() < Duration::from_secs(5), "took too long:\n{text}");
+    for d in &compiled.diagnostics {
+        assert!(!d.message.contains("bug of the program"), "panicked:\n{text}");
+        let shown = orogen::diag::render(d, &compiled.sources, false);
+        assert!(!shown.contains("::value::") && !shown.contains("orogen::"), "{shown}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn token_soup_is_survived(words in prop::collection::vec(prop::sample::select(WORDS), 0..40)) {
+        hostile(words.join(" "));
+    }
+
+    #[test]
+    fn any_text_is_survived(text in "\\PC{0,60}") {
+        hostile(text);
+    }
+
+    #[test]
+    fn damaged_scripts_are_survived(
+        at in 0usize..1200,
+        cut in 0usize..40,
+        word in prop::sample::select(WORDS),
+    ) {
+        let text = include_str!("suite/planet.rhai");
+        let floor = |mut i: usize| { i = i.min(text.len()); while !text.is_char_boundary(i) { i -= 1; } i };
+        let (start, end) = (floor(at), floor(at + cut));
+        hostile(format!("{}{word}{}", &text[..start], &text[end..]));
+    }
+
+    #[test]
+    fn calls_with_any_arguments_are_survived(
+        pick in any::<prop::sample::Index>(),
+        args in prop::collection::vec(prop::sample::select(&[
+            "x", "p", "1", "-1", "0", "0.5", "1e308", "-1e308", "1.0/0.0", "0.0/0.0", "\"#fff\"", "[]", "[1,2,3]", "#{}",
+            "vec3(1,2,3)", "gradient(1)", "interval(-1,1)", "affine(0,1)", "region(1)", "()", "true", "0.0..1.0", "1..3",
+            "sphere(1)", "9223372036854775807", "vec3(0,0,0)", "'c'", "|a| a", "[[1],[2]]",
+        ][..]), 0..4),
+    ) {
+        let names: Vec<String> = reference().into_iter().map(|e| e.name).filter(|n| n.chars().all(|c| c.is_alphanumeric() || c == '_')).collect();
+        hostile(format!("{}({})", names[pick.index(names.len())], args.join(", ")));
+    }
+}
