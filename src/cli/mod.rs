@@ -117,7 +117,9 @@ fn install_panic_message() {
     std::panic::set_hook(Box::new(|info| {
         let version = env!("CARGO_PKG_VERSION");
         let place = info.location().map(|l| format!(" at {}:{}", l.file(), l.line())).unwrap_or_default();
-        let what = info.payload_as_str().unwrap_or("no message");
+        let payload = info.payload();
+        let text = payload.downcast_ref::<&str>().copied();
+        let what = text.or(payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message");
         report::err(format_args!(
             "\nThis is a bug in orogen {version}, not in your script: {what}{place}.\n\
              Files that were there before are as they were. Please report it, with the script and the\n\

@@ -56,7 +56,7 @@ enum Event {
     /// A file was perhaps saved.
     Saved,
     /// A picture of this attempt is there, or cannot be made.
-    Drawn(u64, Stage, Box<Result<Picture, Diagnostic>>),
+    Drawn(u64, Stage, Box<Result<Picture, Box<Diagnostic>>>),
     /// Ctrl-C.
     Interrupted,
 }
@@ -173,7 +173,7 @@ impl State {
     }
 
     /// A picture is there: writes it, and says so.
-    fn show(&mut self, stage: Stage, picture: Result<Picture, Diagnostic>) {
+    fn show(&mut self, stage: Stage, picture: Result<Picture, Box<Diagnostic>>) {
         let Some(attempt) = &self.attempt else { return };
         let sources = &attempt.loaded.sources;
         let picture = match picture {
@@ -217,7 +217,7 @@ fn draw(
     scene: &Scene,
     order: &Order,
     cancel: &AtomicBool,
-    tell: impl Fn(Stage, Result<Picture, Diagnostic>),
+    tell: impl Fn(Stage, Result<Picture, Box<Diagnostic>>),
 ) {
     let job = Job::unwatched(cancel);
     let mut stage = Stage::First;

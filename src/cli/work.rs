@@ -97,7 +97,7 @@ pub fn report(loaded: &Loaded, terminal: &Terminal) -> Option<Arc<Scene>> {
 }
 
 /// Says why no picture can be made.
-pub fn failure(error: Diagnostic, loaded: &Loaded, terminal: &Terminal) -> Failure {
+pub fn failure(error: Box<Diagnostic>, loaded: &Loaded, terminal: &Terminal) -> Failure {
     terminal.diagnostic(&error, &loaded.sources);
     Failure::Reported
 }

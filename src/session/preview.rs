@@ -20,7 +20,7 @@ pub fn preview(
     order: &Order,
     coarseness: u32,
     job: &Job<'_>,
-) -> Result<Option<Picture>, Diagnostic> {
+) -> Result<Option<Picture>, Box<Diagnostic>> {
     let coarseness = coarseness.max(1);
     let (width, height) = order.size.unwrap_or((scene.film.width, scene.film.height));
     let samples = order.samples.unwrap_or(scene.film.samples);

@@ -27,14 +27,14 @@ pub struct Order {
 ///
 /// # Errors
 /// A diagnostic where no picture can be made like that.
-pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Diagnostic> {
+pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic>> {
     let mut settings = Settings::of(scene, Aabb::cube(reach(scene)));
     if let Some((width, height)) = order.size {
         (settings.width, settings.height) = (width, height);
     }
     settings.samples = order.samples.unwrap_or(settings.samples);
     if scene.bounds.is_none() {
-        let shown = render::prepare(scene, &settings).map_err(|e| e.diagnostic())?;
+        let shown = render::prepare(scene, &settings).map_err(|e| Box::new(e.diagnostic()))?;
         settings.bounds = bounds(scene, &mut Field::new(&shown.graph, shown.field));
     }
     Ok(settings)
@@ -44,24 +44,26 @@ pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Diagnostic> {
 ///
 /// # Errors
 /// A diagnostic where no picture can be made, before any ray is cast.
-pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Diagnostic> {
-    let prepared = render::prepare(scene, &settings(scene, order)?).map_err(|e| e.diagnostic())?;
+pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
+    let prepared = render::prepare(scene, &settings(scene, order)?).map_err(|e| Box::new(e.diagnostic()))?;
     let mut field = Field::new(&prepared.graph, prepared.field);
     let caster = cast::caster(order.caster, &mut field, &prepared.settings.bounds, prepared.tolerance)
-        .map_err(|e| {
-            Diagnostic::error(e.to_string()).hint("choose another with --caster, or leave it to auto")
-        })?;
-    let work = move || render::render(&prepared, caster.as_ref(), job).map_err(|e| e.diagnostic());
+        .map_err(no_caster)?;
+    let work = move || render::render(&prepared, caster.as_ref(), job).map_err(|e| Box::new(e.diagnostic()));
     match order.threads {
         None => work(),
         Some(threads) => pool(threads)?.install(work),
     }
 }
 
-fn pool(threads: NonZeroUsize) -> Result<rayon::ThreadPool, Diagnostic> {
+fn no_caster(error: cast::CastError) -> Box<Diagnostic> {
+    Box::new(Diagnostic::error(error.to_string()).hint("choose another with --caster, or leave it to auto"))
+}
+
+fn pool(threads: NonZeroUsize) -> Result<rayon::ThreadPool, Box<Diagnostic>> {
     rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build().map_err(|e| {
-        Diagnostic::error(format!("cannot start {threads} threads ({e})"))
-            .hint("ask for fewer with --threads")
+        let error = Diagnostic::error(format!("cannot start {threads} threads ({e})"));
+        Box::new(error.hint("ask for fewer with --threads"))
     })
 }
 
