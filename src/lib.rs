@@ -1,5 +1,7 @@
 //! orogen: procedural solids from scripts.
 
+// Module documentation is for readers of the source too, who can follow links to private items.
+#![allow(rustdoc::private_intra_doc_links)]
 // What tests make of random numbers need not be the same on every platform.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 

@@ -102,9 +102,9 @@ fn a_script_that_appears_later_is_rendered() {
 fn a_save_while_rendering_starts_over() {
     let bench = Bench::new(&[("a.rhai", SLOW)]);
     // The quick picture comes soon; the full one would outlast the test.
-    let run = bench.start("watch a.rhai --size 1200x1200 --samples 256");
+    let run = bench.start("watch a.rhai --size 640x640 --samples 1024");
     run.wait_for("(preview)", 1);
-    assert_eq!(bench.picture("a.png").0, 1200);
+    assert_eq!(bench.picture("a.png").0, 640);
     bench.write("a.rhai", "scene(#{ surface: sphere(0.1) }) // quick");
     run.wait_for("(preview)", 2);
     bench.write("a.rhai", SLOW);
