@@ -120,9 +120,10 @@ fn write_through(
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> io::Result<()> {
     let mut buffered = BufWriter::with_capacity(1 << 16, temporary.as_file_mut());
-    fill(&mut buffered)?;
-    buffered.flush()?;
-    drop(buffered);
+    let filled = fill(&mut buffered).and_then(|()| buffered.flush());
+    // What is left in the buffer of a failure is not worth writing.
+    let (file, _) = buffered.into_parts();
+    filled.map_err(|error| cause(file, error))?;
     temporary.as_file().sync_all()
 }
 
@@ -147,6 +148,12 @@ fn failed(path: &Path, source: io::Error) -> WriteError {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => WriteError::Full(path.to_owned()),
         _ => WriteError::Other { path: path.to_owned(), source },
     }
+}
+
+/// The error of an encoder, which may have lost the kind of the error behind it: if the disk takes
+/// no more, that is the reason.
+fn cause(file: &mut File, error: io::Error) -> io::Error {
+    file.write_all(&[0; 1 << 16]).and_then(|()| file.sync_data()).err().unwrap_or(error)
 }
 
 #[cfg(test)]

@@ -1,0 +1,96 @@
+//! `orogen check`: what a script describes, without a picture.
+
+use super::interrupt::Interrupt;
+use super::options::ScriptOptions;
+use super::report::{Failure, Outcome, Terminal, count, out};
+use super::work;
+use crate::field::Field;
+use crate::num::Class;
+use crate::scene::{Aabb, Scene};
+use crate::session::{self, Session};
+use crate::world::Disk;
+use glam::DVec3;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Check a script and say what it describes
+///
+/// Prints the errors and warnings of a script, and if there is a scene, its parameters with their
+/// ranges, how smooth its surface is, how large its expression is, and where the solid lies.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  orogen check rock.rhai
+  orogen check rock.rhai --set relief=0.04")]
+pub struct Args {
+    /// Script to check
+    #[arg(value_name = "SCRIPT")]
+    script: PathBuf,
+
+    #[command(flatten)]
+    scripting: ScriptOptions,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
+    let mut session = Session::new(&args.script, Arc::new(Disk));
+    session.set(args.scripting.params()?, args.scripting.time);
+    let interrupt = Interrupt::listen(|| {});
+    let loaded = session.load(&interrupt.flag());
+    let scene = work::report(&loaded, terminal).ok_or(Failure::Reported)?;
+    out(describe(&scene, terminal));
+    Ok(())
+}
+
+/// The summary of a scene, with a name in front of each line.
+fn describe(scene: &Scene, terminal: &Terminal) -> String {
+    let field = scene.surface.field;
+    let nodes = scene.graph.reachable(&[field]).len() as u64;
+    let mut lines = vec![
+        ("parameters", parameters(scene, &" ".repeat(12)).unwrap_or_else(|| "none".into())),
+        ("surface", format!("{}; {} nodes", smoothness(scene.graph.class(field)), count(nodes))),
+        ("bounds", bounds(scene)),
+        (
+            "picture",
+            format!("{}x{}, {} samples per pixel", scene.film.width, scene.film.height, scene.film.samples),
+        ),
+    ];
+    if scene.surface.color.is_some() {
+        lines.insert(2, ("colour", "given by the script".into()));
+    }
+    let shown =
+        lines.iter().map(|(name, text)| format!("{} {text}", terminal.bold(format_args!("{name:<11}"))));
+    shown.collect::<Vec<_>>().join("\n")
+}
+
+/// One line a parameter, all but the first indented; `None` if there are none.
+pub fn parameters(scene: &Scene, indent: &str) -> Option<String> {
+    let width = scene.params.iter().map(|p| p.name.chars().count()).max()?;
+    let line = |p: &crate::scene::Param| {
+        let changed =
+            if p.value == p.default { String::new() } else { format!(", {} unless set", p.default) };
+        format!("{:<width$} = {} (from {} to {}{changed})", p.name, p.value, p.range.0, p.range.1)
+    };
+    Some(scene.params.iter().map(line).collect::<Vec<_>>().join(&format!("\n{indent}")))
+}
+
+fn smoothness(class: Class) -> &'static str {
+    match class {
+        Class::Jump => "has jumps",
+        Class::C0 => "continuous with creases (C0)",
+        Class::C1 => "continuous normals (C1)",
+        Class::C2 => "continuous curvature (C2)",
+    }
+}
+
+fn bounds(scene: &Scene) -> String {
+    let (found, origin) = match scene.bounds {
+        Some(given) => (given, "given by the script"),
+        None => {
+            let mut field = Field::new(&scene.graph, scene.surface.field);
+            (session::bounds(scene, &mut field), "found from the field")
+        }
+    };
+    let corner = |p: DVec3| format!("({:.4}, {:.4}, {:.4})", p.x, p.y, p.z);
+    let Aabb { min, max } = found;
+    format!("{} to {}, {origin}", corner(min), corner(max))
+}

@@ -1,0 +1,134 @@
+//! The program: one file per command.
+//!
+//! Commands return an [`Outcome`]; only this file turns it into text and an exit code:
+//!
+//! | code | meaning |
+//! |---|---|
+//! | 0 | done |
+//! | 1 | the script is wrong, or the picture could not be made or written as asked |
+//! | 2 | the command line is wrong; nothing was read or written |
+
+mod check;
+mod interrupt;
+mod new;
+mod options;
+mod progress;
+mod render;
+mod repl;
+mod report;
+mod watch;
+mod work;
+
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use report::{Color, Failure, Outcome, Terminal};
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+const ABOUT: &str = "Renders procedural solids, planets and rocks that Rhai scripts describe.";
+
+const EXAMPLES: &str = "\
+Examples:
+  orogen render                      the built-in planet, to planet.png
+  orogen new rock                    a script to start from, rock.rhai
+  orogen watch rock.rhai             keeps rock.png right while you edit
+  orogen render rock.rhai --size 1920x1080 --samples 16
+  orogen repl rock.rhai              asks questions about its fields
+
+Exit codes:
+  0  done
+  1  an error in the script, or in making or writing the picture
+  2  an error in the command line
+
+`orogen COMMAND --help` says more about a command.";
+
+#[derive(Parser)]
+#[command(name = "orogen", version, about = ABOUT, after_help = EXAMPLES, disable_help_subcommand = true)]
+struct Cli {
+    /// Colours in messages; `auto` is on a terminal, unless NO_COLOR is set
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto", hide_possible_values = true)]
+    #[arg(help = "Colours in messages: auto, always or never")]
+    color: Color,
+
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Render(render::Args),
+    Watch(watch::Args),
+    Check(check::Args),
+    Repl(repl::Args),
+    New(new::Args),
+}
+
+/// Runs the program on the arguments of the process.
+pub fn main() -> ExitCode {
+    install_panic_message();
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    if arguments.len() <= 1 {
+        report::out(Cli::command().render_help());
+        return ExitCode::SUCCESS;
+    }
+    let command = Cli::command().color(Color::of_arguments(&arguments).for_clap());
+    let cli = command.try_get_matches_from(arguments).and_then(|found| Cli::from_arg_matches(&found));
+    match cli {
+        Ok(cli) => {
+            let terminal = Terminal::new(cli.color);
+            exit_code(cli.command.run(&terminal), &terminal)
+        }
+        Err(error) => {
+            // Nobody reads the message if it cannot be written.
+            let _ = error.print();
+            ExitCode::from(error.exit_code() as u8)
+        }
+    }
+}
+
+impl Command {
+    fn run(self, terminal: &Terminal) -> Outcome {
+        match self {
+            Command::Render(args) => render::run(&args, terminal),
+            Command::Watch(args) => watch::run(&args, terminal),
+            Command::Check(args) => check::run(&args, terminal),
+            Command::Repl(args) => repl::run(&args, terminal),
+            Command::New(args) => new::run(&args),
+        }
+    }
+}
+
+fn exit_code(outcome: Outcome, terminal: &Terminal) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Reported) => ExitCode::from(1),
+        Err(Failure::Error(diagnostic)) => {
+            terminal.diagnostic(&diagnostic, &Default::default());
+            ExitCode::from(1)
+        }
+        Err(Failure::Usage(diagnostic)) => {
+            terminal.diagnostic(&diagnostic, &Default::default());
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// A panic is a bug of orogen, never of its user: says so, and what helps to mend it.
+fn install_panic_message() {
+    std::panic::set_hook(Box::new(|info| {
+        let version = env!("CARGO_PKG_VERSION");
+        let place = info.location().map(|l| format!(" at {}:{}", l.file(), l.line())).unwrap_or_default();
+        let payload = info.payload();
+        let text = payload.downcast_ref::<&str>().copied();
+        let what = text.or(payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message");
+        report::err(format_args!(
+            "\nThis is a bug in orogen {version}, not in your script: {what}{place}.\n\
+             Files that were there before are as they were. Please report it, with the script and the\n\
+             command line; RUST_BACKTRACE=1 adds details.\n"
+        ));
+        if std::env::var_os("RUST_BACKTRACE").is_some_and(|v| v != "0") {
+            report::err(std::backtrace::Backtrace::force_capture());
+        }
+        // Other threads may wait for the one that is gone.
+        std::process::exit(1);
+    }));
+}

@@ -1,0 +1,171 @@
+//! Options that several commands share, and the forms in which their values are written.
+
+use super::report::Failure;
+use crate::cast::Kind;
+use clap::builder::PossibleValuesParser;
+use clap::builder::TypedValueParser as _;
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// What a script is run with.
+#[derive(clap::Args, Clone, Debug)]
+pub struct ScriptOptions {
+    /// Sets a parameter of the script; may be given several times
+    #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    settings: Vec<Setting>,
+
+    /// Animation time in seconds, the `time` of the script
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = finite, allow_hyphen_values = true)]
+    pub time: f64,
+}
+
+impl ScriptOptions {
+    /// Parameters by name.
+    pub fn params(&self) -> Result<BTreeMap<String, f64>, Failure> {
+        let mut params = BTreeMap::new();
+        for Setting { name, value } in &self.settings {
+            if params.insert(name.clone(), *value).is_some() {
+                let hint = "a parameter has one value; leave one of them out";
+                return Err(Failure::usage(format!("--set gives `{name}` twice"), hint));
+            }
+        }
+        Ok(params)
+    }
+}
+
+/// What a picture is made with.
+#[derive(clap::Args, Clone, Debug)]
+pub struct PictureOptions {
+    /// Picture to write, .png or .exr [default: the name of the script, here, with .png]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Width and height in pixels, such as 1920x1080 [default: what the script says, or 800x600]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+
+    /// Samples per pixel; more are smoother and slower [default: what the script says, or 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub samples: Option<u32>,
+
+    /// How rays find the surface: auto, sphere, speculative or affine
+    #[arg(long, value_name = "KIND", default_value = "auto", hide_possible_values = true)]
+    #[arg(value_parser = PossibleValuesParser::new(Kind::ALL.map(|k| k.1)).map(|s| kind(&s)))]
+    pub caster: Kind,
+
+    /// Threads to use [default: one per processor core]; the picture does not depend on it
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+}
+
+impl PictureOptions {
+    /// The file to write: what was asked for, or the stem of the script in the current folder.
+    pub fn output(&self, script: &Path) -> Result<PathBuf, Failure> {
+        let stem = || script.file_stem().unwrap_or("picture".as_ref());
+        let path = self.output.clone().unwrap_or_else(|| Path::new(stem()).with_extension("png"));
+        picture_path(path)
+    }
+}
+
+/// A path that a picture can be written to, going by its ending.
+pub fn picture_path(path: PathBuf) -> Result<PathBuf, Failure> {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match ending.as_deref() {
+        Some("png" | "exr") => Ok(path),
+        _ => {
+            let hint = format!("for example: -o {}", path.with_extension("png").display());
+            let message = format!("`{}` does not end in .png or .exr", path.display());
+            Err(Failure::usage(message, hint))
+        }
+    }
+}
+
+fn kind(name: &str) -> Kind {
+    Kind::ALL.into_iter().find(|k| k.1 == name).map(|k| k.0).unwrap_or_default()
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("a number is needed, such as 1.5".into()),
+    }
+}
+
+/// `name=value`.
+#[derive(Clone, Debug, PartialEq)]
+struct Setting {
+    name: String,
+    value: f64,
+}
+
+impl FromStr for Setting {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Setting, String> {
+        let example = "for example: --set relief=0.04";
+        let (name, value) = text.split_once('=').ok_or(format!("there is no `=`; {example}"))?;
+        let name = name.trim();
+        if name.is_empty() {
+            return Err(format!("there is no name before the `=`; {example}"));
+        }
+        let value = finite(value).map_err(|_| format!("`{value}` is not a number; {example}"))?;
+        Ok(Setting { name: name.into(), value })
+    }
+}
+
+/// Width and height of a picture in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// Longest side of a picture, which keeps the number of pixels within reach of memory.
+const LONGEST: u32 = 32768;
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Size, String> {
+        let side = |s: &str| s.trim().parse::<u32>().ok();
+        let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((side(w)?, side(h)?)));
+        match sides {
+            Some((width, height)) if (1..=LONGEST).contains(&width) && (1..=LONGEST).contains(&height) => {
+                Ok(Size { width, height })
+            }
+            Some(_) => Err(format!("each side must be from 1 to {LONGEST} pixels; for example: 1920x1080")),
+            None => Err("a size is width x height in pixels; for example: 1920x1080".into()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!("640x480".parse(), Ok(Size { width: 640, height: 480 }));
+        assert_eq!("640X480".parse(), Ok(Size { width: 640, height: 480 }));
+        for bad in ["", "640", "640x", "x480", "0x4", "4x0", "-1x4", "640x480x2", "99999x1", "a x b"] {
+            assert!(bad.parse::<Size>().unwrap_err().contains("1920x1080"), "{bad}");
+        }
+    }
+
+    #[test]
+    fn settings() {
+        assert_eq!("a=-1e-3".parse(), Ok(Setting { name: "a".into(), value: -1e-3 }));
+        for bad in ["a", "=1", "a=", "a=b", "a=nan", "a=inf", "a=1=2"] {
+            assert!(bad.parse::<Setting>().unwrap_err().contains("--set relief=0.04"), "{bad}");
+        }
+    }
+
+    #[test]
+    fn every_caster_has_its_name() {
+        assert!(Kind::ALL.iter().all(|(kind_, name)| kind(name) == *kind_));
+    }
+}

@@ -1,0 +1,94 @@
+//! `orogen render`: one picture of one script.
+
+use super::interrupt::Interrupt;
+use super::options::{PictureOptions, ScriptOptions};
+use super::progress::Progress;
+use super::report::{Failure, Outcome, Terminal, err};
+use super::work::{self, Work};
+use crate::render::{self, Job};
+use crate::session::{self, Session};
+use crate::world::{Disk, Memory};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+const PLANET: &str = include_str!("../../scripts/planet.rhai");
+
+/// Render a picture of a script
+///
+/// Without SCRIPT it renders the built-in planet. The picture is written whole or not at all. Ctrl-C
+/// writes what is finished (beside an earlier picture, never over it) and exits with code 1; a
+/// second Ctrl-C quits at once.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  orogen render                            the built-in planet, to planet.png
+  orogen render rock.rhai                  to rock.png, in the size that the script says
+  orogen render rock.rhai -o big.png --size 3840x2160 --samples 16
+  orogen render rock.rhai --set relief=0.04 --set seed=3
+  orogen render rock.rhai -o light.exr     linear light, with depth, normals and positions")]
+pub struct Args {
+    /// Script to render [default: the built-in planet]
+    #[arg(value_name = "SCRIPT")]
+    script: Option<PathBuf>,
+
+    #[command(flatten)]
+    picture: PictureOptions,
+
+    #[command(flatten)]
+    scripting: ScriptOptions,
+
+    /// Writes statistics to a file: rays, evaluations, seconds, parameters
+    #[arg(long, value_name = "FILE.json")]
+    stats: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
+    let session = match &args.script {
+        Some(script) => Session::new(script, Arc::new(Disk)),
+        None => Session::new("planet.rhai", Arc::new(Memory([("planet.rhai".into(), PLANET.into())].into()))),
+    };
+    let work = Work::new(session, &args.scripting, &args.picture, args.stats.as_deref())?;
+    render(work, terminal)?;
+    if args.script.is_none() {
+        err("\nTry:\n  \
+             orogen new rock            a script of your own, rock.rhai\n  \
+             orogen watch rock.rhai     keeps its picture right while you edit\n  \
+             orogen render --help       size, samples, parameters");
+    }
+    Ok(())
+}
+
+fn render(mut work: Work, terminal: &Terminal) -> Outcome {
+    let start = Instant::now();
+    let progress = Progress::new(terminal, &work.output.display().to_string());
+    let bar = progress.clone();
+    let interrupt =
+        Interrupt::listen(move || bar.say("stopping; what is finished is kept (Ctrl-C again quits at once)"));
+    let loaded = work.session.load(&interrupt.flag());
+    let scene = progress.aside(|| work::report(&loaded, terminal)).ok_or(Failure::Reported)?;
+    let share = Mutex::new(0.0);
+    let step = |p: render::Progress| {
+        let done = p.done as f64 / p.total.max(1) as f64;
+        *share.lock().unwrap_or_else(PoisonError::into_inner) = done;
+        progress.set(done);
+    };
+    let flag = interrupt.flag();
+    let job = Job { progress: &step, ..Job::unwatched(&flag) };
+    let picture = session::render(&scene, &work.order, &job);
+    progress.finish();
+    let picture = picture.map_err(|error| work::failure(error, &loaded, terminal))?;
+    if picture.tiles == 0 {
+        return Err(Failure::error("stopped before anything was finished", "no file was written"));
+    }
+    work::report_warnings(&loaded, &picture, terminal);
+    let file = work.save(&loaded, &scene, &picture)?;
+    work.save_stats(&file, &scene, &picture)?;
+    err(work::summary(&file, &picture, start.elapsed().as_secs_f64()));
+    if picture.finished {
+        return Ok(());
+    }
+    let percent = 100.0 * share.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let message = format!("stopped at {percent:.0} %; {} holds what was finished", file.display());
+    Err(Failure::error(message, "start again to get all of it"))
+}

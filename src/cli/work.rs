@@ -1,0 +1,165 @@
+//! What `render` and `watch` have in common: a session, an order, and the files that come of them.
+
+use super::options::{PictureOptions, ScriptOptions};
+use super::report::{Failure, Terminal, count, out, plural, seconds};
+use crate::cast::CastStats;
+use crate::diag::Diagnostic;
+use crate::render::{self, Metadata, Picture};
+use crate::scene::Scene;
+use crate::session::{Loaded, Order, Session};
+use crate::world::atomic;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Everything that makes one picture again and again.
+pub struct Work {
+    /// The script.
+    pub session: Session,
+    /// What its picture is to be like.
+    pub order: Order,
+    /// Where the picture goes.
+    pub output: PathBuf,
+    /// Where the statistics go, if anywhere.
+    pub stats: Option<PathBuf>,
+}
+
+impl Work {
+    /// Checks the options, and that what will be written can be written.
+    pub fn new(
+        mut session: Session,
+        script: &ScriptOptions,
+        picture: &PictureOptions,
+        stats: Option<&Path>,
+    ) -> Result<Work, Failure> {
+        session.set(script.params()?, script.time);
+        let output = picture.output(session.script())?;
+        if stats.is_some_and(|stats| same_file(stats, &output)) {
+            let hint = "for example: --stats statistics.json";
+            return Err(Failure::usage("picture and statistics would be the same file", hint));
+        }
+        render::can_save(&output).map_err(|e| Diagnostic::error(e.to_string()))?;
+        if let Some(stats) = stats {
+            atomic::check(stats).map_err(|e| Diagnostic::error(e.to_string()))?;
+        }
+        let size = picture.size.map(|size| (size.width, size.height));
+        let order =
+            Order { size, samples: picture.samples, caster: picture.caster, threads: picture.threads };
+        Ok(Work { session, order, output, stats: stats.map(Path::to_path_buf) })
+    }
+
+    /// Saves a picture; an unfinished one never takes the place of an earlier picture. Returns the
+    /// file that was written.
+    pub fn save(&self, loaded: &Loaded, scene: &Scene, picture: &Picture) -> Result<PathBuf, Failure> {
+        let path = if !picture.finished && self.output.exists() {
+            self.output.with_extension(match self.output.extension() {
+                Some(e) => format!("partial.{}", e.to_string_lossy()),
+                None => "partial".into(),
+            })
+        } else {
+            self.output.clone()
+        };
+        let script = loaded.sources.get(&*self.session.script().to_string_lossy());
+        let metadata = Metadata {
+            script: script.map(|text| text.to_string()).unwrap_or_default(),
+            params: scene.params.iter().map(|p| (p.name.clone(), p.value)).collect(),
+        };
+        render::save(&path, picture, &metadata).map_err(|e| Diagnostic::error(e.to_string()))?;
+        Ok(path)
+    }
+
+    /// Writes the statistics, if they are wanted.
+    pub fn save_stats(&self, file: &Path, scene: &Scene, picture: &Picture) -> Result<(), Failure> {
+        let Some(path) = &self.stats else { return Ok(()) };
+        let statistics = Statistics::new(self, file, scene, picture);
+        let text = serde_json::to_string_pretty(&statistics)
+            .map_err(|e| Diagnostic::error(format!("cannot write the statistics ({e})")))?;
+        atomic::write(path, |f| writeln!(f, "{text}")).map_err(|e| Diagnostic::error(e.to_string()))?;
+        Ok(())
+    }
+}
+
+/// Whether two paths name the same file, as far as their texts tell.
+fn same_file(a: &Path, b: &Path) -> bool {
+    let whole = |p: &Path| std::path::absolute(p).ok();
+    whole(a) == whole(b)
+}
+
+/// Says what a script printed and what is wrong with it.
+pub fn report(loaded: &Loaded, terminal: &Terminal) -> Option<Arc<Scene>> {
+    loaded.output.iter().for_each(out);
+    for diagnostic in &loaded.diagnostics {
+        terminal.diagnostic(diagnostic, &loaded.sources);
+    }
+    loaded.scene.clone()
+}
+
+/// Says why no picture can be made.
+pub fn failure(error: Box<Diagnostic>, loaded: &Loaded, terminal: &Terminal) -> Failure {
+    terminal.diagnostic(&error, &loaded.sources);
+    Failure::Reported
+}
+
+/// Says what is odd about a picture.
+pub fn report_warnings(loaded: &Loaded, picture: &Picture, terminal: &Terminal) {
+    for warning in &picture.warnings {
+        terminal.diagnostic(warning, &loaded.sources);
+    }
+}
+
+/// `rock.png: 800x600, 1.2 s, 1 234 567 rays`; and how many of them are not certified, if any.
+pub fn summary(file: &Path, picture: &Picture, elapsed: f64) -> String {
+    let stats = &picture.stats;
+    let rays = stats.primary.rays + stats.shadow.rays;
+    let mut line = format!(
+        "{}: {}x{}, {}, {}",
+        file.display(),
+        picture.width,
+        picture.height,
+        seconds(elapsed),
+        plural(rays, "ray"),
+    );
+    match stats.uncertified() {
+        0 => {}
+        n => line += &format!(", {} uncertified", count(n)),
+    }
+    line
+}
+
+/// What `--stats` writes.
+#[derive(Serialize)]
+struct Statistics<'a> {
+    file: String,
+    script: String,
+    params: BTreeMap<&'a str, f64>,
+    width: u32,
+    height: u32,
+    samples: u32,
+    caster: crate::cast::Kind,
+    complete: bool,
+    seconds: f64,
+    cast: CastStats,
+    render: &'a render::Stats,
+}
+
+impl<'a> Statistics<'a> {
+    fn new(work: &Work, file: &Path, scene: &'a Scene, picture: &'a Picture) -> Self {
+        let mut cast = picture.stats.primary;
+        cast += picture.stats.shadow;
+        Statistics {
+            file: file.display().to_string(),
+            script: work.session.script().display().to_string(),
+            params: scene.params.iter().map(|p| (p.name.as_str(), p.value)).collect(),
+            width: picture.width,
+            height: picture.height,
+            samples: work.order.samples.unwrap_or(scene.film.samples),
+            caster: work.order.caster,
+            complete: picture.finished,
+            seconds: picture.stats.seconds.wall,
+            cast,
+            render: &picture.stats,
+        }
+    }
+}

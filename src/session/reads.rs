@@ -1,0 +1,91 @@
+//! A world that remembers what was read from it.
+//!
+//! That is all of dependency tracking: the result of a script is up to date as long as every file
+//! that it read, or tried to read, still reads the same.
+
+use crate::world::World;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What a read gave: the text, or the kind of the error.
+type Outcome = Result<Arc<str>, io::ErrorKind>;
+
+/// Files that were read, and what they held.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reads(BTreeMap<PathBuf, Outcome>);
+
+impl Reads {
+    /// Whether any of the files reads differently now.
+    pub fn changed_in(&self, world: &dyn World) -> bool {
+        self.0.iter().any(|(path, before)| {
+            let now = world.read(path).map_err(|e| e.kind());
+            now != *before
+        })
+    }
+
+    /// The files, whether they could be read or not.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.0.keys().map(PathBuf::as_path)
+    }
+}
+
+/// Passes reads on to another world, and notes them.
+pub struct Recorder {
+    world: Arc<dyn World + Send + Sync>,
+    reads: Mutex<Reads>,
+}
+
+impl Recorder {
+    /// Nothing was read yet.
+    pub fn new(world: Arc<dyn World + Send + Sync>) -> Self {
+        Recorder { world, reads: Mutex::default() }
+    }
+
+    /// What was read so far.
+    pub fn reads(&self) -> Reads {
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Reads> {
+        self.reads.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl World for Recorder {
+    /// A file that is read twice in one run reads the same both times, whatever happens to it.
+    fn read(&self, path: &Path) -> io::Result<Arc<str>> {
+        if let Some(Ok(text)) = self.lock().0.get(path) {
+            return Ok(text.clone());
+        }
+        let outcome = self.world.read(path);
+        let noted = outcome.as_ref().map(Arc::clone).map_err(io::Error::kind);
+        self.lock().0.insert(path.to_owned(), noted);
+        outcome
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::Memory;
+
+    fn memory(files: &[(&str, &str)]) -> Memory {
+        Memory(files.iter().map(|(name, text)| (name.into(), text.to_string())).collect())
+    }
+
+    #[test]
+    fn only_what_was_read_matters() {
+        let before = memory(&[("a", "1"), ("b", "2")]);
+        let recorder = Recorder::new(Arc::new(before.clone()));
+        assert!(recorder.read(Path::new("a")).is_ok() && recorder.read(Path::new("c")).is_err());
+        let reads = recorder.reads();
+        assert!(!reads.changed_in(&before));
+        assert!(!reads.changed_in(&memory(&[("a", "1"), ("b", "changed")])));
+        assert!(reads.changed_in(&memory(&[("a", "changed"), ("b", "2")])));
+        assert!(reads.changed_in(&memory(&[("a", "1"), ("c", "appeared")])));
+        assert!(reads.changed_in(&memory(&[])));
+        assert_eq!(reads.files().collect::<Vec<_>>(), [Path::new("a"), Path::new("c")]);
+    }
+}

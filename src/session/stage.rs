@@ -1,0 +1,90 @@
+//! From a scene to a picture of it: finds the bounds, chooses a caster, and renders.
+
+use crate::cast::{self, Kind};
+use crate::diag::Diagnostic;
+use crate::field::{self, Extent, Field};
+use crate::render::{self, Job, Picture, Settings};
+use crate::scene::{Aabb, Scene};
+use std::num::NonZeroUsize;
+
+/// What a picture should be like, where it differs from what the script says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Order {
+    /// Width and height in pixels.
+    pub size: Option<(u32, u32)>,
+    /// Samples per pixel.
+    pub samples: Option<u32>,
+    /// Which caster.
+    pub caster: Kind,
+    /// Threads; as many as there are cores where `None`.
+    pub threads: Option<NonZeroUsize>,
+}
+
+/// The settings that the script and an order together ask for.
+///
+/// Where the script gives no bounds, the solid is looked for: in the field as the picture shows it,
+/// which has less detail than the field of the scene and may reach farther in places.
+///
+/// # Errors
+/// A diagnostic where no picture can be made like that.
+pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic>> {
+    let mut settings = Settings::of(scene, Aabb::cube(reach(scene)));
+    if let Some((width, height)) = order.size {
+        (settings.width, settings.height) = (width, height);
+    }
+    settings.samples = order.samples.unwrap_or(settings.samples);
+    if scene.bounds.is_none() {
+        let shown = render::prepare(scene, &settings).map_err(|e| Box::new(e.diagnostic()))?;
+        settings.bounds = bounds(scene, &mut Field::new(&shown.graph, shown.field));
+    }
+    Ok(settings)
+}
+
+/// Renders a scene; gives what is finished if the job is cancelled.
+///
+/// # Errors
+/// A diagnostic where no picture can be made, before any ray is cast.
+pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
+    let prepared = render::prepare(scene, &settings(scene, order)?).map_err(|e| Box::new(e.diagnostic()))?;
+    let mut field = Field::new(&prepared.graph, prepared.field);
+    let caster = cast::caster(order.caster, &mut field, &prepared.settings.bounds, prepared.tolerance)
+        .map_err(no_caster)?;
+    let work = move || render::render(&prepared, caster.as_ref(), job).map_err(|e| Box::new(e.diagnostic()));
+    match order.threads {
+        None => work(),
+        Some(threads) => pool(threads)?.install(work),
+    }
+}
+
+fn no_caster(error: cast::CastError) -> Box<Diagnostic> {
+    Box::new(Diagnostic::error(error.to_string()).hint("choose another with --caster, or leave it to auto"))
+}
+
+fn pool(threads: NonZeroUsize) -> Result<rayon::ThreadPool, Box<Diagnostic>> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build().map_err(|e| {
+        let error = Diagnostic::error(format!("cannot start {threads} threads ({e})"));
+        Box::new(error.hint("ask for fewer with --threads"))
+    })
+}
+
+/// Half sides of the cubes in which a solid is looked for, one after the other.
+const REACHES: [f64; 4] = [2.0, 16.0, 256.0, 4096.0];
+
+/// A box for a scene that gives none: around the solid if it ends, else around what the camera can
+/// be meant to show.
+pub fn bounds(scene: &Scene, field: &mut Field) -> Aabb {
+    for half in REACHES {
+        // Inside the smallest cube that holds it, the search finds a box that fits closely.
+        if let Extent::Within(found) = field::extent(field, &Aabb::cube(half)) {
+            return found;
+        }
+    }
+    Aabb::cube(reach(scene))
+}
+
+/// Half side of a cube that holds the camera and what it looks at, with room behind.
+fn reach(scene: &Scene) -> f64 {
+    let camera = &scene.camera;
+    let view = camera.eye.length().max(camera.target.length()) + camera.eye.distance(camera.target);
+    if view.is_finite() { (1.5 * view).max(2.0) } else { 16.0 }
+}

@@ -1,0 +1,378 @@
+//! The program driven as a user drives it: every command, and everything that can go wrong.
+
+mod support;
+
+use support::{BALL, Bench, SLOW, has, stderr, stdout};
+
+// ---- help and usage -----------------------------------------------------------------------------
+
+#[test]
+fn alone_it_shows_help() {
+    let bench = Bench::new(&[]);
+    let help = stdout(&bench.run("").success());
+    has(&help, &["Usage: orogen", "render", "watch", "check", "repl", "new", "Examples:", "Exit codes:"]);
+    assert!(stdout(&bench.run("--version").success()).starts_with("orogen "));
+}
+
+#[test]
+fn every_command_has_help_with_examples() {
+    let bench = Bench::new(&[]);
+    for command in ["render", "watch", "check", "repl", "new"] {
+        let help = stdout(&bench.run(&format!("{command} --help")).success());
+        has(&help, &["Usage: orogen", "Examples:", &format!("orogen {command}")]);
+        assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
+    }
+}
+
+#[test]
+fn usage_errors_exit_with_2_and_show_how() {
+    let bench = Bench::new(&[("a.rhai", BALL)]);
+    for (arguments, pieces) in [
+        ("paint a.rhai", &["paint", "--help"][..]),
+        ("rendr a.rhai", &["render"]),
+        ("check", &["SCRIPT"]),
+        ("watch", &["SCRIPT"]),
+        ("new", &["NAME"]),
+        ("render a.rhai --size 640", &["--size", "1920x1080"]),
+        ("render a.rhai --size 0x10", &["--size", "from 1 to"]),
+        ("render a.rhai --samples 0", &["--samples"]),
+        ("render a.rhai --threads 0", &["--threads"]),
+        ("render a.rhai --threads many", &["--threads"]),
+        ("render a.rhai --caster magic", &["--caster", "auto", "sphere", "speculative", "affine"]),
+        ("render a.rhai --set relief", &["--set", "--set relief=0.04"]),
+        ("render a.rhai --set relief=high", &["--set", "not a number"]),
+        ("render a.rhai --set a=1 --set a=2", &["`a` twice"]),
+        ("render a.rhai --time soon", &["--time", "1.5"]),
+        ("render a.rhai -o a.gif", &["a.gif", ".png or .exr", "-o a.png"]),
+        ("render a.rhai -o folder/", &[".png or .exr"]),
+        ("render a.rhai b.rhai", &["b.rhai"]),
+        ("render a.rhai --color green", &["green", "auto"]),
+        ("new a.png", &["orogen new a"]),
+    ] {
+        let message = stderr(&bench.run(arguments).code(2));
+        has(&message, pieces);
+    }
+    assert_eq!(bench.names(), ["a.rhai"]);
+}
+
+// ---- render -------------------------------------------------------------------------------------
+
+#[test]
+fn render_writes_a_picture_named_after_the_script() {
+    let bench = Bench::new(&[("scripts/ball.rhai", BALL)]);
+    let run = bench.run("render scripts/ball.rhai --size 40x30").success();
+    has(&stderr(&run), &["ball.png", "40x30", "rays"]);
+    assert_eq!(stderr(&run).lines().count(), 1, "{}", stderr(&run));
+    assert_eq!(stdout(&run), "");
+    assert_eq!(bench.names(), ["ball.png", "scripts"]);
+    let (width, height, mean) = bench.picture("ball.png");
+    assert_eq!((width, height), (40, 30));
+    assert!(mean[0] > 5.0, "a lit ball should be seen: {mean:?}");
+}
+
+#[test]
+fn without_a_script_it_renders_the_planet_and_says_what_to_try() {
+    let bench = Bench::new(&[]);
+    let said = stderr(&bench.run("render --size 32x24 --samples 1").success());
+    has(&said, &["planet.png", "orogen new", "orogen watch"]);
+    assert_eq!(bench.names(), ["planet.png"]);
+}
+
+#[test]
+fn the_picture_does_not_depend_on_threads() {
+    let bench = Bench::new(&[("a.rhai", SLOW)]);
+    bench.run("render a.rhai -o one.png --size 70x50 --threads 1").success();
+    bench.run("render a.rhai -o two.png --size 70x50 --threads 2").success();
+    assert!(bench.read("one.png") == bench.read("two.png"));
+}
+
+#[test]
+fn every_caster_renders() {
+    let bench = Bench::new(&[("a.rhai", BALL)]);
+    for caster in ["auto", "sphere", "speculative", "affine"] {
+        bench.run(&format!("render a.rhai --size 20x20 --caster {caster} -o {caster}.png")).success();
+        assert_eq!(bench.picture(&format!("{caster}.png")).0, 20);
+    }
+}
+
+#[test]
+fn exr_holds_a_picture() {
+    let bench = Bench::new(&[("a.rhai", BALL)]);
+    bench.run("render a.rhai --size 20x10 -o a.exr").success();
+    assert_eq!(&bench.read("a.exr")[..4], [0x76, 0x2f, 0x31, 0x01]);
+}
+
+#[test]
+fn statistics_are_json() {
+    let bench = Bench::new(&[("a.rhai", "sphere(param(\"size\", 1.0, 0.5..2.0))")]);
+    bench.run("render a.rhai --size 20x10 --samples 1 --set size=0.75 --stats a.json").success();
+    let stats: serde_json::Value = serde_json::from_slice(&bench.read("a.json")).unwrap();
+    assert_eq!((&stats["width"], &stats["height"], &stats["samples"]), (&20.into(), &10.into(), &1.into()));
+    assert_eq!(stats["file"], "a.png");
+    assert_eq!(stats["complete"], true);
+    assert_eq!(stats["params"]["size"], 0.75);
+    assert!(stats["seconds"].as_f64().unwrap() > 0.0, "{stats}");
+    assert!(stats["cast"]["rays"].as_u64().unwrap() > 0, "{stats}");
+}
+
+#[test]
+fn parameters_and_time_change_the_picture() {
+    let script = "sphere(param(\"size\", 1.0, 0.1..2.0) + 0.1 * time)";
+    let bench = Bench::new(&[("a.rhai", script)]);
+    for (file, options) in [("a", ""), ("b", "--set size=0.5"), ("c", "--time -3")] {
+        bench.run(&format!("render a.rhai --size 20x20 -o {file}.png {options}")).success();
+    }
+    let light = |name| bench.picture(name).2[0];
+    assert!(light("b.png") < light("c.png") && light("c.png") < light("a.png"));
+}
+
+#[test]
+fn unknown_parameters_name_the_nearest() {
+    let script = "sphere(param(\"size\", 1.0, 0.1..2.0) + param(\"relief\", 0.0, 0.0..1.0))";
+    let bench = Bench::new(&[("a.rhai", script), ("b.rhai", BALL)]);
+    has(&stderr(&bench.run("render a.rhai --set relif=1").code(1)), &["relif", "relief"]);
+    has(&stderr(&bench.run("render a.rhai --set wetness=1").code(1)), &["wetness", "size", "relief"]);
+    has(&stderr(&bench.run("render a.rhai --set size=9").code(1)), &["size", "0.1", "2"]);
+    has(&stderr(&bench.run("check b.rhai --set size=1").code(1)), &["size"]);
+    assert_eq!(bench.names(), ["a.rhai", "b.rhai"]);
+}
+
+#[test]
+fn an_empty_scene_is_a_picture_with_a_warning() {
+    let bench = Bench::new(&[("a.rhai", "sphere(1.0) + 100.0")]);
+    has(&stderr(&bench.run("render a.rhai --size 20x20").success()), &["Warning", "no solid"]);
+    assert_eq!(bench.picture("a.png").0, 20);
+}
+
+// ---- what can go wrong --------------------------------------------------------------------------
+
+/// Scripts that cannot be rendered, and what the message must say.
+const BAD_SCRIPTS: &[(&str, &str, &[&str])] = &[
+    ("syntax", "let f = sphere(1.0;\nf", &["bad.rhai:1", "let f = sphere(1.0;"]),
+    ("unknown function", "sphre(1.0)", &["sphre", "sphere", "bad.rhai:1"]),
+    ("not a solid", "1 + 1", &["not a scene or a field"]),
+    ("nothing", "", &["not a scene or a field"]),
+    ("endless loop", "loop { }", &["bad.rhai"]),
+    ("endless recursion", "fn f(n) { f(n + 1) } f(0)", &["bad.rhai"]),
+    ("memory hog", "let a = [1]; loop { a += a; }", &["bad.rhai"]),
+    ("missing import", "import \"gone\" as g; sphere(1.0)", &["gone", "bad.rhai:1"]),
+    ("import of a folder", "import \"folder\" as g; sphere(1.0)", &["folder"]),
+    ("import not in UTF-8", "import \"latin\" as g; sphere(1.0)", &["latin", "UTF-8"]),
+    ("import cycle", "import \"cycle\" as g; sphere(1.0)", &["cycle"]),
+    ("error in an import", "import \"broken\" as g; sphere(1.0)", &["broken.rhai:2"]),
+    ("not a number everywhere", "sqrt(-1.0 - x * x)", &["bad.rhai:1"]),
+    ("no pixels", "scene(#{ surface: sphere(1.0), film: film(#{ width: 0, height: 10 }) })", &["width"]),
+];
+
+#[test]
+fn bad_scripts_exit_with_1_and_keep_the_earlier_picture() {
+    let bench = Bench::new(&[
+        ("folder.rhai/x", ""),
+        ("cycle.rhai", "import \"bad\" as b;"),
+        ("broken.rhai", "// fine\nlet ;"),
+        ("bad.png", "earlier"),
+    ]);
+    bench.write("latin.rhai", b"let gr\xfc\xdfe = 1;");
+    let before = bench.names();
+    for (what, script, pieces) in BAD_SCRIPTS {
+        bench.write("bad.rhai", script);
+        let run = bench.run("render bad.rhai --size 20x20");
+        let said = stderr(&run);
+        assert_eq!(run.get_output().status.code(), Some(1), "{what}: {said}");
+        has(&said, pieces);
+        has(&said, &["Error"]);
+        assert!(!said.contains("panicked") && !said.contains("bug in orogen"), "{what}: {said}");
+        assert_eq!(bench.read("bad.png"), b"earlier", "{what}");
+    }
+    std::fs::remove_file(bench.path("bad.rhai")).unwrap();
+    assert_eq!(bench.names(), before);
+}
+
+#[test]
+fn scripts_that_cannot_be_read() {
+    let bench = Bench::new(&[("folder.rhai/x", ""), ("sphere.rhai", BALL)]);
+    bench.write("latin.rhai", b"// gr\xfc\xdfe\nsphere(1.0)");
+    for command in ["render", "check"] {
+        let said = |script: &str| stderr(&bench.run(&format!("{command} {script}")).code(1));
+        has(&said("gone.rhai"), &["gone.rhai", "Help"]);
+        has(&said("sphere"), &["sphere.rhai"]);
+        has(&said("folder.rhai"), &["folder.rhai", "folder"]);
+        has(&said("latin.rhai"), &["latin.rhai", "UTF-8"]);
+    }
+}
+
+#[test]
+fn places_that_cannot_be_written_are_found_before_rendering() {
+    let bench = Bench::new(&[("a.rhai", SLOW), ("file", ""), ("folder.png/x", "")]);
+    // Sizes at which rendering would outlast the test.
+    let said = |to: &str| {
+        let arguments = format!("render a.rhai --size 4000x4000 --samples 64 {to}");
+        stderr(&bench.command(&arguments).timeout(std::time::Duration::from_secs(20)).assert().code(1))
+    };
+    has(&said("-o gone/a.png"), &["gone", "does not exist"]);
+    has(&said("-o file/a.png"), &["file", "not a folder"]);
+    has(&said("-o folder.png"), &["folder.png"]);
+    has(&said("--stats gone/a.json"), &["gone", "does not exist"]);
+    if cfg!(target_os = "linux") {
+        has(&said("-o /proc/a.png"), &["/proc"]);
+        std::os::unix::fs::symlink("/dev/full", bench.path("full.png")).unwrap();
+        has(&said("-o full.png"), &["full.png"]);
+    }
+}
+
+/// A disk of 16 KiB, in a mount namespace of its own so that it goes away with the program.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_keeps_the_earlier_picture() {
+    let bench = Bench::new(&[("a.rhai", BALL), ("disk/x", "")]);
+    let script = "mount -t tmpfs -o size=16k none disk && echo earlier >disk/a.png && ready=1; \
+                  [ \"$ready\" ] || exit 77; \
+                  \"$0\" render a.rhai --size 300x300 -o disk/a.png; code=$?; cat disk/a.png; ls -A disk; exit $code";
+    let unshare = std::process::Command::new("unshare")
+        .args(["-m", "sh", "-c", script, env!("CARGO_BIN_EXE_orogen")])
+        .current_dir(bench.path(""))
+        .output();
+    let Ok(output) = unshare else { return };
+    if matches!(output.status.code(), Some(77) | None)
+        || String::from_utf8_lossy(&output.stderr).contains("unshare")
+    {
+        return; // not allowed here
+    }
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    has(&said, &["disk is full", "a.png"]);
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "earlier\na.png\n");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_what_was_rendered() {
+    let bench = Bench::new(&[("a.rhai", SLOW)]);
+    let run = bench.start("render a.rhai --size 1000x1000 --samples 9 --stats a.json");
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    run.interrupt();
+    let (code, said) = run.end();
+    assert_eq!(code, Some(1), "{said}");
+    has(&said, &["a.png", "%"]);
+    assert_eq!(bench.picture("a.png").0, 1000);
+    let stats: serde_json::Value = serde_json::from_slice(&bench.read("a.json")).unwrap();
+    assert_eq!(stats["complete"], false);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_second_ctrl_c_quits_at_once() {
+    let bench = Bench::new(&[("a.rhai", SLOW), ("a.png", "earlier")]);
+    let run = bench.start("render a.rhai --size 2000x2000 --samples 64");
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    run.interrupt();
+    run.interrupt();
+    let (code, said) = run.end();
+    assert_eq!(code, Some(1), "{said}");
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_error() {
+    let bench = Bench::new(&[("a.rhai", BALL)]);
+    let script = "{ \"$0\" --help; \"$0\" check a.rhai; \"$0\" render a.rhai --size 9x9; } 2>&1 | true";
+    let run = std::process::Command::new("sh")
+        .args(["-c", script, env!("CARGO_BIN_EXE_orogen")])
+        .current_dir(bench.path(""))
+        .output()
+        .unwrap();
+    assert!(run.status.success() && run.stderr.is_empty());
+    assert_eq!(bench.picture("a.png").0, 9);
+}
+
+#[test]
+fn colours_only_where_they_are_wanted() {
+    let bench = Bench::new(&[("a.rhai", "sphre(1.0)")]);
+    let said = |options: &str| stderr(&bench.run(&format!("check a.rhai {options}")).code(1));
+    assert!(!said("").contains('\x1b'));
+    assert!(!said("--color never").contains('\x1b'));
+    assert!(said("--color always").contains('\x1b'));
+    let usage = stderr(&bench.run("check --color always").code(2));
+    assert!(usage.contains('\x1b'));
+}
+
+// ---- check, new, repl ---------------------------------------------------------------------------
+
+#[test]
+fn check_says_what_a_script_describes() {
+    let script = "sphere(param(\"size\", 1.0, 0.5..2.0)) - 0.1 * gradient(7).scaled(3.0)";
+    let bench = Bench::new(&[("a.rhai", script)]);
+    let said = stdout(&bench.run("check a.rhai --set size=1.5").success());
+    has(&said, &["size", "1.5", "0.5", "2", "C2", "nodes", "bounds"]);
+    assert_eq!(bench.names(), ["a.rhai"]);
+}
+
+#[test]
+fn what_scripts_print_is_seen() {
+    let bench = Bench::new(&[("a.rhai", "print(\"hello\"); sphere(1.0)")]);
+    assert!(stdout(&bench.run("check a.rhai").success()).contains("hello"));
+    assert!(stdout(&bench.run("render a.rhai --size 9x9").success()).contains("hello"));
+}
+
+#[test]
+fn new_then_check_then_render() {
+    let bench = Bench::new(&[("sub/x", "")]);
+    for name in ["rock", "sub/rock", "other.rhai", "two_words"] {
+        let said = stderr(&bench.run(&format!("new {name}")).success());
+        has(&said, &["created", ".rhai", "orogen watch", "orogen render"]);
+    }
+    assert_eq!(bench.names(), ["other.rhai", "rock.rhai", "sub", "two_words.rhai"]);
+    bench.run("check rock.rhai").success();
+    let run = bench.run("render rock.rhai --size 40x30 --samples 1").success();
+    assert!(!stderr(&run).contains("Warning"));
+    assert!(bench.picture("rock.png").2[0] > 5.0);
+}
+
+#[test]
+fn new_never_overwrites() {
+    let bench = Bench::new(&[("rock.rhai", "mine"), ("file", "")]);
+    has(&stderr(&bench.run("new rock").code(1)), &["rock.rhai", "already"]);
+    has(&stderr(&bench.run("new rock.rhai").code(1)), &["already"]);
+    has(&stderr(&bench.run("new gone/rock").code(1)), &["gone", "mkdir"]);
+    bench.run("new file/rock").code(1);
+    assert_eq!(bench.read("rock.rhai"), b"mine");
+}
+
+#[test]
+fn repl_answers_on_a_pipe() {
+    let bench = Bench::new(&[]);
+    let run = |lines: &str| bench.command("repl").write_stdin(lines).assert();
+    assert_eq!(stdout(&run("1 + 1\n").success()), "2\n");
+    let said = stdout(&run("let f = sphere(1.0);\nf.at([3, 0, 0])\n").success());
+    assert_eq!(said, "2.0\n");
+    has(&stdout(&run("interval(1, 2) + interval(1, 2)\n").success()), &["[1.99", ", 4.00"]);
+    has(&stdout(&run("fn double(n) {\n  2 * n\n}\ndouble(21)\n").success()), &["42"]);
+    assert_eq!(stderr(&run("1\n").success()), "");
+}
+
+#[test]
+fn repl_fails_on_a_pipe_when_a_line_fails() {
+    let bench = Bench::new(&[]);
+    let run = bench.command("repl").write_stdin("sphre(1.0)\nprint(\"on\")\n").assert().code(1);
+    has(&stderr(&run), &["sphre", "sphere"]);
+    assert_eq!(stdout(&run), "");
+    has(&stderr(&bench.command("repl").write_stdin(":lod x\n").assert().code(1)), &[":lod", ":load"]);
+    has(&stderr(&bench.command("repl").write_stdin("fn f(\n").assert().code(1)), &["Error"]);
+    has(&stderr(&bench.command("repl gone.rhai").write_stdin("1\n").assert().code(1)), &["gone.rhai"]);
+}
+
+#[test]
+fn repl_commands() {
+    let bench =
+        Bench::new(&[("a.rhai", "let s = param(\"size\", 1.0, 0.5..2.0);\nlet ball = sphere(s);\nball")]);
+    let run = |lines: &str| bench.command("repl a.rhai").write_stdin(lines).assert();
+    has(&stdout(&run(":params\n").success()), &["size", "0.5", "2"]);
+    has(&stdout(&run("ball.at([3, 0, 0])\n").success()), &["2"]);
+    has(&stdout(&run(":help\n").success()), &[":load", ":render", ":params", ":quit"]);
+    has(&stdout(&run(":help sphere\n").success()), &["sphere("]);
+    has(&stderr(&run(":help sphre\n").code(1)), &["sphere"]);
+    assert_eq!(stdout(&run(":quit\n1 + 1\n").success()), "");
+    run(":render out.png\n").success();
+    assert!(bench.picture("out.png").2[0] > 5.0);
+    run(":render\n").success();
+    assert_eq!(bench.names(), ["a.png", "a.rhai", "out.png"]);
+}
