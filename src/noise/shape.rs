@@ -186,9 +186,11 @@ impl Function<1> for Fade {
         if t.hi == 0.0 || t.lo == 1.0 {
             return Interval::point(t.lo);
         }
-        let ends = [s.lo, s.hi].map(|e| self.value([Interval::point(e)]));
-        ends[0].hull(ends[1]).meet(Interval::UNIT)
+        // The polynomial is monotone and has a handful of roundings; t is off by a few more.
+        let [hi, lo] = [t.hi, t.lo].map(|t| t * t * (3.0 - 2.0 * t));
+        Interval::around(lo, 16.0 * ROUNDOFF).hull(Interval::around(hi, 16.0 * ROUNDOFF)).meet(Interval::UNIT)
     }
+    #[inline(always)]
     fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
         let range = self.range(*x);
         if range.width() == 0.0 { Form::constant(range) } else { Form::taylor(self, x[0]) }

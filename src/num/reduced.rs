@@ -127,24 +127,6 @@ impl<const K: usize> Reduced<K> {
         (mid, rad * ROUND_UP)
     }
 
-    /// Enclosure of the quadratic part when the boxes are not centred on the forms.
-    fn quadratic_of_box<const N: usize>(
-        x: &[Interval; N],
-        centre: &[f64; N],
-        m: &[[f64; N]; N],
-    ) -> (f64, f64) {
-        use super::Real;
-        let d: [Interval; N] = std::array::from_fn(|i| x[i] - Interval::point(centre[i]));
-        let mut sum = Interval::point(0.0);
-        for i in 0..N {
-            sum = sum + d[i].square() * (0.5 * m[i][i]);
-            for j in 0..i {
-                sum = sum + d[i] * d[j] * m[i][j];
-            }
-        }
-        (sum.mid(), sum.rad())
-    }
-
     #[inline(always)]
     fn from_form<const N: usize>(
         form: Form<N>,
@@ -157,15 +139,9 @@ impl<const K: usize> Reduced<K> {
         let mut mid = form.rest.mid() + offset;
         rest += form.rest.rad();
         if form.bend.lo != 0.0 || form.bend.hi != 0.0 {
-            // The centre of the box is the centre of the form, up to rounding, unless the box is
-            // known to be tighter than the form.
-            let offset: [f64; N] = std::array::from_fn(|i| (x[i].mid - centre[i]).abs());
-            let (qm, qr) = if (0..N).all(|i| offset[i] <= 1e-3 * x[i].spread()) {
-                let loose = std::array::from_fn(|i| x[i].rest + offset[i]);
-                Self::quadratic(x, &loose, &form.matrix)
-            } else {
-                Self::quadratic_of_box(boxes, &centre, &form.matrix)
-            };
+            // The box may be centred elsewhere than the form, by rounding or because it is tighter.
+            let loose = std::array::from_fn(|i| x[i].rest + (x[i].mid - centre[i]).abs());
+            let (qm, qr) = Self::quadratic(x, &loose, &form.matrix);
             let q = Interval { lo: qm - qr, hi: qm + qr } * form.bend;
             mid += q.mid();
             rest += q.rad();
