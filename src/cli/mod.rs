@@ -46,7 +46,7 @@ Exit codes:
 struct Cli {
     /// Colours in messages; `auto` is on a terminal, unless NO_COLOR is set
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto", hide_possible_values = true)]
-    #[arg(help = "Colours in messages: auto, always or never")]
+    #[arg(help = "Colours in messages: auto, always or never", display_order = 100)]
     color: Color,
 
     #[command(subcommand)]

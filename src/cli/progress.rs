@@ -12,7 +12,7 @@ const STEPS: u64 = 10_000;
 pub struct Progress(ProgressBar);
 
 impl Progress {
-    /// A bar that shows itself once a job takes long enough to wonder.
+    /// A bar, where somebody watches.
     pub fn new(terminal: &Terminal, message: &str) -> Progress {
         let target =
             if terminal.live { ProgressDrawTarget::stderr_with_hz(10) } else { ProgressDrawTarget::hidden() };

@@ -123,9 +123,11 @@ impl Session {
         let there = |path: &Path| self.world.read(path).is_ok();
         if d.place.is_none() && d.hints.is_empty() && !there(&self.script) {
             let ending = self.script.with_extension("rhai");
-            d = d.hint(match there(&ending) {
-                true => format!("did you mean {}?", ending.display()),
-                false => "a script is a text file in UTF-8; its path starts in the current folder".into(),
+            d = d.hint(if there(&ending) {
+                format!("did you mean {}?", ending.display())
+            } else {
+                "a script is a text file in UTF-8, such as rock.rhai; paths start in the current folder"
+                    .into()
             });
         }
         d

@@ -37,11 +37,11 @@ use std::time::Instant;
   echo 'sphere(1.0).at([3, 0, 0])' | orogen repl
 
 In the REPL:
-  > let f = sphere(1.0) + 0.1 * gradient(7)
-  > f.at([1, 0, 0])                      value at a point
-  > f.range(region([0, 0, 0], [1, 1, 1]))     enclosure over a box
-  > interval(1, 2) * interval(-1, 1)
-  > :help                                commands and names")]
+  > let f = sphere(1.0) + 0.1 * gradient(7);
+  > f.at([1, 0, 0])                          value at a point
+  > f.range(region([0, 0, 0], [1, 1, 1]))    enclosure over a box
+  > interval(1, 2) * interval(-1, 1)         interval arithmetic
+  > :help                                    commands and names")]
 pub struct Args {
     /// Script to load first
     #[arg(value_name = "SCRIPT")]
@@ -202,11 +202,18 @@ impl Shell {
     }
 
     fn help(&self, name: &str) -> Outcome {
-        let interpreter = self.interpreter.borrow();
-        if let Some(text) = interpreter.help(name) {
+        let text = self.interpreter.borrow().help(name);
+        if let Some(text) = text {
             out(text.trim_end());
             return Ok(());
         }
+        // A variable explains itself by its value.
+        let known = self.interpreter.borrow().names().iter().any(|known| known == name);
+        if known {
+            let answer = self.interpreter.borrow_mut().eval(name);
+            return self.show(answer);
+        }
+        let interpreter = self.interpreter.borrow();
         let error = Diagnostic::error(format!("nothing is called `{name}`"));
         Err(match nearest(name, interpreter.names().iter().map(String::as_str)) {
             Some(near) => self.say(&error.hint(format!("did you mean `{near}`?"))),
