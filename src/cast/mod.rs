@@ -13,6 +13,7 @@ mod sphere;
 
 use crate::field::{Field, lipschitz_outside};
 use crate::scene::Aabb;
+use crate::tape::Census;
 use affine::AffineMarch;
 use glam::DVec3;
 use group::Group;
@@ -174,7 +175,8 @@ pub fn caster(
     match kind {
         Kind::Auto if bounded && lipschitz < STEEP => {
             let (mut one, mut other) = (spheres(RELAXATION), affine());
-            let cost = [trial(&mut *one, typical), AFFINE_COST * trial(&mut *other, typical)];
+            let (at_points, along_pieces) = costs(tape.census());
+            let cost = [at_points * trial(&mut *one, typical), along_pieces * trial(&mut *other, typical)];
             Ok(if cost[0] < cost[1] { one } else { other })
         }
         Kind::Auto => Ok(affine()),
@@ -184,8 +186,14 @@ pub fn caster(
     }
 }
 
-/// What an evaluation along a piece of a ray costs, in evaluations at a point (`benches/casting.rs`).
-const AFFINE_COST: f64 = 5.0;
+/// What an evaluation at a point costs, and what one along a piece of a ray: about as many
+/// nanoseconds in batches with AVX-512 (`benches/casting.rs`). Their ratio decides, not the clock, so
+/// that the choice, and with it the picture, is the same on every machine.
+fn costs(census: Census) -> (f64, f64) {
+    let [sums, functions, octaves] = [census.sums, census.functions, census.octaves].map(|n| n as f64);
+    (2.0 * (sums + functions) + 10.0 * octaves, 10.0 * sums + 60.0 * (functions + octaves))
+}
+
 /// Lipschitz bound above which sphere tracing is not worth a trial.
 const STEEP: f64 = 1e4;
 

@@ -25,6 +25,17 @@ pub enum Instr {
     Fractal(Arc<Fractal>, [u32; 3], Option<u32>),
 }
 
+/// Instructions of a tape by how much work they are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Census {
+    /// Sums, differences and products with a number, which every kind of number knows natively.
+    pub sums: u64,
+    /// Operations that are lifted.
+    pub functions: u64,
+    /// Noises, each octave of a fractal for itself.
+    pub octaves: u64,
+}
+
 /// Straight-line code for one or more expressions.
 #[derive(Clone, Debug)]
 pub struct Tape {
@@ -80,14 +91,21 @@ impl Tape {
         self.outputs.len()
     }
 
-    /// Noise evaluations at one point: octaves count one each.
-    pub fn noises(&self) -> u64 {
-        let count = |i: &Instr| match i {
-            Instr::Noise(..) => 1,
-            Instr::Fractal(f, ..) => u64::from(f.recipe().octaves),
-            _ => 0,
-        };
-        self.code.iter().map(count).sum()
+    /// How much work there is in the tape.
+    pub fn census(&self) -> Census {
+        let mut census = Census::default();
+        for instr in &self.code {
+            match instr {
+                Instr::Const(_) | Instr::Coordinate(_) => {}
+                Instr::Scale(..) | Instr::Shift(..) | Instr::Op(Op::Add(_) | Op::Sub(_) | Op::Neg(_), _) => {
+                    census.sums += 1;
+                }
+                Instr::Op(..) => census.functions += 1,
+                Instr::Noise(..) => census.octaves += 1,
+                Instr::Fractal(fractal, ..) => census.octaves += u64::from(fractal.recipe().octaves),
+            }
+        }
+        census
     }
 
     pub(super) fn without_dead_code(self) -> Tape {

@@ -10,4 +10,4 @@ mod lower;
 mod prune;
 
 pub use eval::Evaluator;
-pub use lower::{Instr, Tape};
+pub use lower::{Census, Instr, Tape};
