@@ -7,7 +7,7 @@
 mod common;
 
 use glam::DVec3;
-use orogen::cast::{CastStats, Hit, Kind, Ray, caster};
+use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, caster};
 use orogen::scene::Aabb;
 use std::time::Instant;
 
@@ -25,7 +25,8 @@ fn rays(size: usize) -> Vec<Ray> {
             let (b, c) = (origin.dot(direction), origin.length_squared() - 1.55 * 1.55);
             let q = b * b - c;
             if q > 0.0 {
-                out.push(Ray { origin, direction, near: -b - q.sqrt(), far: -b + q.sqrt() });
+                let (near, far) = (-b - q.sqrt(), -b + q.sqrt());
+                out.push(Ray { origin, direction, near, far, tolerance: Tolerance::fixed(1e-4) });
             }
         }
     }
@@ -36,11 +37,12 @@ fn main() {
     let mut b = common::Build::default();
     let root = common::three_octaves(&mut b);
     let rays = rays(800);
+    let typical: Vec<Ray> = rays.iter().copied().step_by(rays.len() / 128).collect();
     println!("| caster | evaluations/ray | steps/ray | backtracks/ray | hits | CPU us/ray |");
     println!("|---|---|---|---|---|---|");
     for (kind, name) in Kind::ALL {
         let mut field = b.field(root);
-        let Ok(mut caster) = caster(kind, &mut field, &Aabb::cube(1.55), 1e-4) else { continue };
+        let Ok(mut caster) = caster(kind, &mut field, &Aabb::cube(1.55), &typical) else { continue };
         let mut stats = CastStats::default();
         let start = Instant::now();
         for group in rays.chunks(256) {

@@ -78,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let prepared = prepare(&scene, &Settings::of(&scene, Aabb::cube(2.0)))?;
     let mut field = Field::new(&prepared.graph, prepared.field);
-    let caster = caster(Kind::Auto, &mut field, &prepared.settings.bounds, prepared.tolerance)?;
+    let caster = caster(Kind::Auto, &mut field, &prepared.settings.bounds, &prepared.typical_rays())?;
     let cancel = AtomicBool::new(false);
     let picture = render(&prepared, &*caster, &Job::unwatched(&cancel))?;
     for warning in &picture.warnings {

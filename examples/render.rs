@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         kind.ok_or("no such caster")?,
         &mut field,
         &prepared.settings.bounds,
-        prepared.tolerance,
+        &prepared.typical_rays(),
     )?;
     let start = std::time::Instant::now();
     let picture = render::render(&prepared, &*caster, &Job::unwatched(&AtomicBool::new(false)))?;

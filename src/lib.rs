@@ -1,4 +1,54 @@
 //! orogen: procedural solids from scripts.
+//!
+//! A solid is a function of space, negative inside, zero on its surface and positive outside. A
+//! [Rhai](https://rhai.rs) script builds such a function out of shapes, noises and operations, as an
+//! expression graph:
+//!
+//! ```text
+//! script --> expr::Graph --> tape::Tape --> cast::Caster --> render::Picture
+//! text       hash-consed     straight-line   first hits       light and air
+//! ```
+//!
+//! Each operation states its meaning once ([`op`]): value, derivatives, range, linear form. Each
+//! kind of number ([`num`]) lifts every operation by one rule: to points, gradients, Hessians,
+//! intervals, affine forms, batches. So the same expression answers "what is the value here", "can it
+//! be zero in this box" and "how steep is it at most", and an answer about a region is a proof.
+//!
+//! ```
+//! use orogen::field::Field;
+//! use orogen::num::Interval;
+//! use orogen::script::{Request, compile};
+//!
+//! let compiled = compile(&Request::text("sphere(1.0) + 0.3 * gradient(7).scaled(4.0)"));
+//! let scene = compiled.scene.expect("the script is right");
+//! let mut rock = Field::new(&scene.graph, scene.surface.field);
+//!
+//! // Far outside, and proven to be outside over a whole box.
+//! assert!(rock.value([2.0, 0.0, 0.0].into()) > 0.6);
+//! let far = [Interval::new(1.5, 2.5), Interval::radius(0.5), Interval::radius(0.5)];
+//! assert!(rock.range(&far).lo > 0.0);
+//!
+//! // One sphere and one octave: no steeper than 1 + 0.3 * 4 * 3.75 anywhere.
+//! let around = [Interval::radius(1.5); 3];
+//! assert!(rock.lipschitz(&around) < 6.3);
+//! ```
+//!
+//! `examples/` has whole programs: a script to a picture (`render.rs`), a scene built in Rust
+//! (`planet.rs`), the proof of the constants of gradient noise (`certify_noise.rs`).
+//!
+//! A module uses only modules of rows above its own:
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`num`] [`diag`] | numbers and how functions are lifted to them; diagnostics |
+//! | [`op`] [`noise`] [`world`] | operations, noises and fractals; files |
+//! | [`expr`] | expression graphs |
+//! | [`tape`] [`scene`] | straight-line code; scenes as plain data |
+//! | [`field`] | values, derivatives and bounds of an expression |
+//! | [`script`] [`cast`] | the script host; ray casters |
+//! | [`render`] | pictures |
+//! | [`session`] | scripts to pictures with cancellation and caching |
+//! | [`cli`] | the commands |
 
 // Module documentation is for readers of the source too, who can follow links to private items.
 #![allow(rustdoc::private_intra_doc_links)]

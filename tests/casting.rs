@@ -9,7 +9,7 @@ mod common;
 
 use common::Build;
 use glam::DVec3;
-use orogen::cast::{CastStats, Caster, Hit, Kind, Ray, all_hits, caster};
+use orogen::cast::{CastStats, Caster, Hit, Kind, Ray, Tolerance, all_hits, caster};
 use orogen::expr::NodeId;
 use orogen::field::{Field, lipschitz_outside};
 use orogen::num::Many;
@@ -50,7 +50,13 @@ fn rays(seed: u64) -> Vec<Ray> {
         };
         let direction = (aim - origin).normalize();
         if let Some((near, far)) = region.clip(origin, direction) {
-            out.push(Ray { origin, direction, near: near.max(0.0), far });
+            out.push(Ray {
+                origin,
+                direction,
+                near: near.max(0.0),
+                far,
+                tolerance: Tolerance::fixed(TOLERANCE),
+            });
         }
     }
     out
@@ -141,7 +147,7 @@ fn check(name: &str, build: fn(&mut Build) -> NodeId, kinds: &[Kind]) {
     assert!(met > RAYS / 50, "{name}: only {met} rays meet the surface");
     let region = Aabb::cube(REGION);
     for &kind in kinds {
-        let made = caster(kind, &mut field.clone(), &region, TOLERANCE).expect("a caster for the field");
+        let made = caster(kind, &mut field.clone(), &region, &rays[..200]).expect("a caster for the field");
         let (hits, stats) = cast(&*made, &rays);
         let lipschitz = lipschitz_outside(&mut field.clone(), &region);
         let mut field = field.clone();
@@ -214,7 +220,7 @@ fn ridges_without_a_lipschitz_bound() {
     let mut b = Build::default();
     let root = common::square_root_ridges(&mut b);
     for kind in [Kind::Sphere, Kind::Speculative] {
-        let refused = caster(kind, &mut b.field(root), &Aabb::cube(REGION), TOLERANCE);
+        let refused = caster(kind, &mut b.field(root), &Aabb::cube(REGION), &[]);
         assert!(refused.is_err(), "{kind:?} has no bound to stand on");
     }
 }
@@ -226,7 +232,7 @@ fn all_roots_in_order() {
     let mut field = b.field(root);
     let rays = &rays(3)[..2000];
     let mut stats = CastStats::default();
-    let found = all_hits(&field, rays, TOLERANCE, &mut stats);
+    let found = all_hits(&field, rays, &mut stats);
     let mut many = 0;
     for (ray, (roots, certified)) in rays.iter().zip(&found) {
         assert!(certified);
@@ -251,7 +257,8 @@ fn any_grouping_gives_the_same_hits() {
     let mut b = Build::default();
     let root = common::three_octaves(&mut b);
     for (kind, _) in Kind::ALL {
-        let mut made = caster(kind, &mut b.field(root), &Aabb::cube(REGION), TOLERANCE).expect("a caster");
+        let mut made =
+            caster(kind, &mut b.field(root), &Aabb::cube(REGION), &rays(4)[..100]).expect("a caster");
         let rays = &rays(4)[..700];
         let mut whole = vec![Hit::MISS; rays.len()];
         made.first_hits(rays, &mut whole, &mut CastStats::default());

@@ -22,8 +22,6 @@ const PIECES: u32 = 20_000;
 /// Reduced affine arithmetic along the ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AffineMarch {
-    /// Tolerance along the ray.
-    pub tolerance: f64,
     /// Whether to go on behind roots.
     pub all: bool,
 }
@@ -67,7 +65,7 @@ impl AffineMarch {
     fn found(&self, ray: &Ray, march: &mut March, a: f64, b: f64) -> Option<Hit> {
         let merged = match march.roots.last_mut() {
             // Neighbouring pieces around one root.
-            Some(last) if a <= last.1 + self.tolerance => {
+            Some(last) if a <= last.1 + ray.tolerance.at(a) => {
                 last.1 = b;
                 true
             }
@@ -80,7 +78,7 @@ impl AffineMarch {
             return Some(Hit { t: a, certified: march.certified });
         }
         let beyond = march.beyond;
-        self.advance(ray, march, if b >= march.end { beyond } else { b }, self.tolerance)
+        self.advance(ray, march, if b >= march.end { beyond } else { b }, ray.tolerance.at(b))
     }
 }
 
@@ -121,8 +119,9 @@ impl Strategy for AffineMarch {
         }
         // A band that crosses zero within the piece changes sign there. One that reaches zero only
         // at an end of the piece proves nothing until that end has been looked at by itself.
-        let crosses = a < ta && tb < b && tb - ta <= self.tolerance;
-        if crosses || b - a <= self.tolerance || a + (b - a) * 0.5 <= a {
+        let tolerance = ray.tolerance.at(a);
+        let crosses = a < ta && tb < b && tb - ta <= tolerance;
+        if crosses || b - a <= tolerance || a + (b - a) * 0.5 <= a {
             if g.range.is_finite() {
                 return self.found(ray, march, ta, tb);
             }

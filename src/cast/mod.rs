@@ -12,7 +12,7 @@ mod group;
 mod sphere;
 
 use crate::field::{Field, lipschitz_outside};
-use crate::scene::{Aabb, direction};
+use crate::scene::Aabb;
 use affine::AffineMarch;
 use glam::DVec3;
 use group::Group;
@@ -29,6 +29,29 @@ pub struct Ray {
     pub near: f64,
     /// Largest `t`.
     pub far: f64,
+    /// How precisely a hit is wanted.
+    pub tolerance: Tolerance,
+}
+
+/// How far a hit may lie in front of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// At least this far.
+    pub least: f64,
+    /// As a share of the distance along the ray: what looks equally precise from the origin.
+    pub growth: f64,
+}
+
+impl Tolerance {
+    /// The same everywhere.
+    pub fn fixed(least: f64) -> Self {
+        Tolerance { least, growth: 0.0 }
+    }
+
+    /// At `t` along a ray.
+    pub fn at(&self, t: f64) -> f64 {
+        self.least.max(self.growth * t)
+    }
 }
 
 impl Ray {
@@ -130,7 +153,7 @@ pub enum CastError {
     NoLipschitzBound,
 }
 
-/// A caster for a field within a region, with a tolerance along the ray.
+/// A caster for a field within a region. `typical` rays help [`Kind::Auto`] to choose.
 ///
 /// # Errors
 /// [`CastError::NoLipschitzBound`] where sphere tracing was asked for and cannot be had.
@@ -138,23 +161,21 @@ pub fn caster(
     kind: Kind,
     field: &mut Field,
     region: &Aabb,
-    tolerance: f64,
+    typical: &[Ray],
 ) -> Result<Box<dyn Caster>, CastError> {
     let tape = field.tape().clone();
-    let affine = || Box::new(Group::new(AffineMarch { tolerance, all: false }, tape.clone()));
+    let affine = || Box::new(Group::new(AffineMarch { all: false }, tape.clone()));
     if kind == Kind::Affine {
         return Ok(affine());
     }
     let lipschitz = lipschitz_outside(field, region);
     let bounded = lipschitz.is_finite() && lipschitz > 0.0;
-    let spheres =
-        |relaxation| Box::new(Spheres::new(SphereTracing { lipschitz, relaxation, tolerance }, tape.clone()));
+    let spheres = |relaxation| Box::new(Spheres::new(SphereTracing { lipschitz, relaxation }, tape.clone()));
     match kind {
         Kind::Auto if bounded && lipschitz < STEEP => {
             let (mut one, mut other) = (spheres(RELAXATION), affine());
-            let rays = trial_rays(region);
-            let cost = [trial(&mut *one, &rays), AFFINE_COST * trial(&mut *other, &rays)];
-            Ok(if cost[0] <= cost[1] { one } else { other })
+            let cost = [trial(&mut *one, typical), AFFINE_COST * trial(&mut *other, typical)];
+            Ok(if cost[0] < cost[1] { one } else { other })
         }
         Kind::Auto => Ok(affine()),
         _ if !bounded => Err(CastError::NoLipschitzBound),
@@ -167,26 +188,6 @@ pub fn caster(
 const AFFINE_COST: f64 = 5.0;
 /// Lipschitz bound above which sphere tracing is not worth a trial.
 const STEEP: f64 = 1e4;
-
-/// Rays from around the region to points all over it, spread by irrational steps.
-fn trial_rays(region: &Aabb) -> Vec<Ray> {
-    let (centre, reach) = ((region.min + region.max) * 0.5, region.diagonal());
-    let fraction = |i: u32, step: f64| (f64::from(i) * step).fract();
-    let ray = |i: u32| {
-        let from =
-            direction(360.0 * fraction(i, 0.618_033_988_75), 180.0 * fraction(i, 0.754_877_666_25) - 90.0);
-        let spread = DVec3::new(
-            fraction(i, 0.819_172_513_4),
-            fraction(i, 0.671_043_606_7),
-            fraction(i, 0.549_700_477_9),
-        );
-        let (origin, aim) = (centre + reach * from, region.min + spread * (region.max - region.min));
-        let direction = (aim - origin).normalize_or_zero();
-        let (near, far) = region.clip(origin, direction)?;
-        Some(Ray { origin, direction, near: near.max(0.0), far })
-    };
-    (1..=96).filter_map(ray).collect()
-}
 
 /// Evaluations that the rays need.
 fn trial(caster: &mut dyn Caster, rays: &[Ray]) -> f64 {
@@ -201,13 +202,8 @@ const RELAXATION: f64 = 1.46;
 /// All roots along each ray in increasing order, as pieces no longer than the tolerance that hold
 /// at least one change of sign or come within rounding of zero, and whether each list is proven
 /// complete.
-pub fn all_hits(
-    field: &Field,
-    rays: &[Ray],
-    tolerance: f64,
-    stats: &mut CastStats,
-) -> Vec<(Vec<(f64, f64)>, bool)> {
-    let mut group = Group::new(AffineMarch { tolerance, all: true }, field.tape().clone());
+pub fn all_hits(field: &Field, rays: &[Ray], stats: &mut CastStats) -> Vec<(Vec<(f64, f64)>, bool)> {
+    let mut group = Group::new(AffineMarch { all: true }, field.tape().clone());
     let mut out = vec![(Vec::new(), true); rays.len()];
     group.march(rays, stats, |i, march, hit| out[i] = (march.roots, hit.certified));
     out

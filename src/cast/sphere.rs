@@ -28,8 +28,6 @@ pub(super) struct SphereTracing {
     pub lipschitz: f64,
     /// Factor on the length of a step.
     pub relaxation: f64,
-    /// Tolerance along the ray.
-    pub tolerance: f64,
 }
 
 /// Progress of one ray.
@@ -52,9 +50,10 @@ impl SphereTracing {
         if t + radius > ray.far {
             return Some(Hit::MISS);
         }
-        let ahead = if radius < self.tolerance {
+        let tolerance = ray.tolerance.at(t);
+        let ahead = if radius < tolerance {
             march.crept += 1;
-            self.tolerance
+            tolerance
         } else {
             self.relaxation * radius
         };
@@ -77,7 +76,7 @@ pub(super) struct Spheres {
 
 impl Spheres {
     pub(super) fn new(spheres: SphereTracing, tape: Arc<Tape>) -> Self {
-        let affine = AffineMarch { tolerance: spheres.tolerance, all: false };
+        let affine = AffineMarch { all: false };
         Spheres { spheres: Group::new(spheres, tape.clone()), affine: Group::new(affine, tape) }
     }
 }
@@ -137,7 +136,7 @@ impl Strategy for SphereTracing {
         if step <= march.radius + radius.max(0.0) && radius > 0.0 {
             return self.advance(ray, march, march.probe, radius);
         }
-        if radius <= 0.0 && step <= self.tolerance * (1.0 + 1e-9) {
+        if radius <= 0.0 && step <= ray.tolerance.at(march.t) * (1.0 + 1e-9) {
             return Some(Hit { t: march.t, certified: true });
         }
         stats.backtracks += 1;

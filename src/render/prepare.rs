@@ -2,6 +2,7 @@
 
 use super::view::{View, tolerance};
 use super::{Probe, RenderError, Settings};
+use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, Input, Node, NodeId, TooLarge};
 use crate::op::{Length, Op};
@@ -24,7 +25,7 @@ pub struct Prepared {
     /// Code of the three colour channels; the solid is grey without it.
     pub color: Option<Arc<Tape>>,
     /// How far a hit may lie in front of the surface.
-    pub tolerance: f64,
+    pub tolerance: Tolerance,
     /// The camera.
     pub view: View,
     /// The main light.
@@ -53,7 +54,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
     let place = graph.place(scene.surface.field).cloned();
     let warnings = probe.judge(place)?;
     let sun = Sun { direction: scene.sun.direction.try_normalize().unwrap_or(DVec3::Y), ..scene.sun };
-    let tolerance = settings.tolerance.unwrap_or_else(|| tolerance(&view, settings));
+    let tolerance = settings.tolerance.map_or_else(|| tolerance(&view, settings), Tolerance::fixed);
     Ok(Prepared {
         settings: *settings,
         field: roots[0],
@@ -67,6 +68,17 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
         warnings,
         graph,
     })
+}
+
+impl Prepared {
+    /// Lines of sight all over the picture, for choosing a caster.
+    pub fn typical_rays(&self) -> Vec<Ray> {
+        const ACROSS: u32 = 12;
+        let Settings { width, height, bounds, .. } = self.settings;
+        let place = |i: u32, size: u32| (f64::from(i) + 0.5) / f64::from(ACROSS) * f64::from(size);
+        let through = |i: u32| self.view.direction(place(i % ACROSS, width), place(i / ACROSS, height));
+        (0..ACROSS * ACROSS).filter_map(|i| self.view.ray(through(i), &bounds, self.tolerance)).collect()
+    }
 }
 
 /// Replaces the footprint by the distance between neighbouring samples at a point: the size of a

@@ -5,7 +5,7 @@ use super::air::Atmosphere;
 use super::sample::{Purpose, Strata, uniform};
 use super::surface::{Patch, Surface};
 use super::{Job, Pixel, Prepared, Rect, Stats, light};
-use crate::cast::{Caster, Hit, Ray};
+use crate::cast::{Caster, Hit, Ray, Tolerance};
 use glam::DVec3;
 use std::ops::Range;
 use std::time::Instant;
@@ -230,11 +230,13 @@ impl Prepared {
     /// The ray from a patch towards the sun, as far as the bounds go. It starts a few tolerances
     /// above the solid, so as not to meet the patch that it comes from.
     fn shadow_ray(&self, patch: &Patch) -> Option<Ray> {
+        let tolerance = self.tolerance.at(patch.position.distance(self.view.eye));
         let rounding = 64.0 * f64::EPSILON * patch.position.abs().max_element();
-        let origin = patch.position + (4.0 * self.tolerance + rounding) * patch.normal;
+        let origin = patch.position + (4.0 * tolerance + rounding) * patch.normal;
         let direction = self.sun.direction;
         let (_, far) = self.settings.bounds.clip(origin, direction)?;
-        (far > 0.0).then_some(Ray { origin, direction, near: 0.0, far })
+        let tolerance = Tolerance::fixed(tolerance);
+        (far > 0.0).then_some(Ray { origin, direction, near: 0.0, far, tolerance })
     }
 }
 

@@ -1,7 +1,7 @@
 //! The camera: from places in the picture to rays.
 
 use super::{CameraError, Settings};
-use crate::cast::Ray;
+use crate::cast::{Ray, Tolerance};
 use crate::scene::{Aabb, Camera};
 use glam::DVec3;
 
@@ -74,22 +74,21 @@ impl View {
         2.0 * self.half[1] / self.size[1]
     }
 
-    /// The piece of a line of sight that lies within `bounds`, and not nearer than `near`.
-    pub fn ray(&self, direction: DVec3, bounds: &Aabb, near: f64) -> Option<Ray> {
+    /// The piece of a line of sight that lies within `bounds`, and not nearer than the
+    /// tolerance.
+    pub fn ray(&self, direction: DVec3, bounds: &Aabb, tolerance: Tolerance) -> Option<Ray> {
         let (enter, far) = bounds.clip(self.eye, direction)?;
-        let near = enter.max(near);
-        (near < far).then_some(Ray { origin: self.eye, direction, near, far })
+        let near = enter.max(tolerance.least);
+        (near < far).then_some(Ray { origin: self.eye, direction, near, far, tolerance })
     }
 }
 
-/// Tolerance that suits a view: a five-hundredth of a pixel on the nearest face of the bounds. A
-/// camera within the bounds may come as near to the solid as it likes, and is served by what
-/// double precision can give.
-pub(super) fn tolerance(view: &View, settings: &Settings) -> f64 {
+/// Tolerance that suits a view: a five-hundredth of a pixel, wherever the ray is, down to what double
+/// precision can give.
+pub(super) fn tolerance(view: &View, settings: &Settings) -> Tolerance {
     let bounds = &settings.bounds;
-    let distance = (view.eye - view.eye.clamp(bounds.min, bounds.max)).length();
-    let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
-    (0.002 * view.pixel() * distance).max(1e-11 * bounds.diagonal()).max(1e-13 * reach)
+    let reach = bounds.min.abs().max(bounds.max.abs()).max_element().max(view.eye.abs().max_element());
+    Tolerance { least: 1e-13 * reach, growth: 0.002 * view.pixel() }
 }
 
 #[cfg(test)]
@@ -144,10 +143,10 @@ mod tests {
     #[test]
     fn rays_stay_in_the_bounds() {
         let view = View::new(&front(35.0), 8, 8).unwrap();
-        let ray = view.ray(DVec3::NEG_Z, &Aabb::cube(1.0), 1e-6).unwrap();
+        let ray = view.ray(DVec3::NEG_Z, &Aabb::cube(1.0), Tolerance::fixed(1e-6)).unwrap();
         assert_eq!((ray.near, ray.far), (4.0, 6.0));
-        assert_eq!(view.ray(DVec3::Z, &Aabb::cube(1.0), 1e-6), None);
-        let inside = view.ray(DVec3::NEG_Z, &Aabb::cube(10.0), 1e-6).unwrap();
+        assert_eq!(view.ray(DVec3::Z, &Aabb::cube(1.0), Tolerance::fixed(1e-6)), None);
+        let inside = view.ray(DVec3::NEG_Z, &Aabb::cube(10.0), Tolerance::fixed(1e-6)).unwrap();
         assert_eq!((inside.near, inside.far), (1e-6, 15.0));
     }
 }
