@@ -56,7 +56,7 @@ pub struct PictureOptions {
     pub caster: Kind,
 
     /// Threads to use [default: one per processor core]; the picture does not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<NonZeroUsize>,
 }
 
@@ -84,6 +84,14 @@ pub fn picture_path(path: PathBuf) -> Result<PathBuf, Failure> {
 
 fn kind(name: &str) -> Kind {
     Kind::ALL.into_iter().find(|k| k.1 == name).map(|k| k.0).unwrap_or_default()
+}
+
+/// Most threads; more than any machine that this may run on has cores.
+const MOST_THREADS: usize = 1024;
+
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let number = text.trim().parse().ok().filter(|n: &NonZeroUsize| n.get() <= MOST_THREADS);
+    number.ok_or(format!("a number from 1 to {MOST_THREADS} is needed; for example: --threads 4"))
 }
 
 fn finite(text: &str) -> Result<f64, String> {
