@@ -60,8 +60,12 @@ fn no_caster(error: cast::CastError) -> Box<Diagnostic> {
     Box::new(Diagnostic::error(error.to_string()).hint("choose another with --caster, or leave it to auto"))
 }
 
+/// A pool of so many threads, but not more than four a core: idle workers look for work in turns, and
+/// hundreds of them on a few cores keep the busy ones from working. The picture does not depend on it.
 fn pool(threads: NonZeroUsize) -> Result<rayon::ThreadPool, Box<Diagnostic>> {
-    rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build().map_err(|e| {
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let threads = threads.get().min(4 * cores);
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| {
         let error = Diagnostic::error(format!("cannot start {threads} threads ({e})"));
         Box::new(error.hint("ask for fewer with --threads"))
     })
