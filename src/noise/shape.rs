@@ -63,32 +63,26 @@ impl Function<1> for Ridge {
         [[x.abs().if_less(R::of(1.0), R::of(2.0), R::of(0.0)) + x.slope_of_jump()]]
     }
     /// `(1 - |x|)^2 = 1 + x^2 - 2 |x|`, less `(1 - |x|)^2` where `|x| > 1`. The square is exact and
-    /// `|x|` has the chord `s x`, above which it rises from 0 at most to `-2 a b / (b - a)`.
+    /// `|x|` has the chord `s x`, above which it rises by `-2 a b / (b - a)` at most.
+    #[inline(always)]
     fn form(&self, [x]: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
         if !x.is_finite() || x.mag() > 2.0 {
             return Form::constant(self.range([*x]));
         }
-        let slope = if x.lo >= 0.0 {
-            1.0
+        let (slope, bow) = if x.lo >= 0.0 {
+            (1.0, 0.0)
         } else if x.hi <= 0.0 {
-            -1.0
+            (-1.0, 0.0)
         } else {
-            (x.lo + x.hi) / x.width()
+            ((x.lo + x.hi) / x.width(), -2.0 * x.lo * x.hi / x.width())
         };
-        let line = Interval::point(slope);
-        let above = |e: f64| Interval::point(e.abs()) - Interval::point(e) * line;
-        let mut bow = above(x.lo).hull(above(x.hi));
-        if x.contains(0.0) {
-            bow = bow.hull(Interval::point(0.0));
-        }
-        let centre = Interval::point(x.mid());
-        let beyond = (Interval::point(x.mag()) - Interval::point(1.0)).max(Interval::point(0.0)).square();
-        let tilt = (centre - line) * 2.0;
-        let total = tilt.mid();
-        let lost = (tilt - Interval::point(total)) * (*x - centre);
-        let rest = Interval::point(1.0) + centre.square() - (bow + line * centre) * 2.0 + lost
-            - Interval::new(0.0, beyond.hi);
-        Form { slope: [total], rest, bend: Interval::point(2.0), matrix: [[1.0]] }
+        let c = x.mid();
+        let beyond = (x.mag() - 1.0).max(0.0);
+        let top = 1.0 + c * c - 2.0 * slope * c;
+        let rest = Interval::new(top - 2.0 * bow - beyond * beyond, top);
+        // No term is larger than 8, and there are ten.
+        let rest = Interval { lo: rest.lo - 128.0 * ROUNDOFF, hi: rest.hi + 128.0 * ROUNDOFF };
+        Form { slope: [2.0 * (c - slope)], rest, bend: Interval::point(2.0), matrix: [[1.0]] }
     }
 }
 

@@ -32,7 +32,7 @@ pub struct Census {
     pub sums: u64,
     /// Operations that are lifted.
     pub functions: u64,
-    /// Noises, each octave of a fractal for itself.
+    /// Noises; an octave of a fractal counts here, and as a function.
     pub octaves: u64,
 }
 
@@ -102,7 +102,12 @@ impl Tape {
                 }
                 Instr::Op(..) => census.functions += 1,
                 Instr::Noise(..) => census.octaves += 1,
-                Instr::Fractal(fractal, ..) => census.octaves += u64::from(fractal.recipe().octaves),
+                Instr::Fractal(fractal, ..) => {
+                    // A fractal's octaves fade, fold and multiply besides.
+                    let octaves = u64::from(fractal.recipe().octaves);
+                    census.octaves += octaves;
+                    census.functions += octaves;
+                }
             }
         }
         census
