@@ -51,7 +51,13 @@ fn describe(scene: &Scene, terminal: &Terminal) -> String {
         ("bounds", bounds(scene)),
         (
             "picture",
-            format!("{}x{}, {} samples per pixel", scene.film.width, scene.film.height, scene.film.samples),
+            format!(
+                "{}x{}, {} {} per pixel",
+                scene.film.width,
+                scene.film.height,
+                scene.film.samples,
+                if scene.film.samples == 1 { "sample" } else { "samples" }
+            ),
         ),
     ];
     if scene.surface.color.is_some() {
