@@ -271,3 +271,38 @@ fn any_grouping_gives_the_same_hits() {
         }
     }
 }
+
+#[test]
+fn rays_that_start_a_hair_above_the_surface_come_to_an_end() {
+    let mut b = Build::default();
+    let [x, ..] = b.p();
+    let field = b.field(x);
+    let mut group = caster(Kind::Affine, &mut field.clone(), &Aabb::cube(1e6), &[]).expect("a caster");
+    for i in 0..400 {
+        let ray = Ray {
+            origin: DVec3::new(f64::from(i) * 5e-15, 0.1, 0.2),
+            direction: DVec3::X,
+            near: 0.0,
+            far: 4000.0,
+            tolerance: Tolerance::fixed(1e-18),
+        };
+        group.first_hits(&[ray], &mut [Hit::MISS], &mut CastStats::default());
+        all_hits(&field, &[ray], &mut CastStats::default());
+    }
+}
+
+#[test]
+fn a_ray_of_one_point_hits_where_it_is_inside() {
+    let mut b = Build::default();
+    let ball = b.sphere([0.0; 3], 1.0);
+    for kind in ALL {
+        let mut made = caster(kind, &mut b.field(ball), &Aabb::cube(2.0), &[]).expect("a caster");
+        for (t, inside) in [(0.5, false), (1.5, true)] {
+            let tolerance = Tolerance::fixed(TOLERANCE);
+            let ray = Ray { origin: -2.0 * DVec3::X, direction: DVec3::X, near: t, far: t, tolerance };
+            let mut hit = [Hit::MISS];
+            made.first_hits(&[ray], &mut hit, &mut CastStats::default());
+            assert_eq!(hit[0].is_hit(), inside, "{kind:?} at {t}: {hit:?}");
+        }
+    }
+}

@@ -518,3 +518,55 @@ mod composites {
         assert_eq!(g.op(add, &[a, zero]).expect("room"), a);
     }
 }
+
+#[test]
+fn high_powers_contain_their_roundings() {
+    use orogen::num::Real;
+    let mut rng = seeded("powers");
+    for n in [3, 60, 65, 257, 1000, 20_000] {
+        for _ in 0..500 {
+            // Not far from 1, or the power leaves the range of numbers.
+            let x = 1.0 + rng.random_range(-1.0..1.0) / f64::from(n);
+            let power = Real::powi(Interval::point(x), n);
+            let fine = libm::pow(x, f64::from(n));
+            assert!(power.contains(fine), "{x}^{n} = {fine:e} outside {power:?}");
+        }
+    }
+}
+
+#[test]
+fn lengths_past_the_origin_keep_what_lies_across() {
+    use orogen::op::Length;
+    for offset in [1e-12, 1e-10, 3e-9, 1e-8, 1e-7, 1e-4] {
+        for near in [1e-3 * offset, 0.1 * offset, offset] {
+            let x = [
+                Reduced::new(0.5 + 0.5 * near, [0.5 - 0.5 * near]),
+                Reduced::new(offset, [0.0]),
+                Reduced::new(0.0, [0.0]),
+            ];
+            let z = Reduced::<1>::lift(&Length, x.each_ref());
+            for i in 0..=1000 {
+                let e = -1.0 + 2e-3 * f64::from(i);
+                let v = Length.value([x[0].mid + x[0].slope[0] * e, offset, 0.0]);
+                let band = z.mid + z.slope[0] * e;
+                assert!(
+                    (v - band).abs() <= z.rest + 1e-15,
+                    "{v:e} is not within {:e} of {band:e} at {offset:e}",
+                    z.rest
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn what_has_no_value_is_not_swallowed() {
+    let undefined = f64::NAN;
+    for op in Op::ALL {
+        for i in 0..op.arity() {
+            let args: Vec<f64> = (0..op.arity()).map(|k| if k == i { undefined } else { 0.5 }).collect();
+            let value: f64 = op.apply(|k| &args[k]);
+            assert!(value.is_nan(), "{} of {args:?} is {value}", op.name());
+        }
+    }
+}

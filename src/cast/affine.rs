@@ -51,14 +51,16 @@ impl AffineMarch {
                 None => Hit { certified: march.certified, ..Hit::MISS },
             });
         }
-        march.end = (t + length).min(ray.far);
+        // Never nothing: a piece too short to move a frontier this far out would be tried for ever.
+        march.end = (t + length).max(t.next_up()).min(ray.far);
         march.beyond = march.end;
         None
     }
 
-    /// The first hit of a ray that meets the inside before any root.
-    fn began_inside(&self, ray: &Ray, march: &March) -> Hit {
-        Hit { t: ray.near, certified: march.certified }
+    /// The first hit of a ray that meets the inside before any root: there the frontier has not left
+    /// the ray's beginning, unless it went past something undefined.
+    fn began_inside(&self, march: &March) -> Hit {
+        Hit { t: march.free, certified: march.certified }
     }
 
     /// A root in `[a, b]`, known to the tolerance.
@@ -103,7 +105,7 @@ impl Strategy for AffineMarch {
         let (a, b) = (march.free, march.end);
         if !g.range.contains(0.0) {
             if g.range.hi < 0.0 && !self.all {
-                return Some(self.began_inside(ray, march));
+                return Some(self.began_inside(march));
             }
             let at = march.beyond;
             return self.advance(ray, march, at, 2.0 * (b - a));
@@ -115,7 +117,7 @@ impl Strategy for AffineMarch {
         let (ta, tb) = trim(a, b, g);
         if ta > a && g.mid < g.slope[0] && !self.all {
             // The band is below zero at the left end, where it is free of roots.
-            return Some(self.began_inside(ray, march));
+            return Some(self.began_inside(march));
         }
         // A band that crosses zero within the piece changes sign there. One that reaches zero only
         // at an end of the piece proves nothing until that end has been looked at by itself.

@@ -63,7 +63,8 @@ impl<S: Strategy> Group<S> {
         for (i, ray) in rays.iter().enumerate() {
             stats.rays += 1;
             let march = self.strategy.start(ray);
-            if ray.near < ray.far {
+            // A single point is a ray, too; there is nothing on one that ends before it begins.
+            if ray.near <= ray.far {
                 active.push((i, march));
             } else {
                 done(i, march, Hit::MISS);

@@ -47,6 +47,17 @@ fn times(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }
 
+/// The smaller of two ends, which are not NaN; a single instruction.
+#[inline(always)]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn most(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 impl Interval {
     /// All real numbers.
     pub const ENTIRE: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
@@ -104,7 +115,7 @@ impl Interval {
     #[inline(always)]
     pub fn rad(self) -> f64 {
         let m = self.mid();
-        up(Real::max(self.hi - m, m - self.lo), ULP)
+        up(most(self.hi - m, m - self.lo), ULP)
     }
 
     /// Width.
@@ -131,7 +142,7 @@ impl Interval {
     /// Largest absolute value.
     #[inline(always)]
     pub fn mag(self) -> f64 {
-        Real::max(self.lo.abs(), self.hi.abs())
+        most(self.lo.abs(), self.hi.abs())
     }
 
     /// Smallest absolute value.
@@ -155,14 +166,14 @@ impl Interval {
     /// Smallest interval around both.
     #[inline(always)]
     pub fn hull(self, other: Interval) -> Interval {
-        Interval { lo: Real::min(self.lo, other.lo), hi: Real::max(self.hi, other.hi) }
+        Interval { lo: least(self.lo, other.lo), hi: most(self.hi, other.hi) }
     }
 
     /// Numbers in both. Two enclosures of one value always meet; should rounding part them, the
     /// tighter one is returned.
     #[inline(always)]
     pub fn meet(self, other: Interval) -> Interval {
-        let (lo, hi) = (Real::max(self.lo, other.lo), Real::min(self.hi, other.hi));
+        let (lo, hi) = (most(self.lo, other.lo), least(self.hi, other.hi));
         if lo <= hi {
             Interval { lo, hi }
         } else if self.width() <= other.width() {
@@ -181,7 +192,7 @@ impl Interval {
     /// Clips to `[lo, hi]`; `None` when nothing is left.
     #[inline]
     fn clip(self, lo: f64, hi: f64) -> Option<Interval> {
-        let x = Interval { lo: Real::max(self.lo, lo), hi: Real::min(self.hi, hi) };
+        let x = Interval { lo: most(self.lo, lo), hi: least(self.hi, hi) };
         (x.lo <= x.hi).then_some(x)
     }
 
@@ -224,8 +235,8 @@ impl Mul for Interval {
     fn mul(self, o: Self) -> Self {
         let (a, b) = (times(self.lo, o.lo), times(self.lo, o.hi));
         let (c, d) = (times(self.hi, o.lo), times(self.hi, o.hi));
-        let lo = Real::min(Real::min(a, b), Real::min(c, d));
-        let hi = Real::max(Real::max(a, b), Real::max(c, d));
+        let lo = least(least(a, b), least(c, d));
+        let hi = most(most(a, b), most(c, d));
         Interval::outward(lo, hi, ULP)
     }
 }
@@ -251,7 +262,7 @@ impl Mul<f64> for Interval {
     #[inline(always)]
     fn mul(self, k: f64) -> Self {
         let (a, b) = (times(self.lo, k), times(self.hi, k));
-        Interval::outward(Real::min(a, b), Real::max(a, b), ULP)
+        Interval::outward(least(a, b), most(a, b), ULP)
     }
 }
 
@@ -267,14 +278,14 @@ impl Real for Interval {
     #[inline(always)]
     fn square(self) -> Self {
         let (a, b) = (self.mig(), self.mag());
-        Interval { lo: Real::max(down(a * a, ULP), 0.0), hi: up(b * b, ULP) }
+        Interval { lo: most(down(a * a, ULP), 0.0), hi: up(b * b, ULP) }
     }
     #[inline]
     fn sqrt(self) -> Self {
         match self.clip(0.0, f64::INFINITY) {
             Some(x) => {
                 let r = x.rising(f64::sqrt, ULP);
-                Interval { lo: Real::max(r.lo, 0.0), hi: r.hi }
+                Interval { lo: most(r.lo, 0.0), hi: r.hi }
             }
             None => Interval::ENTIRE,
         }
@@ -283,14 +294,15 @@ impl Real for Interval {
         if n < 0 {
             return Interval::point(1.0) / self.powi(-n);
         }
-        // Repeated squaring: at most two roundings a bit.
-        let relative = 2.0 * ULP * 64.0_f64.min(f64::from(n.max(1)));
+        // A squaring doubles the relative error that it is given, so the n-th power is off by up to
+        // n roundings, however few multiplications there are.
+        let relative = 2.0 * ULP * f64::from(n.max(1));
         let power = |x: f64| if n == 0 { 1.0 } else { Real::powi(x, n) };
         if n % 2 == 1 {
             Interval::outward(power(self.lo), power(self.hi), relative)
         } else {
             let r = Interval::outward(power(self.mig()), power(self.mag()), relative);
-            Interval { lo: Real::max(r.lo, 0.0), hi: r.hi }
+            Interval { lo: most(r.lo, 0.0), hi: r.hi }
         }
     }
     fn powf(self, p: Self) -> Self {
@@ -300,15 +312,15 @@ impl Real for Interval {
         let mut lo = corners.iter().copied().fold(f64::INFINITY, Real::min);
         let mut hi = corners.iter().copied().fold(f64::NEG_INFINITY, Real::max);
         if x.contains(1.0) || p.contains(0.0) {
-            (lo, hi) = (Real::min(lo, 1.0), Real::max(hi, 1.0));
+            (lo, hi) = (least(lo, 1.0), most(hi, 1.0));
         }
         let r = Interval::outward(lo, hi, LIBM);
-        Interval { lo: Real::max(r.lo, 0.0), hi: r.hi }
+        Interval { lo: most(r.lo, 0.0), hi: r.hi }
     }
     #[inline]
     fn exp(self) -> Self {
         let r = self.rising(libm::exp, LIBM);
-        Interval { lo: Real::max(r.lo, 0.0), hi: r.hi }
+        Interval { lo: most(r.lo, 0.0), hi: r.hi }
     }
     #[inline]
     fn ln(self) -> Self {
@@ -354,11 +366,11 @@ impl Real for Interval {
     }
     #[inline(always)]
     fn min(self, o: Self) -> Self {
-        Interval { lo: Real::min(self.lo, o.lo), hi: Real::min(self.hi, o.hi) }
+        Interval { lo: least(self.lo, o.lo), hi: least(self.hi, o.hi) }
     }
     #[inline(always)]
     fn max(self, o: Self) -> Self {
-        Interval { lo: Real::max(self.lo, o.lo), hi: Real::max(self.hi, o.hi) }
+        Interval { lo: most(self.lo, o.lo), hi: most(self.hi, o.hi) }
     }
     #[inline(always)]
     fn if_less(self, o: Self, then: Self, otherwise: Self) -> Self {
@@ -392,8 +404,8 @@ impl Interval {
             return Interval { lo: -1.0, hi: 1.0 };
         }
         let (a, b) = (f(x.lo), f(x.hi));
-        let lo = if x.meets(crest - PI, 2.0 * PI) { -1.0 } else { down(Real::min(a, b), LIBM) };
-        let hi = if x.meets(crest, 2.0 * PI) { 1.0 } else { up(Real::max(a, b), LIBM) };
-        Interval { lo: Real::max(lo, -1.0), hi: Real::min(hi, 1.0) }
+        let lo = if x.meets(crest - PI, 2.0 * PI) { -1.0 } else { down(least(a, b), LIBM) };
+        let hi = if x.meets(crest, 2.0 * PI) { 1.0 } else { up(most(a, b), LIBM) };
+        Interval { lo: most(lo, -1.0), hi: least(hi, 1.0) }
     }
 }

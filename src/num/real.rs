@@ -44,11 +44,12 @@ pub trait Real:
     fn atan2(self, x: Self) -> Self;
     /// Largest integer not above.
     fn floor(self) -> Self;
-    /// The smaller of two.
+    /// The smaller of two; undefined where either is.
     fn min(self, other: Self) -> Self;
-    /// The larger of two.
+    /// The larger of two; undefined where either is.
     fn max(self, other: Self) -> Self;
-    /// `then` where `self < other`, else `otherwise`; the hull of both where the scalar cannot tell.
+    /// `then` where `self < other`, else `otherwise`; the hull of both where the scalar cannot tell,
+    /// and undefined where `self` or `other` is.
     fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self;
     /// Derivative of a function that is constant except for a jump at zero: 0 away from zero,
     /// everything where zero may lie inside.
@@ -133,15 +134,23 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        if self < other { self } else { other }
+        // A NaN must come through: an enclosure speaks of the defined part of its argument alone, and
+        // would miss whatever value took the place of the rest.
+        if self < other || self.is_nan() { self } else { other }
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        if self > other { self } else { other }
+        if self > other || self.is_nan() { self } else { other }
     }
     #[inline(always)]
     fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self {
-        if self < other { then } else { otherwise }
+        if self < other {
+            then
+        } else if self >= other {
+            otherwise
+        } else {
+            f64::NAN
+        }
     }
     #[inline(always)]
     fn slope_of_jump(self) -> Self {

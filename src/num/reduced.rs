@@ -107,13 +107,15 @@ impl<const K: usize> Reduced<K> {
             mid += 0.5 * square;
             rad += 0.5 * square.abs() + size * (4 * N) as f64 * ROUNDOFF;
             for l in 0..k {
-                let mut cross = 0.0;
+                let (mut cross, mut size) = (0.0_f64, 0.0);
                 for i in 0..N {
                     for j in 0..N {
-                        cross += m[i][j] * x[i].slope[k] * x[j].slope[l];
+                        let term = m[i][j] * x[i].slope[k] * x[j].slope[l];
+                        cross += term;
+                        size += term.abs();
                     }
                 }
-                rad += cross.abs() * (1.0 + (4 * N) as f64 * ROUNDOFF) + size * (4 * N) as f64 * ROUNDOFF;
+                rad += cross.abs() + size * (4 * N) as f64 * ROUNDOFF;
             }
         }
         if loose.iter().any(|l| *l != 0.0) {

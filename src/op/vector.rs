@@ -46,17 +46,23 @@ impl Function<3> for Length {
         let n = c.map(|c| c / r);
         let tangent = combine(&n);
         let far = self.range(*x).hi;
-        if !(tangent.lo > 0.0 && far.is_finite()) {
+        let error = 8.0 * ROUNDOFF * (x[0].mag() + x[1].mag() + x[2].mag());
+        // Past the origin the tangent may be no more than the rounding of `n`; and squares of lengths
+        // below 1e-140 are subnormal, so that `n` is no unit vector.
+        let near = tangent.lo - error;
+        if !(near > 0.0 && far.is_finite() && r > 1e-140) {
             return Form::constant(self.range(*x));
         }
         let one = Interval::point(1.0);
-        let bend =
-            Interval { lo: (one / Interval::point(far)).lo, hi: (one / Interval::point(tangent.lo)).hi };
-        let error = 8.0 * ROUNDOFF * (x[0].mag() + x[1].mag() + x[2].mag());
+        let bend = Interval { lo: (one / Interval::point(far)).lo, hi: (one / Interval::point(near)).hi };
+        // Entries of the matrix are off by 8 roundoffs, which a box that nearly meets the origin
+        // (where the length bends most) magnifies.
+        let reach: f64 = x.iter().map(|x| x.rad()).sum();
+        let blur = 8.0 * ROUNDOFF * reach * reach * bend.hi;
         let matrix = std::array::from_fn(|i| {
             std::array::from_fn(|j| if i == j { 1.0 - n[i] * n[j] } else { -n[i] * n[j] })
         });
-        Form { slope: n, rest: Interval::around(r, error), bend, matrix }
+        Form { slope: n, rest: Interval::around(r, error + blur), bend, matrix }
     }
 }
 
