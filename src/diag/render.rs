@@ -49,10 +49,8 @@ fn excerpt(d: &Diagnostic, sources: &Sources, color: bool) -> Option<String> {
     };
     let charset = if color { CharSet::Unicode } else { CharSet::Ascii };
     let config = Config::new().with_color(color).with_char_set(charset).with_index_type(IndexType::Byte);
-    let mut label = Label::new(span.clone()).with_color(tint);
-    if let Some(text) = &d.label {
-        label = label.with_message(text);
-    }
+    // A label without text would not be drawn, nor the caret with it.
+    let label = Label::new(span.clone()).with_color(tint).with_message(d.label.as_deref().unwrap_or("here"));
     let mut report = Report::build(kind, span).with_config(config).with_message(&d.message).with_label(label);
     for hint in &d.hints {
         report.add_help(hint);

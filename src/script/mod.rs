@@ -157,13 +157,8 @@ fn read(request: &Request, setup: &Setup, name: &str) -> Result<Arc<str>, Box<Di
         Script::Text { text, .. } => Arc::from(text.as_str()),
         Script::File(path) => {
             setup.loaded.touched(path);
-            request.world.read(path).map_err(|e| {
-                let d = Diagnostic::error(modules::unreadable(name, &e).message);
-                Box::new(match e.kind() {
-                    std::io::ErrorKind::NotFound => Diagnostic::error(format!("there is no file {name}")),
-                    _ => d,
-                })
-            })?
+            let unreadable = |e| Box::new(Diagnostic::error(modules::unreadable(name, &e).message));
+            request.world.read(path).map_err(unreadable)?
         }
     };
     setup.loaded.source(name, &text);

@@ -185,6 +185,7 @@ fn inside(path: &str) -> std::result::Result<(), Fault> {
 /// A file that is there but cannot be read.
 pub fn unreadable(file: &str, e: &io::Error) -> Fault {
     match e.kind() {
+        io::ErrorKind::NotFound => Fault::new(format!("there is no file {file}")),
         io::ErrorKind::InvalidData => Fault::new(format!("{file} is not a text (UTF-8)")),
         _ => Fault::new(format!("{file} cannot be read: {e}")),
     }

@@ -6,7 +6,7 @@ use super::library::Call;
 use super::value::{Field, number, type_name};
 use crate::diag;
 use glam::DVec3;
-use rhai::{Dynamic, INT, Map};
+use rhai::{Array, Dynamic, INT, Map};
 use std::ops::RangeInclusive;
 
 /// The options of one call, as they are read.
@@ -108,7 +108,12 @@ impl<'a, 'b> Options<'a, 'b> {
 
     /// Ends with an error for a key that must be there.
     pub fn missing(&self, key: &str) -> Fault {
-        Fault::new(format!("`{}` needs the option `{key}`", self.call.name))
+        let fault = Fault::new(format!("`{}` needs the option `{key}`", self.call.name));
+        let unread = self.map.keys().map(|k| k.as_str()).filter(|k| !self.known.contains(k));
+        match unread.into_iter().find(|given| diag::nearest(given, [key]).is_some()) {
+            Some(given) => fault.key(given).label(format!("did you mean `{key}`?")),
+            None => fault,
+        }
     }
 
     /// Refuses keys that nobody asked for.
@@ -119,10 +124,11 @@ impl<'a, 'b> Options<'a, 'b> {
         let fault = Fault::new(format!("`{}` has no option `{key}`", self.call.name))
             .key(key)
             .label("unknown option");
-        Err(match diag::nearest(key, self.known.iter().copied()) {
+        let fault = match diag::nearest(key, self.known.iter().copied()) {
             Some(near) => fault.hint(format!("did you mean `{near}`?")),
-            None => fault.hint(format!("its options are {}", self.known.join(", "))),
-        })
+            None => fault,
+        };
+        Err(fault.hint(format!("its options are {}", self.known.join(", "))))
     }
 }
 
@@ -136,6 +142,7 @@ pub fn describe(v: &Dynamic) -> String {
             let text: String = v.to_string().chars().take(20).collect();
             format!("a string ({text:?})")
         }
+        "array" => format!("an array of {}", v.read_lock::<Array>().map_or(0, |a| a.len())),
         _ => with_article(name),
     }
 }

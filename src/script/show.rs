@@ -26,7 +26,7 @@ pub fn dynamic(host: &Host, v: &Dynamic) -> String {
         return format!("vec3({x}, {y}, {z})");
     }
     if let Some(v) = v.read_lock::<Vec3>() {
-        return format!("vec3({}, {}, {})", v.0[0], v.0[1], v.0[2]);
+        return format!("vec3({})", v.0.map(number).join(", "));
     }
     if let Some(i) = v.read_lock::<Interval>() {
         return interval(*i);
@@ -77,15 +77,30 @@ fn nested(host: &Host, v: &Dynamic) -> String {
 }
 
 fn interval(i: Interval) -> String {
-    format!("[{}, {}]", i.lo, i.hi)
+    format!("[{}, {}]", number(i.lo), number(i.hi))
+}
+
+/// All digits, with an exponent where there would be long runs of zeros.
+fn number(v: f64) -> String {
+    match v.abs() {
+        a if a == 0.0 || !a.is_finite() || (1e-5..1e16).contains(&a) => v.to_string(),
+        _ => format!("{v:e}"),
+    }
+}
+
+fn nodes(graph: &Graph, root: NodeId) -> String {
+    match graph.reachable(&[root]).len() {
+        1 => "1 node".to_owned(),
+        n => format!("{n} nodes"),
+    }
 }
 
 fn affine(a: &Affine) -> String {
-    let mut out = format!("{}", a.mid);
+    let mut out = number(a.mid);
     for (k, (_, c)) in a.terms.iter().enumerate().take(6) {
         let sign = if *c < 0.0 { '-' } else { '+' };
         // Writing to a string cannot fail.
-        let _ = write!(out, " {sign} {} e{}", c.abs(), k + 1);
+        let _ = write!(out, " {sign} {} e{}", number(c.abs()), k + 1);
     }
     if a.terms.len() > 6 {
         let _ = write!(out, " + {} more", a.terms.len() - 6);
@@ -118,16 +133,16 @@ pub fn summary(host: &Host, v: &Dynamic) -> String {
     let of = if reads.is_empty() { "constant".to_owned() } else { format!("of {}", reads.join(", ")) };
     let graph = host.graph.borrow();
     let color = if f.color.is_some() { ", coloured" } else { "" };
-    let nodes = graph.reachable(&[f.node]).len();
-    format!("{}\n  {}, {of}{color}, {nodes} nodes", expression(&graph, f.node), graph.class(f.node))
+    let nodes = nodes(&graph, f.node);
+    format!("{}\n  {}, {of}{color}, {nodes}", expression(&graph, f.node), graph.class(f.node))
 }
 
 fn scene(host: &Host, s: &SceneValue) -> String {
     let graph = host.graph.borrow();
-    let nodes = graph.reachable(&[s.surface.node]).len();
+    let nodes = nodes(&graph, s.surface.node);
     let (film, eye) = (s.film, s.camera.eye);
     format!(
-        "scene: surface {} with {nodes} nodes, camera at ({:.3}, {:.3}, {:.3}), film {} x {}",
+        "scene: surface {} with {nodes}, camera at ({:.3}, {:.3}, {:.3}), film {} x {}",
         graph.class(s.surface.node),
         eye.x,
         eye.y,

@@ -166,6 +166,23 @@ fn affine_point(host: &Host, m: DMat3, shift: DVec3) -> Outcome<Vec<(Input, Node
     Ok(vec![(Input::X, row(0)?), (Input::Y, row(1)?), (Input::Z, row(2)?)])
 }
 
+/// The point turned back around a unit axis by an angle in degrees that is itself an expression:
+/// what lies along the axis stays, what lies across turns.
+fn turned_point(host: &Host, axis: DVec3, degrees: NodeId) -> Outcome<Vec<(Input, NodeId)>> {
+    let radians = host.op(Op::Mul(op::Mul), &[degrees, host.constant(1f64.to_radians())?])?;
+    let (cos, sin) = (host.op(Op::Cos(op::Cos), &[radians])?, host.op(Op::Sin(op::Sin), &[radians])?);
+    let along = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+    let aside = DMat3::from_cols(DVec3::X.cross(axis), DVec3::Y.cross(axis), DVec3::Z.cross(axis));
+    let mut point = affine_point(host, along, DVec3::ZERO)?;
+    for (factor, part) in [(cos, DMat3::IDENTITY - along), (sin, aside)] {
+        for (sum, (_, term)) in point.iter_mut().zip(affine_point(host, part, DVec3::ZERO)?) {
+            let term = host.op(Op::Mul(op::Mul), &[factor, term])?;
+            sum.1 = host.op(Op::Add(op::Add), &[sum.1, term])?;
+        }
+    }
+    Ok(point)
+}
+
 fn moves(lib: &mut Library<'_>) {
     for name in ["translated", "translate"] {
         lib.def(
@@ -181,7 +198,7 @@ fn moves(lib: &mut Library<'_>) {
         );
     }
     for name in ["rotated", "rotate"] {
-        let sentence = "The solid turned around an axis through the origin, by degrees counterclockwise as seen from the axis' tip.";
+        let sentence = "The solid turned around an axis through the origin, by degrees counterclockwise as seen from the axis' tip. They may be a field, such as 90.0 * time.";
         lib.def(
             &format!("{name}(f, axis, degrees)"),
             sentence,
@@ -189,6 +206,9 @@ fn moves(lib: &mut Library<'_>) {
             |c| {
                 let axis = c.vec3(1)?.try_normalize();
                 let axis = axis.ok_or_else(|| Fault::new("the axis has no direction: its length is zero"))?;
+                if c.args[2].is::<Field>() {
+                    return moved(c, &turned_point(c.host, axis, c.field(2)?.node)?);
+                }
                 let turn = DMat3::from_axis_angle(axis, c.number(2)?.to_radians());
                 moved(c, &affine_point(c.host, clean(turn.transpose()), DVec3::ZERO)?)
             },
