@@ -2,6 +2,7 @@
 
 use super::report::Failure;
 use crate::cast::Kind;
+use crate::scene::Film;
 use clap::builder::PossibleValuesParser;
 use clap::builder::TypedValueParser as _;
 use std::collections::BTreeMap;
@@ -47,7 +48,7 @@ pub struct PictureOptions {
     pub size: Option<Size>,
 
     /// Samples per pixel; more are smoother and slower [default: what the script says, or 4]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Film::MAX_SAMPLES)))]
     pub samples: Option<u32>,
 
     /// How rays find the surface: auto, sphere, speculative or affine
@@ -132,20 +133,20 @@ pub struct Size {
     pub height: u32,
 }
 
-/// Longest side of a picture, which keeps the number of pixels within reach of memory.
-const LONGEST: u32 = 32768;
-
 impl FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Size, String> {
         let side = |s: &str| s.trim().parse::<u32>().ok();
+        let longest = 1..=Film::MAX_SIDE;
         let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((side(w)?, side(h)?)));
         match sides {
-            Some((width, height)) if (1..=LONGEST).contains(&width) && (1..=LONGEST).contains(&height) => {
+            Some((width, height)) if longest.contains(&width) && longest.contains(&height) => {
                 Ok(Size { width, height })
             }
-            Some(_) => Err(format!("each side must be from 1 to {LONGEST} pixels; for example: 1920x1080")),
+            Some(_) => {
+                Err(format!("each side must be from 1 to {} pixels; for example: 1920x1080", Film::MAX_SIDE))
+            }
             None => Err("a size is width x height in pixels; for example: 1920x1080".into()),
         }
     }

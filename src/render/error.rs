@@ -2,12 +2,13 @@
 
 use crate::diag::{Diagnostic, Place};
 use crate::expr::TooLarge;
+use crate::scene::Film;
 
 /// Why a picture cannot be rendered.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
-    /// A side is zero or beyond [`MAX_SIDE`](super::MAX_SIDE).
-    #[error("a picture of {width} x {height} pixels; sides go from 1 to {}", super::MAX_SIDE)]
+    /// A side is zero or beyond [`Film::MAX_SIDE`].
+    #[error("a picture of {width} x {height} pixels; sides go from 1 to {}", Film::MAX_SIDE)]
     Size {
         /// Width asked for.
         width: u32,
@@ -26,8 +27,8 @@ pub enum RenderError {
         /// Bytes that they may take.
         limit: u64,
     },
-    /// No samples, or more than [`MAX_SAMPLES`](super::MAX_SAMPLES).
-    #[error("{0} samples per pixel; 1 to {max} are possible", max = super::MAX_SAMPLES)]
+    /// No samples, or more than [`Film::MAX_SAMPLES`].
+    #[error("{0} samples per pixel; 1 to {max} are possible", max = Film::MAX_SAMPLES)]
     Samples(u32),
     /// A setting is not a number that makes sense.
     #[error("{name} is {value}; it must be {range}")]

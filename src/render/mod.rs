@@ -45,7 +45,7 @@ pub use picture::{Picture, Pixel, Rect};
 pub use prepare::{Prepared, prepare};
 pub use probe::Probe;
 pub use save::{Format, Metadata, SaveError, can_save, save};
-pub use settings::{MAX_SAMPLES, MAX_SIDE, Settings};
+pub use settings::Settings;
 pub use stats::{Seconds, Stats};
 pub use tone::{srgb, tone_map};
 pub use view::View;

@@ -1,13 +1,7 @@
 //! How a scene is to be rendered: what its script says, unless somebody says otherwise.
 
 use super::RenderError;
-use crate::scene::{Aabb, Scene};
-
-/// Longest side of a picture, in pixels.
-pub const MAX_SIDE: u32 = 65_536;
-
-/// Most samples per pixel.
-pub const MAX_SAMPLES: u32 = 65_536;
+use crate::scene::{Aabb, Film, Scene};
 
 /// How a scene is to be rendered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +50,7 @@ impl Settings {
     /// [`RenderError`] names the setting that cannot be.
     pub fn check(&self) -> Result<(), RenderError> {
         let &Settings { width, height, memory: limit, .. } = self;
-        let side = 1..=MAX_SIDE;
+        let side = 1..=Film::MAX_SIDE;
         if !side.contains(&width) || !side.contains(&height) {
             return Err(RenderError::Size { width, height });
         }
@@ -64,7 +58,7 @@ impl Settings {
         if needed > limit {
             return Err(RenderError::Memory { width, height, needed, limit });
         }
-        if !(1..=MAX_SAMPLES).contains(&self.samples) {
+        if !(1..=Film::MAX_SAMPLES).contains(&self.samples) {
             return Err(RenderError::Samples(self.samples));
         }
         if !(-64.0..=64.0).contains(&self.exposure) {

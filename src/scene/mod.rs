@@ -182,6 +182,13 @@ pub struct Film {
     pub exposure: f64,
 }
 
+impl Film {
+    /// Longest side of a picture, in pixels.
+    pub const MAX_SIDE: u32 = 65_536;
+    /// Most samples per pixel.
+    pub const MAX_SAMPLES: u32 = 65_536;
+}
+
 impl Default for Film {
     fn default() -> Self {
         Film { width: 800, height: 600, samples: 4, exposure: 0.0 }

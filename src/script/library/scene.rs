@@ -95,9 +95,9 @@ fn air(c: &Call<'_>) -> Outcome<Dynamic> {
 fn film(c: &Call<'_>) -> Outcome<Dynamic> {
     let default = Film::default();
     let mut o = Options::new(c, 0)?;
-    let width = o.integer("width", 1..=65_536, i64::from(default.width))?;
-    let height = o.integer("height", 1..=65_536, i64::from(default.height))?;
-    let samples = o.integer("samples", 1..=65_536, i64::from(default.samples))?;
+    let width = o.integer("width", 1..=Film::MAX_SIDE.into(), i64::from(default.width))?;
+    let height = o.integer("height", 1..=Film::MAX_SIDE.into(), i64::from(default.height))?;
+    let samples = o.integer("samples", 1..=Film::MAX_SAMPLES.into(), i64::from(default.samples))?;
     let exposure = o.number("exposure", -64.0..=64.0, default.exposure)?;
     o.finish()?;
     // The ranges above fit.
