@@ -96,7 +96,8 @@ impl Strategy for AffineMarch {
     fn ask(&self, ray: &Ray, march: &March) -> [Reduced<1>; 3] {
         let (mid, half) = middle(march.free, march.end);
         let (c, d) = (ray.at(mid).to_array(), (ray.direction * half).to_array());
-        std::array::from_fn(|axis| Reduced::new(c[axis], [d[axis]]))
+        let rest = ray.rounding(march.end);
+        std::array::from_fn(|axis| Reduced::within(c[axis], [d[axis]], rest))
     }
 
     fn tell(&self, ray: &Ray, march: &mut March, g: &Reduced<1>, stats: &mut CastStats) -> Option<Hit> {

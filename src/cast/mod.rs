@@ -12,6 +12,7 @@ mod group;
 mod sphere;
 
 use crate::field::{Field, lipschitz_outside};
+use crate::num::ROUNDOFF;
 use crate::scene::Aabb;
 use crate::tape::Census;
 use affine::AffineMarch;
@@ -59,6 +60,12 @@ impl Ray {
     /// The point at `t`.
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + t * self.direction
+    }
+
+    /// How far, on any axis, the computed points up to `t` may lie from the line: a product and a sum
+    /// are rounded, for the middle of a piece and for its half length.
+    fn rounding(&self, t: f64) -> f64 {
+        4.0 * ROUNDOFF * (self.origin.abs().max_element() + t.abs())
     }
 }
 

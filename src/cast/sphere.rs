@@ -124,8 +124,8 @@ impl Strategy for SphereTracing {
         if f.is_nan() || march.steps > STEPS {
             return Some(undecided(march.t));
         }
-        // A hair less than f / L, for the rounding of the field and of this division.
-        let radius = f / self.lipschitz * (1.0 - 1e-12);
+        // A hair less than f / L, for the rounding of the field, of this division, and of the point.
+        let radius = f / self.lipschitz * (1.0 - 1e-12) - 2.0 * ray.rounding(march.probe);
         let step = march.probe - march.t;
         if step == 0.0 {
             if radius <= 0.0 {

@@ -35,6 +35,13 @@ impl<const K: usize> Reduced<K> {
         Reduced { mid, slope, rest: 0.0, range: Interval::ENTIRE }.tightened(Interval::ENTIRE)
     }
 
+    /// `mid + sum slope_k e_k`, known to within `rest`.
+    #[inline(always)]
+    pub fn within(mid: f64, slope: [f64; K], rest: f64) -> Self {
+        let form = Reduced { mid, slope, rest, range: Interval::ENTIRE };
+        Reduced { range: Interval::around(mid, form.radius()), ..form }
+    }
+
     /// The form that knows nothing but a range.
     #[inline(always)]
     fn constant_range(range: Interval) -> Self {
