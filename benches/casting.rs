@@ -53,7 +53,7 @@ fn main() {
         let start = Instant::now();
         for group in rays.chunks(256) {
             let mut hits = vec![Hit::MISS; group.len()];
-            caster.first_hits(group, &mut hits, &mut stats);
+            caster.first_hits(group, &mut hits, &mut stats, &AtomicBool::new(false));
         }
         let time = start.elapsed().as_secs_f64();
         let per_ray = |n: u64| n as f64 / rays.len() as f64;

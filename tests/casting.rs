@@ -17,6 +17,7 @@ use orogen::scene::Aabb;
 use orogen::tape::Evaluator;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
 
 const TOLERANCE: f64 = 1e-4;
 const RAYS: usize = 17_000;
@@ -178,7 +179,7 @@ fn cast(made: &dyn Caster, rays: &[Ray]) -> (Vec<Hit>, CastStats) {
         .map(|(mut caster, rays)| {
             let mut hits = vec![Hit::MISS; rays.len()];
             let mut stats = CastStats::default();
-            caster.first_hits(rays, &mut hits, &mut stats);
+            caster.first_hits(rays, &mut hits, &mut stats, &AtomicBool::new(false));
             (hits, stats)
         })
         .collect();
@@ -261,11 +262,11 @@ fn any_grouping_gives_the_same_hits() {
             caster(kind, &mut b.field(root), &Aabb::cube(REGION), &rays(4)[..100]).expect("a caster");
         let rays = &rays(4)[..700];
         let mut whole = vec![Hit::MISS; rays.len()];
-        made.first_hits(rays, &mut whole, &mut CastStats::default());
+        made.first_hits(rays, &mut whole, &mut CastStats::default(), &AtomicBool::new(false));
         for size in [1, 7, 64] {
             let mut parts = vec![Hit::MISS; rays.len()];
             for (rays, out) in rays.chunks(size).zip(parts.chunks_mut(size)) {
-                made.first_hits(rays, out, &mut CastStats::default());
+                made.first_hits(rays, out, &mut CastStats::default(), &AtomicBool::new(false));
             }
             assert_eq!(whole, parts, "{kind:?} in groups of {size}");
         }
@@ -286,7 +287,7 @@ fn rays_that_start_a_hair_above_the_surface_come_to_an_end() {
             far: 4000.0,
             tolerance: Tolerance::fixed(1e-18),
         };
-        group.first_hits(&[ray], &mut [Hit::MISS], &mut CastStats::default());
+        group.first_hits(&[ray], &mut [Hit::MISS], &mut CastStats::default(), &AtomicBool::new(false));
         all_hits(&field, &[ray], &mut CastStats::default());
     }
 }
@@ -301,7 +302,7 @@ fn a_ray_of_one_point_hits_where_it_is_inside() {
             let tolerance = Tolerance::fixed(TOLERANCE);
             let ray = Ray { origin: -2.0 * DVec3::X, direction: DVec3::X, near: t, far: t, tolerance };
             let mut hit = [Hit::MISS];
-            made.first_hits(&[ray], &mut hit, &mut CastStats::default());
+            made.first_hits(&[ray], &mut hit, &mut CastStats::default(), &AtomicBool::new(false));
             assert_eq!(hit[0].is_hit(), inside, "{kind:?} at {t}: {hit:?}");
         }
     }

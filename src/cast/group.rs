@@ -8,6 +8,7 @@ use super::{CastStats, Caster, Hit, Ray};
 use crate::num::{Centred, Many};
 use crate::tape::{Evaluator, Tape};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Questions answered together. More would amortise dispatch better but leave more lanes idle when
 /// few rays are left.
@@ -52,11 +53,12 @@ impl<S: Strategy> Group<S> {
         Group::new(self.strategy.clone(), self.evaluator.tape().clone())
     }
 
-    /// Marches all rays to their ends; `done` gets the number of a ray, its last state and its hit.
+    /// Marches all rays to their ends, or until cancelled; `done` gets the number of a ray, its last state and its hit.
     pub(super) fn march(
         &mut self,
         rays: &[Ray],
         stats: &mut CastStats,
+        cancel: &AtomicBool,
         mut done: impl FnMut(usize, S::March, Hit),
     ) {
         let mut active: Vec<(usize, S::March)> = Vec::with_capacity(rays.len());
@@ -71,7 +73,7 @@ impl<S: Strategy> Group<S> {
             }
         }
         let mut outcomes: Vec<Option<Hit>> = Vec::with_capacity(rays.len());
-        while !active.is_empty() {
+        while !active.is_empty() && !cancel.load(Ordering::Relaxed) {
             outcomes.clear();
             for batch in active.chunks_mut(LANES) {
                 self.round(rays, batch, &mut outcomes, stats);
@@ -115,8 +117,8 @@ impl<S: Strategy> Group<S> {
 }
 
 impl<S: Strategy> Caster for Group<S> {
-    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats) {
-        self.march(rays, stats, |i, _, hit| out[i] = hit);
+    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
+        self.march(rays, stats, cancel, |i, _, hit| out[i] = hit);
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

@@ -19,6 +19,7 @@ use affine::AffineMarch;
 use glam::DVec3;
 use group::Group;
 use sphere::{SphereTracing, Spheres};
+use std::sync::atomic::AtomicBool;
 
 /// A piece of a line: `origin + t direction` for `near <= t <= far`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,8 +120,9 @@ impl std::ops::AddAssign for CastStats {
 
 /// A way to find first hits. One value serves one thread; `clone_box` makes another.
 pub trait Caster: Send {
-    /// First hits of a group of rays, in their order. `out` has as many entries as `rays`.
-    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats);
+    /// First hits of a group of rays, in their order. `out` has as many entries as `rays`. Once
+    /// `cancel` is set, rays that are still under way are given up and their entries left alone.
+    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool);
 
     /// The same caster with memory of its own, for another thread.
     fn clone_box(&self) -> Box<dyn Caster>;
@@ -207,7 +209,7 @@ const STEEP: f64 = 1e4;
 /// Evaluations that the rays need.
 fn trial(caster: &mut dyn Caster, rays: &[Ray]) -> f64 {
     let mut stats = CastStats::default();
-    caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats);
+    caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats, &AtomicBool::new(false));
     stats.evaluations as f64
 }
 
@@ -220,6 +222,6 @@ const RELAXATION: f64 = 1.46;
 pub fn all_hits(field: &Field, rays: &[Ray], stats: &mut CastStats) -> Vec<(Vec<(f64, f64)>, bool)> {
     let mut group = Group::new(AffineMarch { all: true }, field.tape().clone());
     let mut out = vec![(Vec::new(), true); rays.len()];
-    group.march(rays, stats, |i, march, hit| out[i] = (march.roots, hit.certified));
+    group.march(rays, stats, &AtomicBool::new(false), |i, march, hit| out[i] = (march.roots, hit.certified));
     out
 }

@@ -15,6 +15,7 @@ use super::group::{Group, Strategy};
 use super::{CastStats, Caster, Hit, Ray};
 use crate::tape::Tape;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Creeping steps after which a ray is handed over.
 const CREEP: u32 = 16;
@@ -82,14 +83,14 @@ impl Spheres {
 }
 
 impl Caster for Spheres {
-    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats) {
+    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
         let mut own = CastStats::default();
-        self.spheres.first_hits(rays, out, &mut own);
+        self.spheres.first_hits(rays, out, &mut own, cancel);
         let open: Vec<usize> = (0..rays.len()).filter(|&i| !out[i].certified).collect();
         let rest: Vec<Ray> = open.iter().map(|&i| Ray { near: out[i].t, ..rays[i] }).collect();
         let mut hits = vec![Hit::MISS; rest.len()];
         let mut theirs = CastStats::default();
-        self.affine.first_hits(&rest, &mut hits, &mut theirs);
+        self.affine.first_hits(&rest, &mut hits, &mut theirs, cancel);
         for (&i, &hit) in open.iter().zip(&hits) {
             out[i] = hit;
         }

@@ -3,13 +3,9 @@
 use super::save::SOFTWARE;
 use super::{Metadata, Picture};
 use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, SrgbRenderingIntent};
-use rayon::prelude::*;
 use std::io::{self, Write};
 
-/// Rows that are encoded at a time, in parallel.
-const BAND: u32 = 64;
-
-/// Writes a picture band by band, so that no second copy of it is held.
+/// Writes a picture row by row, so that no second copy of it is held.
 pub(super) fn write(file: impl Write, picture: &Picture, metadata: &Metadata) -> io::Result<()> {
     let mut encoder = Encoder::new(file, picture.width, picture.height);
     encoder.set_color(ColorType::Rgb);
@@ -23,10 +19,9 @@ pub(super) fn write(file: impl Write, picture: &Picture, metadata: &Metadata) ->
     }
     let mut writer = encoder.write_header().map_err(io_error)?;
     let mut rows = writer.stream_writer().map_err(io_error)?;
-    for first in (0..picture.height).step_by(BAND as usize) {
-        let band = first..picture.height.min(first + BAND);
-        let bytes: Vec<Vec<u8>> = band.into_par_iter().map(|y| picture.row_bytes(y)).collect();
-        bytes.iter().try_for_each(|row| rows.write_all(row))?;
+    // Not in the thread pool: a picture is also written while the pool is busy with the next one.
+    for y in 0..picture.height {
+        rows.write_all(&picture.row_bytes(y))?;
     }
     rows.finish().map_err(io_error)?;
     writer.finish().map_err(io_error)

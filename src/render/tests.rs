@@ -40,7 +40,7 @@ impl March {
 }
 
 impl Caster for March {
-    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats) {
+    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, _: &AtomicBool) {
         for (ray, out) in rays.iter().zip(out) {
             *out = self.first_hit(ray);
             stats.rays += 1;

@@ -8,6 +8,7 @@ use super::{Job, Pixel, Prepared, Rect, Stats, light};
 use crate::cast::{Caster, Hit, Ray, Tolerance};
 use glam::DVec3;
 use std::ops::Range;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Side of a tile in pixels.
@@ -101,12 +102,12 @@ impl<'a> Worker<'a> {
         let samples = self.scene.settings.samples;
         let at_once = (GROUP / area).max(1);
         for first in (0..samples).step_by(at_once as usize) {
-            self.primary(rect, first..samples.min(first + at_once));
+            self.primary(rect, first..samples.min(first + at_once), job.cancel);
             self.surface();
             if job.is_cancelled() {
                 return None;
             }
-            self.shadows();
+            self.shadows(job.cancel);
             self.shade();
             if job.is_cancelled() {
                 return None;
@@ -120,7 +121,7 @@ impl<'a> Worker<'a> {
     }
 
     /// Casts rays through the pixels of the tile.
-    fn primary(&mut self, rect: &Rect, samples: Range<u32>) {
+    fn primary(&mut self, rect: &Rect, samples: Range<u32>, cancel: &AtomicBool) {
         let start = Instant::now();
         let Prepared { settings, view, tolerance, .. } = self.scene;
         self.samples.clear();
@@ -148,7 +149,7 @@ impl<'a> Worker<'a> {
         }
         self.hits.clear();
         self.hits.resize(self.rays.len(), Hit::MISS);
-        self.caster.first_hits(&self.rays, &mut self.hits, &mut self.stats.primary);
+        self.caster.first_hits(&self.rays, &mut self.hits, &mut self.stats.primary, cancel);
         for (owner, hit) in owners.into_iter().zip(&self.hits) {
             self.samples[owner].distance = hit.t;
         }
@@ -171,7 +172,7 @@ impl<'a> Worker<'a> {
     }
 
     /// Casts rays towards the sun from the patches that face it.
-    fn shadows(&mut self) {
+    fn shadows(&mut self, cancel: &AtomicBool) {
         let start = Instant::now();
         let sun = &self.scene.sun;
         self.lit.clear();
@@ -187,7 +188,7 @@ impl<'a> Worker<'a> {
             }
             self.hits.clear();
             self.hits.resize(self.rays.len(), Hit::MISS);
-            self.caster.first_hits(&self.rays, &mut self.hits, &mut self.stats.shadow);
+            self.caster.first_hits(&self.rays, &mut self.hits, &mut self.stats.shadow, cancel);
             for (owner, hit) in owners.into_iter().zip(&self.hits) {
                 self.lit[owner] = !hit.is_hit();
             }
