@@ -21,7 +21,7 @@ pub(super) trait Strategy: Clone + Send + 'static {
     /// Progress of one ray.
     type March;
 
-    /// Before the first question; a hit where there is nothing to ask.
+    /// Before the first question.
     fn start(&self, ray: &Ray) -> Self::March;
 
     /// The coordinates to evaluate the field on next.

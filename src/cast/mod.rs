@@ -4,7 +4,7 @@
 //! tape serves many rays. Rays never influence one another, so any grouping gives the same hits.
 
 //!
-//! Three casters share the loop of [`group`](self): [`Kind::Sphere`] and [`Kind::Speculative`]
+//! Three casters share one loop (`group.rs`): [`Kind::Sphere`] and [`Kind::Speculative`]
 //! sphere tracing, which need a Lipschitz bound, and [`Kind::Affine`], which needs none.
 
 mod affine;

@@ -21,7 +21,8 @@
 //!
 //! **Work saved.** An octave whose weight is zero is not evaluated. Nor is one whose cells are so
 //! small against a box that its jet could say nothing that its bounds do not (`Centred::blind`):
-//! the fine octaves of a fractal over a large box cost next to nothing.
+//! the fine octaves of a fractal over a large box cost next to nothing, and a plain sum ends there
+//! (`sum.rs`).
 
 use super::cascade::{cascade, product};
 use super::octave::{Octave, Placement};

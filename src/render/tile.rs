@@ -235,9 +235,10 @@ impl Prepared {
         let rounding = 64.0 * f64::EPSILON * patch.position.abs().max_element();
         let origin = patch.position + (4.0 * tolerance + rounding) * patch.normal;
         let direction = self.sun.direction;
-        let (_, far) = self.settings.bounds.clip(origin, direction)?;
-        let tolerance = Tolerance::fixed(tolerance);
-        (far > 0.0).then_some(Ray { origin, direction, near: 0.0, far, tolerance })
+        // A patch on a face of the bounds may start its ray outside, where nothing is promised.
+        let (enter, far) = self.settings.bounds.clip(origin, direction)?;
+        let (near, tolerance) = (enter.max(0.0), Tolerance::fixed(tolerance));
+        (near < far).then_some(Ray { origin, direction, near, far, tolerance })
     }
 }
 
