@@ -3,7 +3,7 @@
 //! Every figure is the least of many repeats on one core, over points in cache and scattered over
 //! thousands of lattice cells.
 
-use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe};
+use orogen::noise::{Fractal, Gradient, Kind, Lattice, Model, Noise, Recipe};
 use orogen::num::{Dual, Jets, Kernel, Level, Many, Number, Order, simd_level};
 use std::hint::black_box;
 use std::time::Instant;
@@ -33,7 +33,7 @@ fn points() -> [Vec<f64>; 3] {
 }
 
 /// Bulk evaluation at a level: value, gradient, Hessian.
-fn bulk(noise: &Gradient, level: Level, at: &[Vec<f64>; 3]) -> [f64; 3] {
+fn bulk(level: Level, at: &[Vec<f64>; 3]) -> [f64; 3] {
     let mut to: [Vec<f64>; 10] = std::array::from_fn(|_| vec![0.0; POINTS]);
     [Order::Value, Order::Gradient, Order::Hessian].map(|order| {
         time(|| {
@@ -43,13 +43,13 @@ fn bulk(noise: &Gradient, level: Level, at: &[Vec<f64>; 3]) -> [f64; 3] {
                 grad: (order >= Order::Gradient).then_some([&mut x[..], y, z]),
                 hess: (order >= Order::Hessian).then_some([&mut xx[..], yy, zz, xy, xz, yz]),
             };
-            noise.jets_at(level, [&at[0], &at[1], &at[2]], out);
+            Gradient.jets_at(&Lattice::new(7), level, [&at[0], &at[1], &at[2]], out);
             black_box(&to);
         })
     })
 }
 
-fn single(noise: &Gradient, at: &[Vec<f64>; 3]) -> [f64; 3] {
+fn single(noise: &Noise, at: &[Vec<f64>; 3]) -> [f64; 3] {
     [Order::Value, Order::Gradient, Order::Hessian].map(|order| {
         time(|| {
             for i in 0..POINTS {
@@ -99,10 +99,10 @@ where
 
 fn main() {
     let at = points();
-    let noise = Gradient { seed: 7 };
+    let noise = Noise::new(Kind::Gradient(Gradient), 7);
     println!("| gradient noise, ns a point | value | gradient | Hessian |\n|---|---|---|---|");
     for level in [Level::Baseline, Level::Avx2, Level::Avx512].into_iter().filter(|&l| l <= simd_level()) {
-        let [v, g, h] = bulk(&noise, level, &at);
+        let [v, g, h] = bulk(level, &at);
         println!("| bulk, {level:?} | {v:.2} | {g:.2} | {h:.2} |");
     }
     let [v, g, h] = single(&noise, &at);
@@ -116,7 +116,7 @@ fn main() {
 
     println!("| 9 octaves, ns a point | value | gradient |\n|---|---|---|");
     for (model, rotate) in Model::ALL.iter().flat_map(|&m| [(m, false), (m, true)]) {
-        let noise = Noise { kind: Kind::Gradient, seed: 7, frequency: 1.0 };
+        let noise = Noise::new(Kind::Gradient(Gradient), 7);
         let recipe = Recipe { noise, model, octaves: 9, lacunarity: 2.07, hurst: 0.8, offset: 0.6, rotate };
         let f = Fractal::new(recipe).expect("a valid recipe");
         let value = fractal(&f, &at, |x, _| x);

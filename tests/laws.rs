@@ -349,7 +349,7 @@ mod composites {
     use super::{coordinate, inside, radius, seeded};
     use orogen::expr::{Graph, Input, NodeId};
     use orogen::field::Field;
-    use orogen::noise::{Fractal, Kind, Model, Noise, Recipe};
+    use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe};
     use orogen::num::{Affine, Dual, Interval, Jet, Many, Reduced};
     use orogen::op::Op;
     use orogen::tape::{Evaluator, Tape};
@@ -370,12 +370,13 @@ mod composites {
             0 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
                 let frequency = rng.random_range(0.2..6.0);
-                let noise = Noise { kind: Kind::Gradient, seed: rng.random_range(0..9), frequency };
+                let noise =
+                    Noise::new(Kind::Gradient(Gradient), rng.random_range(0..9)).at_frequency(frequency);
                 g.noise(noise, p).expect("room")
             }
             1 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
-                let noise = Noise { kind: Kind::Gradient, seed: 3, frequency: rng.random_range(0.3..3.0) };
+                let noise = Noise::new(Kind::Gradient(Gradient), 3).at_frequency(rng.random_range(0.3..3.0));
                 let model = Model::ALL[rng.random_range(0..Model::ALL.len())];
                 let octaves = rng.random_range(1..6);
                 let recipe = Recipe {

@@ -29,7 +29,7 @@
 //! The sums of a few hundred products below `1e5` are off by less than `1e-8`; [`SLACK`] covers
 //! them. Within a cell the fades are polynomials, so `M_k` bounds changes there for every `k`.
 
-use crate::num::{Interval, Real};
+use crate::num::{Interval, Real, mix};
 use rayon::prelude::*;
 
 /// Covers the rounding of `F_k`.
@@ -185,7 +185,7 @@ pub fn search(k: usize, starts: u64) -> Witness {
         let mut state = 0;
         let mut random = || {
             state += 1;
-            (super::mix(super::mix(start) ^ state) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+            (mix(mix(start) ^ state) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
         };
         let mut best = Witness { value: 0.0, x: [0.5; 3], u: [1.0, 0.0, 0.0] };
         let mut step = 1.0;

@@ -24,12 +24,12 @@
 //! the fine octaves of a fractal over a large box cost next to nothing, and a plain sum ends there
 //! (`sum.rs`).
 
+use super::Noise;
 use super::cascade::{cascade, product};
 use super::octave::{Octave, Placement};
 use super::shape::{Fade, Ridge};
 use super::sum::sum;
-use super::{Noise, mix};
-use crate::num::{Bounds, Class, Interval, Kernel, Number, Real};
+use crate::num::{Bounds, Class, Interval, Kernel, Number, Real, mix};
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
@@ -103,6 +103,17 @@ impl Recipe {
     fn identity(&self) -> (Noise, Model, u32, [u64; 3], bool) {
         let bits = [self.lacunarity, self.hurst, self.offset].map(f64::to_bits);
         (self.noise, self.model, self.octaves, bits, self.rotate)
+    }
+
+    /// Whether octaves of a noise that repeats fit into its period; `Err` says what they need.
+    pub fn tiles(&self) -> Result<(), &'static str> {
+        if self.rotate {
+            Err("octaves that are turned do not repeat: set rotate to false")
+        } else if self.lacunarity.fract() != 0.0 {
+            Err("octaves repeat together if the lacunarity is a whole number, such as 2")
+        } else {
+            Ok(())
+        }
     }
 
     /// Names the first parameter that is out of range.
@@ -203,11 +214,12 @@ impl Term {
     fn new(recipe: &Recipe, i: u32) -> Term {
         let Recipe { noise, lacunarity, hurst, rotate, .. } = *recipe;
         // The coarsest octave keeps the noise's own seed: one octave is the noise itself.
-        let seed = if i == 0 { noise.seed } else { mix(noise.seed ^ mix(u64::from(i))) };
+        let seed = noise.lattice.seed;
+        let seed = if i == 0 { seed } else { mix(seed ^ mix(u64::from(i))) };
         let frequency = noise.frequency * Real::powi(lacunarity, i as i32);
         Term {
             octave: Octave {
-                noise: Noise { seed, frequency, ..noise },
+                noise: noise.seeded(seed).at_frequency(frequency),
                 placement: rotate.then(|| Placement::random(seed)),
             },
             amplitude: libm::pow(lacunarity, -f64::from(i) * hurst),

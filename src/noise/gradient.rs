@@ -28,14 +28,14 @@
 //! the machine. Nothing is fused or reordered, so all instruction sets, and all groupings of points
 //! into batches, give the same bits. The hash works on 32-bit lanes, twice as many to a vector.
 
-use crate::num::{Bounds, Class, Jets, Kernel, Level, Order, Point, at_level, simd_level, widest};
+use super::basis::Basis;
+use super::lattice::{Lattice, STEP, hash, split};
+use super::parameter::Settings;
+use crate::num::{Bounds, Class, Jets, Level, Order, Point, at_level, simd_level, widest};
 
 /// Gradient noise at unit frequency: one lattice cell is one unit long.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub struct Gradient {
-    /// Names the random field.
-    pub seed: u64,
-}
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub struct Gradient;
 
 impl Gradient {
     /// Proven by `examples/certify_noise.rs` (see [`certify`](super::certify)). The suprema
@@ -46,8 +46,8 @@ impl Gradient {
 impl Gradient {
     /// [`Kernel::jets`] with a given instruction set, or the widest lower one that there is; for
     /// benchmarks and for the test that all give the same bits.
-    pub fn jets_at(&self, level: Level, at: [&[f64]; 3], out: Jets<'_>) {
-        let job = Job { key: key(self.seed), level, at };
+    pub fn jets_at(&self, lattice: &Lattice, level: Level, at: [&[f64]; 3], out: Jets<'_>) {
+        let job = Job { key: lattice.key(), level, at };
         match out {
             Jets { value, grad: None, .. } => job.run::<VALUE, 1>([value]),
             Jets { value, grad: Some([x, y, z]), hess: None } => job.run::<GRADIENT, 4>([value, x, y, z]),
@@ -61,7 +61,11 @@ impl Gradient {
 /// Lanes a block: two vectors of the widest instruction set.
 const BLOCK: usize = 16;
 
-impl Kernel for Gradient {
+impl Basis for Gradient {
+    fn new(_: &Settings) -> Self {
+        Gradient
+    }
+
     fn class(&self) -> Class {
         Class::C2
     }
@@ -70,12 +74,16 @@ impl Kernel for Gradient {
         Gradient::BOUNDS
     }
 
-    fn jets(&self, at: [&[f64]; 3], out: Jets<'_>) {
-        self.jets_at(simd_level(), at, out);
+    fn band(&self) -> f64 {
+        1.25
     }
 
-    fn jet(&self, order: Order, at: [f64; 3]) -> Point {
-        let key = key(self.seed);
+    fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
+        self.jets_at(lattice, simd_level(), at, out);
+    }
+
+    fn jet(&self, lattice: &Lattice, order: Order, at: [f64; 3]) -> Point {
+        let key = lattice.key();
         widest(
             #[inline(always)]
             || match order {
@@ -220,30 +228,6 @@ fn each<T>(f: impl Fn(usize) -> T) -> [T; 8] {
     [f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7)]
 }
 
-/// Cell number (modulo 2^32) and fraction of a coordinate.
-///
-/// Adding 3/2 2^52 rounds to an integer and leaves it in the low bits; unlike `floor` this is a
-/// vector instruction everywhere. Beyond 2^51 there are no fractions worth the name, and the noise
-/// is that of a node; infinities and NaN give NaN.
-#[inline(always)]
-fn split(x: f64) -> (u32, f64) {
-    const MAGIC: f64 = 6_755_399_441_055_744.0;
-    let shifted = x + MAGIC;
-    let nearest = shifted - MAGIC;
-    let above = nearest > x;
-    let floor = if above { nearest - 1.0 } else { nearest };
-    let cell = (shifted.to_bits() as u32).wrapping_sub(u32::from(above));
-    let fraction = if x.abs() < 2_251_799_813_685_248.0 { x - floor } else { x * 0.0 };
-    (cell, fraction)
-}
-
-/// A seed as two words, each of which depends on all its bits.
-#[inline(always)]
-fn key(seed: u64) -> [u32; 2] {
-    let mixed = super::mix(seed);
-    [mixed as u32, (mixed >> 32) as u32]
-}
-
 /// A corner's direction and its product with the offset.
 #[derive(Clone, Copy)]
 struct Corner {
@@ -254,24 +238,12 @@ struct Corner {
 /// The hashes of the eight corners of a cell.
 #[inline(always)]
 fn corner_hashes(key: [u32; 2], cell: [u32; 3]) -> [u32; 8] {
-    // Odd constants near the golden ratio and the like (xxHash's), so that equal steps along
-    // different axes change different bits.
-    const STEP: [u32; 3] = [0x9e37_79b1, 0x85eb_ca77, 0xc2b2_ae3d];
     let steps = |axis: usize| {
         let word = cell[axis].wrapping_mul(STEP[axis]);
         [word, word.wrapping_add(STEP[axis])]
     };
     let (x, y, z) = (steps(0), steps(1), steps(2));
     each(|c| hash(x[c & 1] ^ y[c >> 1 & 1] ^ z[c >> 2], key))
-}
-
-/// Two rounds of xor-shift and multiply with the constants of lowbias32 (Wellons 2018); the high
-/// bits, which are the ones taken, depend on all of `word`.
-#[inline(always)]
-fn hash(word: u32, key: [u32; 2]) -> u32 {
-    let h = word ^ key[0];
-    let h = (h ^ (h >> 16)).wrapping_mul(0x7feb_352d).wrapping_add(key[1]);
-    (h ^ (h >> 15)).wrapping_mul(0x846c_a68b)
 }
 
 /// Two sign bits, and the axis without a component from the thirds of the range of the others.
@@ -318,8 +290,10 @@ fn blend(c: [f64; 8], s: [f64; 3]) -> Blend {
 mod tests {
     use super::*;
     use crate::noise::tests::Random;
+    use crate::noise::{Kind, Noise};
+    use crate::num::Kernel;
 
-    const NOISE: Gradient = Gradient { seed: 20 };
+    const NOISE: Noise = Noise::new(Kind::Gradient(Gradient), 20);
 
     fn close(a: f64, b: f64, within: f64) -> bool {
         (a - b).abs() <= within
@@ -398,7 +372,7 @@ mod tests {
             for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
                 for group in [1, 3, 16, 37, points.len()] {
                     for part in points.chunks(group) {
-                        for (p, jet) in part.iter().zip(&jets_of(&NOISE, level, order, part)) {
+                        for (p, jet) in part.iter().zip(&jets_of(20, level, order, part)) {
                             assert_eq!(bits(jet), bits(&NOISE.jet(order, *p)), "{level:?} {group} {p:?}");
                         }
                     }
@@ -407,7 +381,7 @@ mod tests {
         }
     }
 
-    fn jets_of(noise: &Gradient, level: Level, order: Order, points: &[[f64; 3]]) -> Vec<Point> {
+    fn jets_of(seed: u64, level: Level, order: Order, points: &[[f64; 3]]) -> Vec<Point> {
         let at = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
         let mut to: [Vec<f64>; 10] = std::array::from_fn(|_| vec![0.0; points.len()]);
         let [v, x, y, z, xx, yy, zz, xy, xz, yz] = &mut to;
@@ -416,7 +390,7 @@ mod tests {
             grad: (order >= Order::Gradient).then_some([&mut x[..], y, z]),
             hess: (order >= Order::Hessian).then_some([&mut xx[..], yy, zz, xy, xz, yz]),
         };
-        noise.jets_at(level, [&at[0], &at[1], &at[2]], out);
+        Gradient.jets_at(&Lattice::new(seed), level, [&at[0], &at[1], &at[2]], out);
         (0..points.len())
             .map(|i| Point {
                 value: to[0][i],
@@ -435,7 +409,7 @@ mod tests {
         for i in 0..count / 1000 {
             let size = [10.0, 1e4, 1e7][i % 3];
             let points: Vec<_> = (0..1000).map(|_| random.point(size)).collect();
-            for jet in jets_of(&Gradient { seed: i as u64 }, simd_level(), Order::Hessian, &points) {
+            for jet in jets_of(i as u64, simd_level(), Order::Hessian, &points) {
                 sum += jet.value;
                 squares += jet.value * jet.value;
                 assert!(jet.value.abs() <= b.range);

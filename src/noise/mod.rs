@@ -7,27 +7,33 @@
 //! derivatives, one evaluation at the centre of a box encloses the noise on all of it (see
 //! [`num`](crate::num)), however many lattice cells the box spans.
 //!
-//! - [`Gradient`] and its neighbours are the noises at unit frequency, one file each.
-//! - [`Kind`] is the list of them; [`Noise`] is one of them with a seed and a frequency.
+//! - A kind of noise is a [`Basis`], one file each; [`Kind`] is the list of them with their
+//!   parameters, and [`Noise`] is one of them with a seed, a period and a frequency.
 //! - [`Fractal`] sums octaves of a noise.
 //! - [`certify`] computes the bounds.
 //!
 //! To add a noise, write its file and add one line to the list at the end of this one.
 
+mod basis;
 mod cascade;
 pub mod certify;
 mod fractal;
 mod gradient;
+mod lattice;
 mod octave;
+mod parameter;
 mod shape;
 mod sum;
 #[cfg(test)]
 mod tests;
 
+pub use basis::Basis;
 pub use fractal::{Fractal, Invalid, Model, Recipe};
 pub use gradient::Gradient;
+pub use lattice::Lattice;
+pub use parameter::{Allowed, Exact, Parameter, Setting, Settings};
 
-use crate::num::{Bounds, Class, Jets, Kernel, Order, Point, widest};
+use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
 use std::hash::{Hash, Hasher};
 
 /// A noise of some kind, seeded and scaled: `N(frequency x)`.
@@ -37,8 +43,8 @@ use std::hash::{Hash, Hasher};
 pub struct Noise {
     /// Which noise.
     pub kind: Kind,
-    /// Names the random field; different seeds give unrelated fields.
-    pub seed: u64,
+    /// Seed and period.
+    pub lattice: Lattice,
     /// Lattice cells a unit of length.
     pub frequency: f64,
 }
@@ -58,8 +64,23 @@ impl Hash for Noise {
 }
 
 impl Noise {
-    fn identity(&self) -> (Kind, u64, u64) {
-        (self.kind, self.seed, self.frequency.to_bits())
+    /// A noise at unit frequency that does not tile.
+    pub const fn new(kind: Kind, seed: u64) -> Noise {
+        Noise { kind, lattice: Lattice { seed, period: [0; 3] }, frequency: 1.0 }
+    }
+
+    /// The same at another frequency.
+    pub const fn at_frequency(self, frequency: f64) -> Noise {
+        Noise { frequency, ..self }
+    }
+
+    /// The same with another seed.
+    pub const fn seeded(self, seed: u64) -> Noise {
+        Noise { lattice: Lattice { seed, ..self.lattice }, ..self }
+    }
+
+    fn identity(&self) -> (Kind, Lattice, u64) {
+        (self.kind, self.lattice, self.frequency.to_bits())
     }
 }
 
@@ -109,7 +130,7 @@ impl Kernel for Noise {
             );
             let mut part = batch(&mut out, start);
             let count = part.value.len();
-            self.kind.jets(self.seed, [0, 1, 2].map(|axis| &scaled[axis][..count]), batch(&mut part, 0));
+            self.kind.jets(&self.lattice, [0, 1, 2].map(|axis| &scaled[axis][..count]), batch(&mut part, 0));
             widest(
                 #[inline(always)]
                 || {
@@ -122,59 +143,125 @@ impl Kernel for Noise {
 
     fn jet(&self, order: Order, at: [f64; 3]) -> Point {
         let k = self.frequency;
-        let p = self.kind.jet(self.seed, order, at.map(|x| x * k));
-        Point { value: p.value, grad: p.grad.map(|g| g * k), hess: p.hess.map(|h| h * (k * k)) }
+        scaled(self.kind.jet(&self.lattice, order, at.map(|x| x * k)), k)
+    }
+
+    #[inline]
+    fn is_uniform(&self) -> bool {
+        self.kind.is_uniform()
+    }
+
+    fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
+        let k = self.frequency;
+        let centre = at.map(|x| x * k);
+        // The scaled centre is off by a roundoff of its size.
+        let size = centre.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let reach = radius * k * (1.0 + 8.0 * ROUNDOFF) + 2.0 * ROUNDOFF * size;
+        let local = self.kind.local(&self.lattice, order, centre, reach);
+        Local { jet: scaled(local.jet, k), bounds: local.bounds.at_frequency(k), bow: local.bow }
+    }
+
+    #[inline]
+    fn error(&self, size: f64) -> [f64; 3] {
+        // Scaled arguments are off by a roundoff of their size on each axis, budgeted as 3; scaled
+        // derivatives by two of theirs.
+        let (b, k) = (self.bounds(), self.frequency);
+        let shift = 3.0 * ROUNDOFF * size;
+        let own = self.kind.rounding();
+        [
+            own[0] + b.lipschitz * shift,
+            own[1] * k + 4.0 * ROUNDOFF * b.lipschitz + b.hessian * shift,
+            own[2] * (k * k) + 4.0 * ROUNDOFF * b.hessian + b.third * shift,
+        ]
     }
 }
 
-/// splitmix64's finaliser (Steele, Lea, Flood 2014): every bit of the result depends on all of `x`.
+/// A jet at unit frequency as one at frequency `k`.
 #[inline(always)]
-pub(crate) fn mix(x: u64) -> u64 {
-    let z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+fn scaled(p: Point, k: f64) -> Point {
+    Point { value: p.value, grad: p.grad.map(|g| g * k), hess: p.hess.map(|h| h * (k * k)) }
+}
+
+/// A noise as the list has it.
+pub struct Listing {
+    /// Name in scripts.
+    pub name: &'static str,
+    /// One sentence of documentation.
+    pub doc: &'static str,
+    /// What it can be told.
+    pub parameters: &'static [Parameter],
+    /// The noise with parameters.
+    pub build: fn(&Settings) -> Kind,
+}
+
+impl Listing {
+    /// The noise with all parameters as they are unless said otherwise.
+    pub fn plain(&self) -> Kind {
+        (self.build)(&Settings::new(self.parameters))
+    }
 }
 
 macro_rules! noises {
     ($($noise:ident, $name:literal, $doc:literal;)*) => {
-        /// The kinds of noise.
+        /// A kind of noise with its parameters.
         #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
         pub enum Kind {
-            $(#[doc = $doc] $noise,)*
+            $(#[doc = $doc] $noise($noise),)*
         }
 
         impl Kind {
             /// Every kind of noise.
-            pub const ALL: &'static [Kind] = &[$(Kind::$noise),*];
+            pub const ALL: &'static [Listing] = &[$(Listing {
+                name: $name,
+                doc: $doc,
+                parameters: <$noise as Basis>::PARAMETERS,
+                build: |settings| Kind::$noise(<$noise as Basis>::new(settings)),
+            }),*];
 
             /// Name in scripts.
-            pub fn name(self) -> &'static str {
-                match self { $(Kind::$noise => $name,)* }
-            }
-
-            /// One sentence of documentation.
-            pub fn doc(self) -> &'static str {
-                match self { $(Kind::$noise => $doc,)* }
+            pub fn name(&self) -> &'static str {
+                match self { $(Kind::$noise(_) => $name,)* }
             }
 
             /// Continuity class.
-            pub fn class(self) -> Class {
-                match self { $(Kind::$noise => $noise { seed: 0 }.class(),)* }
+            pub fn class(&self) -> Class {
+                match self { $(Kind::$noise(noise) => noise.class(),)* }
             }
 
             /// Bounds at unit frequency.
             #[inline]
-            pub fn bounds(self) -> Bounds {
-                match self { $(Kind::$noise => $noise { seed: 0 }.bounds(),)* }
+            pub fn bounds(&self) -> Bounds {
+                match self { $(Kind::$noise(noise) => noise.bounds(),)* }
             }
 
-            fn jets(self, seed: u64, at: [&[f64]; 3], out: Jets<'_>) {
-                match self { $(Kind::$noise => $noise { seed }.jets(at, out),)* }
+            /// Upper -20 dB edge of the power spectrum in cycles a cell.
+            pub fn band(&self) -> f64 {
+                match self { $(Kind::$noise(noise) => noise.band(),)* }
             }
 
-            fn jet(self, seed: u64, order: Order, at: [f64; 3]) -> Point {
-                match self { $(Kind::$noise => $noise { seed }.jet(order, at),)* }
+            /// Which periods the noise can have; `Err` says in words what a period must be.
+            pub fn tiles(&self, period: [u32; 3]) -> Result<(), &'static str> {
+                match self { $(Kind::$noise(noise) => noise.tiles(period),)* }
+            }
+
+            fn is_uniform(&self) -> bool {
+                match self { $(Kind::$noise(noise) => noise.is_uniform(),)* }
+            }
+
+            fn rounding(&self) -> [f64; 3] {
+                match self { $(Kind::$noise(noise) => noise.rounding(),)* }
+            }
+
+            fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
+                match self { $(Kind::$noise(noise) => noise.jets(lattice, at, out),)* }
+            }
+
+            fn jet(&self, lattice: &Lattice, order: Order, at: [f64; 3]) -> Point {
+                match self { $(Kind::$noise(noise) => noise.jet(lattice, order, at),)* }
+            }
+
+            fn local(&self, lattice: &Lattice, order: Order, at: [f64; 3], radius: f64) -> Local {
+                match self { $(Kind::$noise(noise) => noise.local(lattice, order, at, radius),)* }
             }
         }
     };

@@ -9,8 +9,8 @@
 //! than in the coordinates that reach it, since a turned box would have to be boxed again, while
 //! the bounds of a kernel are the same in every direction.
 
-use super::{BATCH, Noise, batch, gather, mix};
-use crate::num::{Bounds, Class, Jets, Kernel, Order, Point, ROUNDOFF, widest};
+use super::{BATCH, Noise, batch, gather};
+use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, mix, uniform, widest};
 
 /// A rotated, scaled and shifted noise.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,7 @@ impl Placement {
     /// The rotation is that of a uniform unit quaternion (Shoemake 1992) from three uniform
     /// numbers; the angles go through `libm` so that every platform turns alike.
     pub(super) fn random(seed: u64) -> Placement {
-        let uniform = |i: u64| (mix(mix(seed) ^ i) >> 11) as f64 / (1_u64 << 53) as f64;
+        let uniform = |i: u64| uniform(mix(mix(seed) ^ i));
         let (u, a, b) = (uniform(1), uniform(2) * std::f64::consts::TAU, uniform(3) * std::f64::consts::TAU);
         let (r, s) = ((1.0 - u).sqrt(), u.sqrt());
         let (x, y, z, w) = (r * libm::sin(a), r * libm::cos(a), s * libm::sin(b), s * libm::cos(b));
@@ -74,6 +74,18 @@ impl Placement {
                 [a[i], b[i], c[i], d[i], e[i], f[i]] = self.hessian(k, [a[i], b[i], c[i], d[i], e[i], f[i]]);
             }
         }
+    }
+
+    /// A jet of the turned noise as a jet in space.
+    fn turned(&self, k: f64, order: Order, p: Point) -> Point {
+        let mut out = Point { value: p.value, ..Point::default() };
+        if order >= Order::Gradient {
+            out.grad = self.gradient(k, p.grad);
+        }
+        if order >= Order::Hessian {
+            out.hess = self.hessian(k, p.hess);
+        }
+        out
     }
 
     /// `k R^T g`
@@ -146,15 +158,23 @@ impl Kernel for Octave {
     fn jet(&self, order: Order, at: [f64; 3]) -> Point {
         let Some(placement) = &self.placement else { return self.noise.jet(order, at) };
         let k = self.noise.frequency;
-        let p = self.unit().jet(order, placement.place(k, at));
-        let mut out = Point { value: p.value, ..Point::default() };
-        if order >= Order::Gradient {
-            out.grad = placement.gradient(k, p.grad);
-        }
-        if order >= Order::Hessian {
-            out.hess = placement.hessian(k, p.hess);
-        }
-        out
+        placement.turned(k, order, self.unit().jet(order, placement.place(k, at)))
+    }
+
+    #[inline]
+    fn is_uniform(&self) -> bool {
+        self.noise.is_uniform()
+    }
+
+    /// A ball stays a ball when it is turned. (It grows by the rounding of the matrix.)
+    fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
+        let Some(placement) = &self.placement else { return self.noise.local(order, at, radius) };
+        let k = self.noise.frequency;
+        let centre = placement.place(k, at);
+        let size = at.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let reach = radius * k * (1.0 + 32.0 * ROUNDOFF) + 32.0 * ROUNDOFF * (k * size + REACH);
+        let local = self.unit().local(order, centre, reach);
+        Local { jet: placement.turned(k, order, local.jet), bounds: local.bounds.at_frequency(k), ..local }
     }
 
     /// As for any kernel, with the error of `M x + t` in place of that of `k x`: a row of three

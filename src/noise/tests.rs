@@ -1,7 +1,7 @@
 //! What every noise and fractal owes: enclosures that enclose, batches that equal their lanes.
 
 use super::*;
-use crate::num::{Affine, Centred, Dual, Interval, Jet, Many, Number, Reduced, Slope, Symbol};
+use crate::num::{Affine, Centred, Dual, Interval, Jet, Many, Number, Reduced, Slope, Symbol, mix};
 
 /// A small generator with a fixed start, so that every run tests the same.
 pub(super) struct Random(u64);
@@ -23,7 +23,7 @@ impl Random {
 
 fn recipe(model: Model, rotate: bool) -> Recipe {
     Recipe {
-        noise: Noise { kind: Kind::Gradient, seed: 3, frequency: 1.5 },
+        noise: Noise::new(Kind::Gradient(Gradient), 3).at_frequency(1.5),
         model,
         octaves: 6,
         lacunarity: 2.07,
@@ -292,10 +292,10 @@ fn invalid_recipes_name_the_parameter() {
 
 #[test]
 fn equality_is_bitwise() {
-    let a = Noise { kind: Kind::Gradient, seed: 1, frequency: 2.0 };
+    let a = Noise::new(Kind::Gradient(Gradient), 1).at_frequency(2.0);
     assert_eq!(a, Noise { frequency: 2.0, ..a });
     assert_ne!(a, Noise { frequency: 2.0 + f64::EPSILON * 2.0, ..a });
-    assert_ne!(a, Noise { seed: 2, ..a });
+    assert_ne!(a, a.seeded(2));
     let f = Fractal::new(recipe(Model::Fbm, true)).unwrap();
     assert_eq!(f, f.clone());
     assert_ne!(f, Fractal::new(recipe(Model::Fbm, false)).unwrap());

@@ -9,7 +9,7 @@
 //! price of their correlations. As in [`Reduced`](super::Reduced), an interval is carried along.
 
 use super::number::{Centred, centred_kernel};
-use super::{Bounds, Form, Function, Interval, Kernel, Number, Order, Point, ROUNDOFF};
+use super::{Bounds, Form, Function, Interval, Kernel, Local, Number, Order, ROUNDOFF};
 use std::cell::Cell;
 
 /// Names an affine symbol.
@@ -240,15 +240,21 @@ impl Centred for Affine {
     fn blind(b: &Bounds, p: [&Self; 3]) -> bool {
         b.lipschitz * reach(p) >= 2.0 * b.range
     }
-    fn expand(b: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
+    fn reach(p: [&Self; 3]) -> f64 {
+        reach(p)
+    }
+    fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self {
+        let Local { jet, bounds: b, .. } = local;
         let all = Interval::radius(b.range);
         let d = reach(p);
         if b.lipschitz * d >= 2.0 * b.range || !jet.value.is_finite() {
             return Affine::over(all);
         }
         let (mut sum, mut rest) = Affine::combine(&p, &p.map(|p| p.mid), &jet.grad);
-        sum.mid += jet.value;
-        rest += 0.5 * b.hessian * d * d + error[0] + 2.0 * error[1] * d + 2.0 * ROUNDOFF * sum.mid.abs();
+        let bend = local.bend(d);
+        sum.mid += jet.value + bend.mid();
+        rest += bend.rad() + error[0] + 2.0 * error[1] * d;
+        rest += 2.0 * ROUNDOFF * (jet.value.abs() + bend.mag() + sum.mid.abs());
         let flat = Interval::around(jet.value, (b.lipschitz * d + error[0]) * ROUND_UP);
         sum.finished(rest, all.meet(flat))
     }

@@ -1,7 +1,7 @@
 //! First-order duals: a value with its gradient.
 
 use super::number::{Centred, centred_kernel};
-use super::{Bounds, Function, Interval, Kernel, Number, Order, Point};
+use super::{Function, Interval, Kernel, Local, Number, Order};
 
 /// A value and its gradient in x, y, z.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +30,7 @@ impl Dual {
 }
 
 impl Number for Dual {
+    const EXACT: bool = true;
     #[inline(always)]
     fn constant(c: f64) -> Self {
         Dual { value: c, grad: [0.0; 3] }
@@ -84,13 +85,12 @@ pub(super) fn chain<const N: usize>(partial: &[f64; N], d: impl Fn(usize) -> f64
 
 impl Centred for Dual {
     const ORDER: Order = Order::Gradient;
-    const EXACT: bool = true;
     #[inline(always)]
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| p.value)
     }
     #[inline(always)]
-    fn expand(_: &Bounds, jet: &Point, _: [f64; 3], p: [&Self; 3]) -> Self {
+    fn expand(Local { jet, .. }: &Local, _: [f64; 3], p: [&Self; 3]) -> Self {
         let grad = std::array::from_fn(|axis| chain(&jet.grad, |i| p[i].grad[axis]));
         Dual { value: jet.value, grad }
     }

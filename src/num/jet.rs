@@ -4,7 +4,7 @@
 //! value, gradient and Hessian over a box.
 
 use super::number::{Centred, centred_kernel};
-use super::{Bounds, Function, Interval, Kernel, Number, Order, Point, Real};
+use super::{Bounds, Function, Interval, Kernel, Local, Number, Order, Real};
 
 /// A value, its gradient, and its second derivatives in the order xx, yy, zz, xy, xz, yz.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,11 +74,13 @@ impl<R: Real> Jet<R> {
 /// What differs between jets over points and over boxes: the range of a function and the zero test.
 trait JetScalar: Real + Send + Sync + 'static {
     fn image<F: Function<N>, const N: usize>(f: &F, x: [Self; N]) -> Self;
+    const EXACT: bool;
     fn is_zero(self) -> bool;
     fn range(self) -> Interval;
 }
 
 impl JetScalar for f64 {
+    const EXACT: bool = true;
     fn image<F: Function<N>, const N: usize>(f: &F, x: [f64; N]) -> f64 {
         f.value(x)
     }
@@ -91,6 +93,7 @@ impl JetScalar for f64 {
 }
 
 impl JetScalar for Interval {
+    const EXACT: bool = false;
     fn image<F: Function<N>, const N: usize>(f: &F, x: [Interval; N]) -> Interval {
         f.range(x)
     }
@@ -107,6 +110,7 @@ impl<R: JetScalar> Number for Jet<R>
 where
     Jet<R>: Centred,
 {
+    const EXACT: bool = R::EXACT;
     fn constant(c: f64) -> Self {
         Jet::still(R::of(c))
     }
@@ -144,11 +148,10 @@ pub(super) fn matrix<R: Copy>(h: [R; 6]) -> [[R; 3]; 3] {
 
 impl Centred for Jet<f64> {
     const ORDER: Order = Order::Hessian;
-    const EXACT: bool = true;
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| p.value)
     }
-    fn expand(_: &Bounds, jet: &Point, _: [f64; 3], p: [&Self; 3]) -> Self {
+    fn expand(Local { jet, .. }: &Local, _: [f64; 3], p: [&Self; 3]) -> Self {
         Jet::compose(jet.value, jet.grad, matrix(jet.hess), p, |d| d == 0.0)
     }
 }
@@ -161,11 +164,14 @@ impl Centred for Jet<Interval> {
     fn blind(bounds: &Bounds, p: [&Self; 3]) -> bool {
         Region::around(p.map(|p| p.value)).blind(bounds, Order::Hessian)
     }
-    fn expand(bounds: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
+    fn reach(p: [&Self; 3]) -> f64 {
+        Region::around(p.map(|p| p.value)).radius
+    }
+    fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self {
         let region = Region::around(p.map(|p| p.value));
-        let value = region.value(bounds, jet, error);
-        let grad = region.gradient(bounds, jet, error);
-        let hess = matrix(region.hessian(bounds, jet, error));
+        let value = region.value(local, error);
+        let grad = region.gradient(local, error);
+        let hess = matrix(region.hessian(local, error));
         Jet::compose(value, grad, hess, p, JetScalar::is_zero)
     }
 }
@@ -173,13 +179,14 @@ impl Centred for Jet<Interval> {
 /// A box around the point at which a kernel was evaluated, and what the jet there says about it.
 ///
 /// Taylor's theorem with the kernel's global bounds, `r` the distance of the corners:
-/// value in `[-A, A]`, `N(c) +- L r` and `N(c) + g.h +- M2 r^2 / 2`; gradient in `[-L, L]`,
+/// value in `[-A, A]`, `N(c) +- L r` and `N(c) + g.h +- M2 r^2 / 2` (or the kernel's own bow instead
+/// of the last term); gradient in `[-L, L]`,
 /// `g +- M2 r` and `g + H h +- M3 r^2 / 2`; Hessian in `[-M2, M2]` and `H +- M3 r`.
 pub(super) struct Region {
     /// Offsets from the centre, by axis.
     offset: [Interval; 3],
     /// Largest distance from the centre.
-    radius: f64,
+    pub(super) radius: f64,
 }
 
 impl Region {
@@ -198,21 +205,22 @@ impl Region {
             && (order < Order::Hessian || b.third * self.radius >= 2.0 * b.hessian)
     }
 
-    pub(super) fn value(&self, b: &Bounds, jet: &Point, error: [f64; 3]) -> Interval {
+    pub(super) fn value(&self, local: &Local, error: [f64; 3]) -> Interval {
+        let Local { jet, bounds: b, .. } = local;
         let all = Interval::radius(b.range);
         if b.lipschitz * self.radius >= 2.0 * b.range || !jet.value.is_finite() {
             return all;
         }
         let v = Interval::around(jet.value, error[0]);
         let flat = v + Interval::radius(b.lipschitz * self.radius);
-        let mut tilt = v + Interval::radius(0.5 * b.hessian * self.radius * self.radius);
+        let mut tilt = v + local.bend(self.radius);
         for i in 0..3 {
             tilt = tilt + Interval::around(jet.grad[i], error[1]) * self.offset[i];
         }
         all.meet(flat).meet(tilt)
     }
 
-    pub(super) fn gradient(&self, b: &Bounds, jet: &Point, error: [f64; 3]) -> [Interval; 3] {
+    pub(super) fn gradient(&self, Local { jet, bounds: b, .. }: &Local, error: [f64; 3]) -> [Interval; 3] {
         let all = Interval::radius(b.lipschitz);
         if b.hessian * self.radius >= 2.0 * b.lipschitz || !jet.value.is_finite() {
             return [all; 3];
@@ -232,7 +240,7 @@ impl Region {
         })
     }
 
-    fn hessian(&self, b: &Bounds, jet: &Point, error: [f64; 3]) -> [Interval; 6] {
+    fn hessian(&self, Local { jet, bounds: b, .. }: &Local, error: [f64; 3]) -> [Interval; 6] {
         let all = Interval::radius(b.hessian);
         if b.third * self.radius >= 2.0 * b.hessian || !b.third.is_finite() || !jet.value.is_finite() {
             return [all; 6];
@@ -249,8 +257,11 @@ impl Centred for Interval {
     fn blind(bounds: &Bounds, p: [&Self; 3]) -> bool {
         Region::around(p.map(|p| *p)).blind(bounds, Order::Value)
     }
-    fn expand(bounds: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
-        Region::around(p.map(|p| *p)).value(bounds, jet, error)
+    fn reach(p: [&Self; 3]) -> f64 {
+        Region::around(p.map(|p| *p)).radius
+    }
+    fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self {
+        Region::around(p.map(|p| *p)).value(local, error)
     }
 }
 

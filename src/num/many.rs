@@ -4,9 +4,9 @@
 //! Functions map over the lanes in a loop that the compiler vectorises; kernels gather the centres
 //! of all lanes, evaluate their jets in one go, and expand them lane by lane.
 
-use super::number::{Centred, Jets};
+use super::number::{Centred, Jets, centred_kernel, error};
 use super::simd::widest;
-use super::{Function, Interval, Kernel, Number, Order, Point};
+use super::{Function, Interval, Kernel, Local, Number, Order, Point};
 
 /// `B` numbers side by side.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +47,7 @@ impl<T: Copy, const B: usize> Many<T, B> {
 }
 
 impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
+    const EXACT: bool = T::EXACT;
     #[inline]
     fn constant(c: f64) -> Self {
         Many([T::constant(c); B])
@@ -89,8 +90,11 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
         let bounds = k.bounds();
         if (0..B).all(|i| T::blind(&bounds, p.map(|p| &p.0[i]))) {
-            let nothing = Point::default();
-            return Many(std::array::from_fn(|i| T::expand(&bounds, &nothing, [0.0; 3], p.map(|p| &p.0[i]))));
+            let nothing = Local::uniform(Point::default(), bounds);
+            return Many(std::array::from_fn(|i| T::expand(&nothing, [0.0; 3], p.map(|p| &p.0[i]))));
+        }
+        if !T::EXACT && !k.is_uniform() {
+            return Many(std::array::from_fn(|i| centred_kernel(k, p.map(|p| &p.0[i]))));
         }
         let mut at = [[0.0; B]; 3];
         for i in 0..B {
@@ -120,14 +124,13 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
         p[0].lanes(
             #[inline(always)]
             |i| {
-                let size = at[0][i].abs().max(at[1][i].abs()).max(at[2][i].abs());
                 let jet = Point {
                     value: value[i],
                     grad: grads.as_ref().map_or([0.0; 3], |g| [g[0][i], g[1][i], g[2][i]]),
                     hess: hesses.as_ref().map_or([0.0; 6], |h| std::array::from_fn(|k| h[k][i])),
                 };
-                let error = if T::EXACT { [0.0; 3] } else { k.error(size) };
-                T::expand(&bounds, &jet, error, p.map(|p| &p.0[i]))
+                let error = error::<T, K>(k, [at[0][i], at[1][i], at[2][i]]);
+                T::expand(&Local::uniform(jet, bounds), error, p.map(|p| &p.0[i]))
             },
         )
     }

@@ -63,7 +63,34 @@ impl Bounds {
     }
 }
 
-/// A function of three coordinates that is known by its jet at points and by global bounds on its
+/// What a kernel says about the ball of points within a radius of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Local {
+    /// The jet at the centre.
+    pub jet: Point,
+    /// Bounds that hold throughout the ball.
+    pub bounds: Bounds,
+    /// Encloses `N(x) - N(c) - grad N(c) . (x - c)` in the ball, beyond what the bounds say.
+    pub bow: Interval,
+}
+
+impl Local {
+    /// The jet and the bounds are all there is to say.
+    #[inline(always)]
+    pub fn uniform(jet: Point, bounds: Bounds) -> Local {
+        Local { jet, bounds, bow: Interval::ENTIRE }
+    }
+
+    /// How far the kernel departs from its tangent plane within `reach` of the centre.
+    #[inline(always)]
+    pub(super) fn bend(&self, reach: f64) -> Interval {
+        // An unbounded second derivative bends nothing at the centre itself.
+        let bend = if reach == 0.0 { 0.0 } else { 0.5 * self.bounds.hessian * reach * reach };
+        Interval::radius(bend).meet(self.bow)
+    }
+}
+
+/// A function of three coordinates that is known by its jet at points and by bounds on its
 /// derivatives, as noises are. From these, one point evaluation bounds it over any box.
 pub trait Kernel: Sync {
     /// Continuity class.
@@ -93,6 +120,22 @@ pub trait Kernel: Sync {
         p
     }
 
+    /// Whether [`local`](Kernel::local) knows no more than the global bounds; then batches need not
+    /// ask it.
+    #[inline]
+    fn is_uniform(&self) -> bool {
+        true
+    }
+
+    /// What is known of the ball of `radius` around `at`, with the jet up to `order`. Kernels made
+    /// of few scattered pieces know far more about a small ball than about all of space; kernels
+    /// with creases know their bow although their second derivatives are unbounded.
+    #[inline]
+    fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
+        let _ = radius;
+        Local::uniform(self.jet(order, at), self.bounds())
+    }
+
     /// Absolute error of a value and of a gradient component computed at a point of magnitude
     /// `size` (largest coordinate): arithmetic, and the rounding of scaled arguments.
     #[inline]
@@ -115,6 +158,9 @@ pub trait Kernel: Sync {
 /// A kind of number. `add` to `shift` are exact up to rounding in every kind; everything else goes
 /// through `lift` and `kernel`.
 pub trait Number: Clone + Send + Sync + 'static {
+    /// Whether the number stands for a point rather than for a set of them.
+    const EXACT: bool = false;
+
     /// The number that equals `c`.
     fn constant(c: f64) -> Self;
 
@@ -163,9 +209,6 @@ pub trait Centred: Number {
     /// How much of the jet `expand` reads.
     const ORDER: Order;
 
-    /// Whether the number stands for its rounded self, so that `expand` does not read the error.
-    const EXACT: bool = false;
-
     /// The point at which the kernel is evaluated.
     fn centre(p: [&Self; 3]) -> [f64; 3];
 
@@ -177,8 +220,16 @@ pub trait Centred: Number {
         false
     }
 
-    /// What a jet at the centre says about `p`.
-    fn expand(bounds: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self;
+    /// Radius of a ball around the centre that holds the number; 0 for exact ones.
+    #[inline(always)]
+    fn reach(p: [&Self; 3]) -> f64 {
+        let _ = p;
+        0.0
+    }
+
+    /// What is known of the ball around the centre says this about `p`. Exact numbers do not read
+    /// the error.
+    fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self;
 }
 
 /// The kernel rule of a centred number.
@@ -186,16 +237,25 @@ pub trait Centred: Number {
 pub fn centred_kernel<T: Centred, K: Kernel + ?Sized>(k: &K, p: [&T; 3]) -> T {
     let bounds = k.bounds();
     if T::blind(&bounds, p) {
-        return T::expand(&bounds, &Point::default(), [0.0; 3], p);
+        return T::expand(&Local::uniform(Point::default(), bounds), [0.0; 3], p);
     }
     let at = T::centre(p);
-    let jet = k.jet(T::ORDER, at);
-    let size = at[0].abs().max(at[1].abs()).max(at[2].abs());
-    let error = if T::EXACT { [0.0; 3] } else { k.error(size) };
-    T::expand(&bounds, &jet, error, p)
+    if T::EXACT || k.is_uniform() {
+        let local = Local::uniform(k.jet(T::ORDER, at), bounds);
+        T::expand(&local, error::<T, K>(k, at), p)
+    } else {
+        T::expand(&k.local(T::ORDER, at, T::reach(p)), error::<T, K>(k, at), p)
+    }
+}
+
+/// The rounding of a jet at `at`, where a number needs it.
+#[inline(always)]
+pub(super) fn error<T: Number, K: Kernel + ?Sized>(k: &K, at: [f64; 3]) -> [f64; 3] {
+    if T::EXACT { [0.0; 3] } else { k.error(at[0].abs().max(at[1].abs()).max(at[2].abs())) }
 }
 
 impl Number for f64 {
+    const EXACT: bool = true;
     #[inline(always)]
     fn constant(c: f64) -> Self {
         c
@@ -235,13 +295,12 @@ impl Number for f64 {
 
 impl Centred for f64 {
     const ORDER: Order = Order::Value;
-    const EXACT: bool = true;
     #[inline(always)]
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| *p)
     }
     #[inline(always)]
-    fn expand(_: &Bounds, jet: &Point, _: [f64; 3], _: [&Self; 3]) -> Self {
-        jet.value
+    fn expand(local: &Local, _: [f64; 3], _: [&Self; 3]) -> Self {
+        local.jet.value
     }
 }

@@ -10,7 +10,7 @@
 //! tighter one. Rounding errors of `mid` and the slopes are charged to `rest`.
 
 use super::number::{Centred, centred_kernel};
-use super::{Bounds, Form, Function, Interval, Kernel, Number, Order, Point, ROUNDOFF};
+use super::{Bounds, Form, Function, Interval, Kernel, Local, Number, Order, ROUNDOFF};
 
 /// An affine form with `K` shared symbols and an interval that also holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -239,9 +239,16 @@ impl<const K: usize> Centred for Reduced<K> {
     /// (T')  N(c) + (g . d) e +- (|g_i| w_i + M2 (|d| + omega)^2 / 2)
     /// (Z)   N(c) +- L (|d| + omega)
     /// (G)   [-A, A]
+    /// (B)   N(c) + (g . d) e + bow +- |g_i| w_i          with the kernel's own bow, if it has one
     /// ```
     #[inline(always)]
-    fn expand(b: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
+    fn reach(p: [&Self; 3]) -> f64 {
+        let (d, omega) = reach(p);
+        (d + omega) * ROUND_UP
+    }
+
+    #[inline(always)]
+    fn expand(Local { jet, bounds: b, bow }: &Local, error: [f64; 3], p: [&Self; 3]) -> Self {
         let all = Interval::radius(b.range);
         let (d, omega) = reach(p);
         let w = p.map(|p| p.rest);
@@ -255,9 +262,18 @@ impl<const K: usize> Centred for Reduced<K> {
         let along: f64 = (0..3).map(|i| g[i].abs() * w[i]).sum();
         let t2 = along + 0.5 * b.hessian * (d + omega) * (d + omega);
         let rounding = error[0] + 2.0 * error[1] * (d + omega) + 8.0 * ROUNDOFF * b.lipschitz * d;
-        let rest = (t.min(t2) + rounding) * ROUND_UP;
         let flat = Interval::around(jet.value, (b.lipschitz * (d + omega) + error[0]) * ROUND_UP);
-        Reduced { mid: jet.value, slope, rest, range: all }.tightened(all.meet(flat))
+        let known = all.meet(flat);
+        // The kernel's own bow, where it is the tightest.
+        let (mut mid, mut bend) = (jet.value, t.min(t2));
+        if along + bow.rad() < bend {
+            mid += bow.mid();
+            bend = along + bow.rad() + 2.0 * ROUNDOFF * (bow.mag() + mid.abs());
+        }
+        if !bend.is_finite() {
+            return Self::constant_range(known);
+        }
+        Reduced { mid, slope, rest: (bend + rounding) * ROUND_UP, range: all }.tightened(known)
     }
 }
 

@@ -7,7 +7,7 @@
 
 use super::jet::Region;
 use super::number::{Centred, centred_kernel};
-use super::{Bounds, Function, Interval, Kernel, Number, Order, Point};
+use super::{Bounds, Function, Interval, Kernel, Local, Number, Order};
 
 /// Enclosure over a box of a value, its gradient and the norm of its gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,10 +114,13 @@ impl Centred for Slope {
     fn blind(bounds: &Bounds, p: [&Self; 3]) -> bool {
         Region::around(p.map(|p| p.value)).blind(bounds, Order::Gradient)
     }
-    fn expand(bounds: &Bounds, jet: &Point, error: [f64; 3], p: [&Self; 3]) -> Self {
+    fn reach(p: [&Self; 3]) -> f64 {
+        Region::around(p.map(|p| p.value)).radius
+    }
+    fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self {
         let region = Region::around(p.map(|p| p.value));
-        let grad = region.gradient(bounds, jet, error);
-        let own = length(grad.map(Interval::mag)).min(bounds.lipschitz);
-        Slope::new(region.value(bounds, jet, error), chain(&grad, &p), own * spectral(&p) * ROUND_UP)
+        let grad = region.gradient(local, error);
+        let own = length(grad.map(Interval::mag)).min(local.bounds.lipschitz);
+        Slope::new(region.value(local, error), chain(&grad, &p), own * spectral(&p) * ROUND_UP)
     }
 }

@@ -74,8 +74,21 @@ impl Source {
 
     /// The same with another seed.
     pub fn seeded(mut self, seed: u64) -> Source {
-        self.noise_mut().seed = seed;
+        self.noise_mut().lattice.seed = seed;
         self
+    }
+
+    /// The same, repeating after some cells along each axis.
+    pub fn tiled(mut self, period: [u32; 3]) -> Outcome<Source> {
+        if let Err(must) = self.noise().kind.tiles(period) {
+            let name = self.noise().kind.name();
+            return Err(Fault::new(format!("{name} noise cannot repeat after {period:?} cells")).hint(must));
+        }
+        if let Kind::Sum(recipe, _) = &self.kind {
+            recipe.tiles().map_err(|e| Fault::new("this sum of octaves cannot repeat").hint(e))?;
+        }
+        self.noise_mut().lattice.period = period;
+        Ok(self)
     }
 
     /// The expression.

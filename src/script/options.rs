@@ -5,6 +5,7 @@ use super::fault::{Fault, Outcome};
 use super::library::Call;
 use super::value::{Field, number, type_name};
 use crate::diag;
+use crate::noise::{Allowed, Parameter, Setting};
 use glam::DVec3;
 use rhai::{Array, Dynamic, INT, Map};
 use std::ops::RangeInclusive;
@@ -92,6 +93,59 @@ impl<'a, 'b> Options<'a, 'b> {
         color
             .filter(|c| c.is_finite() && c.min_element() >= 0.0)
             .ok_or_else(|| self.wrong(key, wanted, &given))
+    }
+
+    /// The value of a noise's parameter.
+    pub fn setting(&mut self, p: &Parameter) -> Outcome<Setting> {
+        let name = p.name;
+        Ok(match p.allowed {
+            Allowed::Number { least, most, default } => {
+                Setting::Number(self.number(name, least..=most, default)?)
+            }
+            Allowed::Whole { least, most, default } => {
+                let whole = self.integer(name, INT::from(least)..=INT::from(most), INT::from(default))?;
+                Setting::Number(whole as f64)
+            }
+            Allowed::Choice(names) => Setting::Name(self.choice(name, names)?),
+            Allowed::Flag { default } => Setting::Flag(self.flag(name, default)?),
+            Allowed::Direction => {
+                let given = self.map.contains_key(name);
+                let direction = self.direction(name, DVec3::Y)?;
+                Setting::Direction(given.then(|| direction.to_array()))
+            }
+            Allowed::Numbers { most, default } => Setting::Numbers(self.numbers(name, most, default)?),
+        })
+    }
+
+    /// One of some names; the first unless given.
+    pub fn choice(&mut self, key: &'static str, names: &[&'static str]) -> Outcome<&'static str> {
+        let first = names.first().copied().unwrap_or_default();
+        let Some(given) = self.get(key) else { return Ok(first) };
+        let wanted =
+            format!("one of {}", names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", "));
+        let text = given.clone().into_string().map_err(|_| self.wrong(key, &wanted, &given))?;
+        names.iter().copied().find(|n| *n == text).ok_or_else(|| {
+            let fault = self.wrong(key, &wanted, &given);
+            match diag::nearest(&text, names.iter().copied()) {
+                Some(near) => fault.hint(format!("did you mean \"{near}\"?")),
+                None => fault,
+            }
+        })
+    }
+
+    /// One to four numbers, the rest of which are zero.
+    fn numbers(&mut self, key: &'static str, most: f64, default: [f64; 4]) -> Outcome<[f64; 4]> {
+        let Some(given) = self.get(key) else { return Ok(default) };
+        let wrong = || self.wrong(key, &format!("one to four numbers from {} to {most}", -most), &given);
+        let list = given.read_lock::<Array>().map(|a| a.clone()).ok_or_else(wrong)?;
+        if list.is_empty() || list.len() > 4 {
+            return Err(wrong());
+        }
+        let mut out = [0.0; 4];
+        for (out, v) in out.iter_mut().zip(&list) {
+            *out = number(v).filter(|v| v.abs() <= most).ok_or_else(wrong)?;
+        }
+        Ok(out)
     }
 
     /// A value of a type of our own.

@@ -121,7 +121,7 @@ fn source(s: &Source) -> String {
         Domain::Sphere => " on the sphere",
         Domain::Plane => " on the plane",
     };
-    format!("{kind}, seed {}, frequency {}{place}", noise.seed, noise.frequency)
+    format!("{kind}, seed {}, frequency {}{place}", noise.lattice.seed, noise.frequency)
 }
 
 /// What the REPL says of a field: expression, class and variables.
@@ -191,7 +191,7 @@ fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut St
         }),
         Node::Op(op, args) => write_op(graph, op, args, outer, depth, out),
         Node::Noise(noise, p) => {
-            let _ = write!(out, "{}({}, {})(", noise.kind.name(), noise.seed, noise.frequency);
+            let _ = write!(out, "{}({}, {})(", noise.kind.name(), noise.lattice.seed, noise.frequency);
             write_list(graph, p, depth, out);
         }
         Node::Fractal(f, p, _) => {

@@ -3,7 +3,7 @@
 
 use orogen::expr::{Graph, NodeId};
 use orogen::field::Field;
-use orogen::noise::{Kind, Noise};
+use orogen::noise::{Gradient, Kind, Noise};
 use orogen::op::{self, Op};
 
 /// Builds expressions; nothing here comes near the limit on nodes.
@@ -53,7 +53,9 @@ impl Build {
     /// `N(k p)`
     pub fn noise(&mut self, seed: u64, frequency: f64) -> NodeId {
         let p = self.p();
-        self.0.noise(Noise { kind: Kind::Gradient, seed, frequency }, p).expect("a small graph")
+        self.0
+            .noise(Noise::new(Kind::Gradient(Gradient), seed).at_frequency(frequency), p)
+            .expect("a small graph")
     }
     /// Torus around the y axis.
     pub fn torus(&mut self, big: f64, small: f64) -> NodeId {

@@ -1,21 +1,24 @@
 //! Noises and the sums of octaves made of them.
 
 use super::{Call, Library};
-use crate::noise::{self, Model, Recipe};
+use crate::noise::{self, Allowed, Listing, Model, Noise, Parameter, Recipe, Setting, Settings};
 use crate::script::fault::{Fault, Outcome};
 use crate::script::noises::{Kind, Source};
 use crate::script::options::Options;
-use rhai::Dynamic;
+use rhai::{Dynamic, INT, Map};
+use std::any::TypeId;
 
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<Source>("Noise");
-    for &kind in noise::Kind::ALL {
-        let name = kind.name();
-        lib.def(&format!("{name}(seed)"), kind.doc(), &format!("{name}(7).scaled(4.0)"), move |c| {
-            let noise = noise::Noise { kind, seed: c.integer(0)? as u64, frequency: 1.0 };
-            Ok(Dynamic::from(Source::new(Kind::One(noise))))
-        });
+    for listing in noise::Kind::ALL {
+        kind(lib, listing);
     }
+    lib.def(
+        "tiled(noise, period)",
+        "The same noise, repeating after a number of lattice cells, or after one for each axis (0 for never). A sum of octaves repeats if its lacunarity is a whole number.",
+        "gradient(7).tiled(8)",
+        tiled,
+    );
     lib.def("seeded(noise, seed)", "The same noise with another seed.", "gradient(7).seeded(8)", |c| {
         Ok(Dynamic::from(c.source(0)?.seeded(c.integer(1)? as u64)))
     });
@@ -26,6 +29,77 @@ pub(super) fn register(lib: &mut Library<'_>) {
         "octave_sum(gradient(7), \"ridged\", #{ octaves: 9 })",
         octave_sum,
     );
+}
+
+/// Declares a kind of noise, with options if it has any.
+fn kind(lib: &mut Library<'_>, listing: &'static Listing) {
+    let name = listing.name;
+    lib.def(&format!("{name}(seed)"), listing.doc, &format!("{name}(7).scaled(4.0)"), move |c| {
+        Ok(Dynamic::from(Source::new(Kind::One(Noise::new(listing.plain(), c.integer(0)? as u64)))))
+    });
+    if listing.parameters.is_empty() {
+        return;
+    }
+    // Other functions may have the same name and number of arguments.
+    let types = [TypeId::of::<INT>(), TypeId::of::<Map>()];
+    lib.bind_typed(name, types, move |c| {
+        let mut o = Options::new(c, 1)?;
+        let mut settings = Settings::new(listing.parameters);
+        for parameter in listing.parameters {
+            let value = o.setting(parameter)?;
+            settings.set(parameter.name, value).map_err(|e| Fault::new(e.to_string()).key(parameter.name))?;
+        }
+        o.finish()?;
+        let noise = Noise::new((listing.build)(&settings), c.integer(0)? as u64);
+        Ok(Dynamic::from(Source::new(Kind::One(noise))))
+    });
+    let options: Vec<String> =
+        listing.parameters.iter().map(|p| format!("{}: {} {}", p.name, p.doc, allowed(p))).collect();
+    let first = listing.parameters[0];
+    lib.document(
+        name,
+        &format!("{name}(seed, options)"),
+        &format!("The same with options. {}", options.join(" ")),
+        &format!("{name}(7, #{{ {}: {} }})", first.name, literal(first.allowed.default())),
+    );
+}
+
+/// What a parameter may be, in words.
+fn allowed(p: &Parameter) -> String {
+    let default = literal(p.allowed.default());
+    match p.allowed {
+        Allowed::Number { least, most, .. } if most.is_infinite() => format!("({least} or more; {default})"),
+        Allowed::Number { least, most, .. } => format!("({least} to {most}; {default})"),
+        Allowed::Whole { least, most, .. } => format!("({least} to {most}; {default})"),
+        Allowed::Choice(names) => format!("({}; {default})", names.join(", ")),
+        Allowed::Flag { .. } => format!("(true or false; {default})"),
+        Allowed::Direction => "(a vector; none)".to_owned(),
+        Allowed::Numbers { .. } => format!("(up to four numbers; {default})"),
+    }
+}
+
+/// A value as scripts write it.
+fn literal(v: Setting) -> String {
+    match v {
+        Setting::Number(v) => format!("{v}"),
+        Setting::Name(v) => format!("\"{v}\""),
+        Setting::Flag(v) => format!("{v}"),
+        Setting::Direction(v) => format!("{:?}", v.unwrap_or([0.0, 1.0, 0.0])),
+        Setting::Numbers(v) => format!("{v:?}"),
+    }
+}
+
+fn tiled(c: &Call<'_>) -> Outcome<Dynamic> {
+    let source = c.source(0)?;
+    let wrong = || c.wrong(1, "a whole number of cells from 0 to 16777216, or three of them");
+    let given = match c.vec3_of(&c.args[1])? {
+        Some(v) => v.to_array(),
+        None => [c.number(1).map_err(|_| wrong())?; 3],
+    };
+    if !given.iter().all(|p| p.fract() == 0.0 && (0.0..=16_777_216.0).contains(p)) {
+        return Err(wrong());
+    }
+    Ok(Dynamic::from(source.tiled(given.map(|p| p as u32))?))
 }
 
 fn octave_sum(c: &Call<'_>) -> Outcome<Dynamic> {
