@@ -5,7 +5,7 @@ use glam::DVec3;
 use orogen::cast::{Kind, caster};
 use orogen::expr::{Graph, Input, NodeId, TooLarge};
 use orogen::field::Field;
-use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe};
+use orogen::noise::{Fractal, Gradient, Model, Noise, Recipe};
 use orogen::op::{self, Op};
 use orogen::render::{Job, Metadata, Settings, can_save, prepare, render, save};
 use orogen::scene::{Aabb, Air, Camera, Film, Scene, Sky, Sun, Surface};
@@ -18,7 +18,7 @@ use std::sync::atomic::AtomicBool;
 fn planet(graph: &mut Graph) -> Result<Surface, Box<dyn Error>> {
     let p = graph.point()?;
     let footprint = graph.input(Input::Footprint)?;
-    let noise = Noise::new(Kind::Gradient(Gradient), 7).at_frequency(3.0);
+    let noise = Noise::new(orogen::noise::Kind::Gradient(Gradient), 7).at_frequency(3.0);
     let recipe = Recipe {
         noise,
         model: Model::Ridged,
