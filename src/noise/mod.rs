@@ -16,6 +16,7 @@
 
 mod basis;
 mod cascade;
+mod cellular;
 pub mod certify;
 mod fractal;
 mod gradient;
@@ -28,6 +29,7 @@ mod sum;
 mod tests;
 
 pub use basis::Basis;
+pub use cellular::Cellular;
 pub use fractal::{Fractal, Invalid, Model, Recipe};
 pub use gradient::Gradient;
 pub use lattice::Lattice;
@@ -158,7 +160,8 @@ impl Kernel for Noise {
         let size = centre.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let reach = radius * k * (1.0 + 8.0 * ROUNDOFF) + 2.0 * ROUNDOFF * size;
         let local = self.kind.local(&self.lattice, order, centre, reach);
-        Local { jet: scaled(local.jet, k), bounds: local.bounds.at_frequency(k), bow: local.bow }
+        let bounds = creased(local.bounds, &self.kind.bounds(), radius * k, reach);
+        Local { jet: scaled(local.jet, k), bounds: bounds.at_frequency(k), bow: local.bow }
     }
 
     #[inline]
@@ -168,12 +171,28 @@ impl Kernel for Noise {
         let (b, k) = (self.bounds(), self.frequency);
         let shift = 3.0 * ROUNDOFF * size;
         let own = self.kind.rounding();
+        // Where the gradient jumps, `local` accounts for the shift.
+        let turn = if b.hessian.is_finite() { b.hessian * shift } else { 0.0 };
         [
             own[0] + b.lipschitz * shift,
-            own[1] * k + 4.0 * ROUNDOFF * b.lipschitz + b.hessian * shift,
+            own[1] * k + 4.0 * ROUNDOFF * b.lipschitz + turn,
             own[2] * (k * k) + 4.0 * ROUNDOFF * b.hessian + b.third * shift,
         ]
     }
+}
+
+/// What is known of a ball that was grown from `radius` to `reach`, for use with the smaller radius.
+///
+/// The jet is taken at a rounded centre. Where second derivatives are bounded everywhere, the error
+/// of a jet covers that. Where they are not, only `local` knows those around, and the growth of the
+/// ball is charged to them: what bends by `M reach^2 / 2` bends by the larger `M'` with `radius`.
+pub(super) fn creased(local: Bounds, everywhere: &Bounds, radius: f64, reach: f64) -> Bounds {
+    if everywhere.hessian.is_finite() {
+        return local;
+    }
+    let growth = reach / radius * (1.0 + 8.0 * ROUNDOFF);
+    let hessian = if radius > 0.0 { local.hessian * growth * growth } else { f64::INFINITY };
+    Bounds { hessian, ..local }
 }
 
 /// A jet at unit frequency as one at frequency `k`.
@@ -269,4 +288,5 @@ macro_rules! noises {
 
 noises! {
     Gradient, "gradient", "Gradient noise: smooth bumps of about two cells, zero at every node of its lattice; C2.";
+    Cellular, "cellular", "Cellular noise: distances to the nearest of random nodes, pebbles or walls or facets; C0.";
 }
