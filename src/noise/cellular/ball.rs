@@ -106,7 +106,7 @@ impl<const K: usize> Least<K> {
 pub(super) fn local<M: Metric, const K: usize>(ball: &Ball<'_>, search: Search<'_, M>) -> Local {
     let (noise, metric, r) = (ball.noise, search.metric, ball.radius);
     let found: Found<K, 1> = search.nearest::<K, 1, true>(&ball.at.map(|x| [x]));
-    let jet = noise.finish(metric, ball.order, &found, 0);
+    let jet = noise.point(metric, ball.order, &found);
     let limit = metric.distance(found.measure[K - 1][0]) + 2.0 * metric.steepness() * r + SLACK;
     // Beyond the cap there are cells that the search does not know.
     let known = limit < search.cap;

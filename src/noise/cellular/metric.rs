@@ -109,7 +109,7 @@ impl Metric for Euclidean {
     #[inline(always)]
     fn slope(self, d: [f64; 3], size: f64) -> [f64; 3] {
         let k = if size > 0.0 { 1.0 / size } else { 0.0 };
-        d.map(|d| d * k)
+        [d[0] * k, d[1] * k, d[2] * k]
     }
     #[inline(always)]
     fn hessian(self, d: [f64; 3], size: f64) -> [f64; 6] {
@@ -153,7 +153,7 @@ impl Metric for Manhattan {
     }
     #[inline(always)]
     fn slope(self, d: [f64; 3], _: f64) -> [f64; 3] {
-        d.map(sign)
+        [sign(d[0]), sign(d[1]), sign(d[2])]
     }
     #[inline(always)]
     fn hessian(self, _: [f64; 3], _: f64) -> [f64; 6] {

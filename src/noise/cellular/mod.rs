@@ -249,40 +249,60 @@ impl Cellular {
 
     /// The jet from the nearest nodes of lane `i`.
     #[inline(always)]
-    fn finish<M: Metric, const K: usize, const B: usize>(
+    fn finish<M: Metric, const K: usize, const B: usize, const ORDER: u8>(
         &self,
         metric: M,
-        order: Order,
         found: &Found<K, B>,
         i: usize,
     ) -> Point {
         let mut out = Point { value: -self.mean.0 + found.nowhere[i], ..Point::default() };
         for l in 0..K {
-            let (a, d) = (self.weights[l].0, [0, 1, 2].map(|axis| found.offset[l][axis][i]));
+            let a = self.weights[l].0;
             let f = metric.distance(found.measure[l][i]);
             out.value += a * if self.squared { f * f } else { f };
-            if order >= Order::Gradient {
+            if ORDER >= GRADIENT {
+                let d = [found.offset[l][0][i], found.offset[l][1][i], found.offset[l][2][i]];
                 let g = metric.slope(d, f);
-                let k = if self.squared { 2.0 * a * f } else { a };
+                let k = a * if self.squared { 2.0 * f } else { 1.0 };
                 for axis in 0..3 {
                     out.grad[axis] += k * g[axis];
                 }
-                if order >= Order::Hessian {
+                if ORDER >= HESSIAN {
                     let h = metric.hessian(d, f);
-                    let k2 = if self.squared { 2.0 * a } else { 0.0 };
-                    for (pair, (r, c)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].into_iter().enumerate()
-                    {
+                    let k2 = a * if self.squared { 2.0 } else { 0.0 };
+                    for (pair, (r, c)) in PAIRS.into_iter().enumerate() {
                         out.hess[pair] += k * h[pair] + k2 * (g[r] * g[c]);
                     }
                 }
             }
         }
-        if order >= Order::Gradient {
-            out.grad = out.grad.map(|g| g + found.nowhere[i]);
+        if ORDER >= GRADIENT {
+            for g in &mut out.grad {
+                *g += found.nowhere[i];
+            }
         }
         out
     }
 }
+
+impl Cellular {
+    /// The jet from the nearest nodes of a point.
+    fn point<M: Metric, const K: usize>(&self, metric: M, order: Order, found: &Found<K, 1>) -> Point {
+        match order {
+            Order::Value => self.finish::<M, K, 1, VALUE>(metric, found, 0),
+            Order::Gradient => self.finish::<M, K, 1, GRADIENT>(metric, found, 0),
+            Order::Hessian => self.finish::<M, K, 1, HESSIAN>(metric, found, 0),
+        }
+    }
+}
+
+/// The orders as constant parameters.
+const VALUE: u8 = 0;
+const GRADIENT: u8 = 1;
+const HESSIAN: u8 = 2;
+
+/// Row and column of the six second derivatives.
+const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
 /// The jet at one point.
 struct One<'a> {
@@ -308,7 +328,7 @@ impl One<'_> {
     #[inline(never)]
     fn nearest<M: Metric, const K: usize>(&self, search: Search<'_, M>) -> Point {
         let found: Found<K, 1> = search.nearest::<K, 1, true>(&self.at.map(|x| [x]));
-        self.noise.finish(search.metric, self.order, &found, 0)
+        self.noise.point(search.metric, self.order, &found)
     }
 }
 
@@ -356,48 +376,76 @@ impl Task for Bulk<'_, '_> {
 impl Bulk<'_, '_> {
     #[inline(always)]
     fn orders<M: Metric, const K: usize>(self, search: Search<'_, M>) {
-        match self.out.grad {
-            None => self.fill::<M, K, false>(search),
-            Some(_) => self.fill::<M, K, true>(search),
+        let Bulk { noise, level, at, out } = self;
+        let job = Job { noise, level, at, search };
+        match out {
+            Jets { value, grad: None, .. } => job.fill::<K, VALUE, 1, false>([value]),
+            Jets { value, grad: Some([x, y, z]), hess: None } => {
+                job.fill::<K, GRADIENT, 4, true>([value, x, y, z]);
+            }
+            Jets { value, grad: Some([x, y, z]), hess: Some([xx, yy, zz, xy, xz, yz]) } => {
+                job.fill::<K, HESSIAN, 10, true>([value, x, y, z, xx, yy, zz, xy, xz, yz]);
+            }
         }
     }
+}
 
-    fn fill<M: Metric, const K: usize, const OFFSETS: bool>(mut self, search: Search<'_, M>) {
-        let order = match (&self.out.grad, &self.out.hess) {
-            (None, _) => Order::Value,
-            (Some(_), None) => Order::Gradient,
-            (Some(_), Some(_)) => Order::Hessian,
-        };
-        for start in (0..self.at[0].len()).step_by(BLOCK) {
-            let end = (start + BLOCK).min(self.at[0].len());
-            // The last few lanes are padded with one of their own, which costs no further cells.
-            let from = self.at.map(|at| {
-                let mut own = [at[start]; BLOCK];
-                own[..end - start].copy_from_slice(&at[start..end]);
-                own
-            });
-            let noise = self.noise;
-            let points = at_level(
-                self.level,
-                #[inline(always)]
-                || {
-                    let found: Found<K, BLOCK> = search.nearest::<K, BLOCK, OFFSETS>(&from);
-                    let mut points = [Point::default(); BLOCK];
-                    for (i, point) in points.iter_mut().enumerate() {
-                        *point = noise.finish(search.metric, order, &found, i);
-                    }
-                    points
-                },
-            );
-            for (i, point) in points[..end - start].iter().enumerate() {
-                self.out.value[start + i] = point.value;
-                if let Some(grad) = &mut self.out.grad {
-                    (0..3).for_each(|k| grad[k][start + i] = point.grad[k]);
+/// A batch of which it is known how much to compute.
+struct Job<'a, M> {
+    noise: &'a Cellular,
+    level: Level,
+    at: [&'a [f64]; 3],
+    search: Search<'a, M>,
+}
+
+impl<M: Metric> Job<'_, M> {
+    /// Fills the `PARTS` slices.
+    fn fill<const K: usize, const ORDER: u8, const PARTS: usize, const OFFSETS: bool>(
+        &self,
+        mut out: [&mut [f64]; PARTS],
+    ) {
+        at_level(
+            self.level,
+            #[inline(always)]
+            || {
+                for start in (0..self.at[0].len()).step_by(BLOCK) {
+                    self.block::<K, ORDER, PARTS, OFFSETS>(start, &mut out);
                 }
-                if let Some(hess) = &mut self.out.hess {
-                    (0..6).for_each(|k| hess[k][start + i] = point.hess[k]);
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn block<const K: usize, const ORDER: u8, const PARTS: usize, const OFFSETS: bool>(
+        &self,
+        start: usize,
+        out: &mut [&mut [f64]; PARTS],
+    ) {
+        let count = (self.at[0].len() - start).min(BLOCK);
+        let mut from = [[0.0; BLOCK]; 3];
+        for (own, at) in from.iter_mut().zip(self.at) {
+            // The last few lanes are padded with one of their own, which costs no further cells.
+            *own = [at[start]; BLOCK];
+            own[..count].copy_from_slice(&at[start..start + count]);
+        }
+        let found: Found<K, BLOCK> = self.search.nearest::<K, BLOCK, OFFSETS>(&from);
+        let mut to = [[0.0; BLOCK]; PARTS];
+        for i in 0..BLOCK {
+            let p = self.noise.finish::<M, K, BLOCK, ORDER>(self.search.metric, &found, i);
+            to[0][i] = p.value;
+            if ORDER >= GRADIENT {
+                for k in 0..3 {
+                    to[1 + k][i] = p.grad[k];
                 }
             }
+            if ORDER >= HESSIAN {
+                for k in 0..6 {
+                    to[4 + k][i] = p.hess[k];
+                }
+            }
+        }
+        for (slice, part) in out.iter_mut().zip(&to) {
+            slice[start..start + count].copy_from_slice(&part[..count]);
         }
     }
 }

@@ -31,6 +31,8 @@ const SPAN: usize = 2 * REACH + 1;
 pub(super) struct Cell {
     /// Offset plus [`REACH`], by axis.
     index: [usize; 3],
+    /// Distance to it along each axis: a factor of the fraction, and a constant.
+    gaps: [[f64; 2]; 3],
     /// Least measure of a node in it from any point of the upper octant.
     least: f64,
 }
@@ -40,7 +42,10 @@ pub(super) fn cells<M: Metric>(metric: M, cap: f64) -> Vec<Cell> {
     let limit = metric.measure([cap, 0.0, 0.0], f64::INFINITY);
     let mut cells: Vec<Cell> = (0..SPAN.pow(3))
         .map(|n| [n % SPAN, n / SPAN % SPAN, n / SPAN / SPAN])
-        .map(|index| Cell { index, least: metric.floor(index.map(|i| least_gap(i as i32 - REACH as i32))) })
+        .map(|index| {
+            let offset = index.map(|i| i as i32 - REACH as i32);
+            Cell { index, gaps: offset.map(gap), least: metric.floor(offset.map(least_gap)) }
+        })
         .filter(|cell| cell.least < limit)
         .collect();
     // A stable sort: cells that can be equally near keep their order.
@@ -55,7 +60,6 @@ fn least_gap(offset: i32) -> f64 {
 }
 
 /// The distance along an axis to the cell at `offset` is this slope times the fraction plus a shift.
-#[inline(always)]
 fn gap(offset: i32) -> [f64; 2] {
     match offset {
         0 => [0.0, 0.0],
@@ -81,18 +85,24 @@ fn quantiles() -> &'static [u32; MOST] {
     })
 }
 
-/// The place of the `k`-th node in the cell with hash `cell`, in 1024ths of it, as three fields of
-/// ten bits.
+/// The place of the `k`-th node in the cell with hash `cell`, less half a grain.
 #[inline(always)]
-fn node(cell: u32, k: u32) -> [u32; 3] {
+fn node(cell: u32, k: u32) -> [f64; 3] {
     let h = cell.wrapping_add(k.wrapping_mul(STEP[0]));
     let h = (h ^ (h >> 15)).wrapping_mul(0x2c1b_3c6d);
     let h = (h ^ (h >> 12)).wrapping_mul(0x297a_2d39);
     let h = h ^ (h >> 15);
-    [h >> 22, h >> 12 & 1023, h >> 2 & 1023]
+    let place = |bits: u32| f64::from(bits as i32) * GRAIN;
+    [place(h >> 22), place(h >> 12 & 1023), place(h >> 2 & 1023)]
 }
 
-/// A 1024th, and half of it.
+/// The largest of some numbers that are not negative: as integers, which a vector may reorder.
+#[inline(always)]
+fn largest<const B: usize>(x: &[f64; B]) -> f64 {
+    f64::from_bits(x.iter().fold(0, |a: u64, b| if b.to_bits() > a { b.to_bits() } else { a }))
+}
+
+/// A node's place is a multiple of this, less half of it.
 const GRAIN: f64 = 1.0 / 1024.0;
 
 /// What a search needs to know.
@@ -134,34 +144,42 @@ impl<const B: usize> Frame<B> {
             places: [[[0.0; B]; SPAN]; 3],
             nowhere: [0.0; B],
         };
-        let tiles = lattice.tiles();
         for axis in 0..3 {
-            let (mut home, mut t, mut side) = ([0_u32; B], [0.0; B], [0.0; B]);
+            let (mut home, mut t, mut side) = ([0_u32; B], [0.0; B], [0_u32; B]);
+            let (upper, nowhere) = (&mut frame.upper[axis], &mut frame.nowhere);
             for i in 0..B {
-                (home[i], t[i]) = split(at[axis][i]);
-                let low = t[i] < 0.5;
-                frame.upper[axis][i] = if low { 1.0 - t[i] } else { t[i] };
-                side[i] = if low { -1.0 } else { 1.0 };
-                frame.nowhere[i] += t[i] * 0.0;
+                let (cell, fraction) = split(at[axis][i]);
+                (home[i], t[i]) = (cell, fraction);
+                nowhere[i] += fraction * 0.0;
+                upper[i] = if fraction < 0.5 { 1.0 - fraction } else { fraction };
+                side[i] = if fraction < 0.5 { u32::MAX } else { 1 };
             }
             for n in REACH - reach..=REACH + reach {
                 let offset = n as i32 - REACH as i32;
+                let (words, places) = (&mut frame.words[axis][n], &mut frame.places[axis][n]);
                 for i in 0..B {
-                    let step = if side[i] < 0.0 { -offset } else { offset };
-                    let cell = home[i].wrapping_add(step as u32);
-                    frame.words[axis][n][i] = cell.wrapping_mul(STEP[axis]);
-                    frame.places[axis][n][i] = t[i] - side[i] * f64::from(offset) - 0.5 * GRAIN;
+                    let step = side[i].wrapping_mul(offset as u32);
+                    words[i] = home[i].wrapping_add(step).wrapping_mul(STEP[axis]);
+                    places[i] = t[i] - f64::from(step as i32) - 0.5 * GRAIN;
                 }
-                if tiles {
-                    for i in 0..B {
-                        let step = if side[i] < 0.0 { -offset } else { offset };
-                        let cell = lattice.wrap(axis, home[i].wrapping_add(step as u32));
-                        frame.words[axis][n][i] = cell.wrapping_mul(STEP[axis]);
-                    }
-                }
+            }
+            if lattice.period[axis] != 0 {
+                frame.tile(lattice, axis, &home, &side);
             }
         }
         frame
+    }
+
+    /// The words of cells on a lattice that repeats.
+    #[inline(never)]
+    fn tile(&mut self, lattice: &Lattice, axis: usize, home: &[u32; B], side: &[u32; B]) {
+        for (n, words) in self.words[axis].iter_mut().enumerate() {
+            let offset = (n as u32).wrapping_sub(REACH as u32);
+            for i in 0..B {
+                let cell = home[i].wrapping_add(side[i].wrapping_mul(offset));
+                words[i] = lattice.wrap(axis, cell).wrapping_mul(STEP[axis]);
+            }
+        }
     }
 }
 
@@ -175,23 +193,22 @@ impl<M: Metric> Search<'_, M> {
         let Search { metric, lattice, cap, .. } = *self;
         let frame = Frame::new(lattice, at, self.reach());
         let cap = metric.measure([cap, 0.0, 0.0], f64::INFINITY);
-        let mut found =
-            Found { measure: [[cap; B]; K], offset: [[[0.0; B]; 3]; K], nowhere: frame.nowhere };
+        let mut found = Found { measure: [[cap; B]; K], offset: [[[0.0; B]; 3]; K], nowhere: frame.nowhere };
         let (key, quantiles) = (lattice.key(), quantiles());
         for cell in self.cells {
-            let farthest = found.measure[K - 1].iter().fold(0.0, |a: f64, b| if *b > a { *b } else { a });
-            if cell.least >= farthest {
+            if cell.least >= largest(&found.measure[K - 1]) {
                 break;
             }
             let hashes = frame.hashes(metric, key, cell, &found.measure[K - 1]);
-            let top = hashes.iter().fold(0, |a: u32, b| a.max(*b));
-            let [x, y, z] = [0, 1, 2].map(|axis| &frame.places[axis][cell.index[axis]]);
+            let top = hashes.iter().fold(0, |a: u32, b| if *b > a { *b } else { a });
+            let [a, b, c] = cell.index;
+            let (x, y, z) = (&frame.places[0][a], &frame.places[1][b], &frame.places[2][c]);
             for (k, least) in quantiles.iter().enumerate() {
                 if top < *least {
                     break;
                 }
                 for i in 0..B {
-                    let [u, v, w] = node(hashes[i], k as u32).map(|u| f64::from(u as i32) * GRAIN);
+                    let [u, v, w] = node(hashes[i], k as u32);
                     let d = [x[i] - u, y[i] - v, z[i] - w];
                     let m = metric.measure(d, found.measure[K - 1][i]);
                     let m = if hashes[i] >= *least { m } else { f64::INFINITY };
@@ -213,7 +230,7 @@ impl<M: Metric> Search<'_, M> {
             let place = [0, 1, 2].map(|axis| frame.places[axis][cell.index[axis]][0]);
             for k in (0..MOST).take_while(|k| h >= quantiles[*k]) {
                 let node = node(h, k as u32);
-                each([0, 1, 2].map(|axis| place[axis] - f64::from(node[axis] as i32) * GRAIN));
+                each([0, 1, 2].map(|axis| place[axis] - node[axis]));
             }
         }
     }
@@ -230,12 +247,12 @@ impl<const B: usize> Frame<B> {
     /// the limit.
     #[inline(always)]
     fn hashes<M: Metric>(&self, metric: M, key: [u32; 2], cell: &Cell, limit: &[f64; B]) -> [u32; B] {
-        let [x, y, z] = [0, 1, 2].map(|axis| gap(cell.index[axis] as i32 - REACH as i32));
-        let [u, v, w] = [0, 1, 2].map(|axis| &self.words[axis][cell.index[axis]]);
-        let [a, b, c] = &self.upper;
+        let ([p, q, r], [a, b, c]) = (cell.gaps, cell.index);
+        let (u, v, w) = (&self.words[0][a], &self.words[1][b], &self.words[2][c]);
+        let [x, y, z] = &self.upper;
         let mut hashes = [0; B];
         for i in 0..B {
-            let gap = [x[0] * a[i] + x[1], y[0] * b[i] + y[1], z[0] * c[i] + z[1]];
+            let gap = [p[0] * x[i] + p[1], q[0] * y[i] + q[1], r[0] * z[i] + r[1]];
             let near = metric.floor(gap) < limit[i];
             let h = hash(u[i] ^ v[i] ^ w[i], key);
             hashes[i] = if near { h } else { 0 };
