@@ -30,7 +30,7 @@
 //! them. Within a cell the fades are polynomials, so `M_k` bounds changes there for every `k`.
 
 use super::{Claim, Subject};
-use crate::noise::Gradient;
+use crate::noise::{Basis, Gradient};
 use crate::num::{Interval, Real, mix};
 use rayon::prelude::*;
 
@@ -358,7 +358,7 @@ impl Subject for Edges {
     }
 
     fn claims(&self) -> Vec<Claim> {
-        let b = Gradient::BOUNDS;
+        let b = Gradient::EDGES.bounds();
         let names = ["M5", "M4", "M3", "M2", "L", "A"];
         let bounds = [15_000.0, 1400.0, b.third, b.hessian, b.lipschitz, b.range];
         (0..6).map(|i| Claim { order: 5 - i, name: names[i], bound: bounds[i] }).collect()
@@ -385,7 +385,7 @@ mod tests {
     use super::*;
 
     fn constants() -> [f64; 4] {
-        let b = Gradient::BOUNDS;
+        let b = Gradient::EDGES.bounds();
         [b.range, b.lipschitz, b.hessian, b.third]
     }
 
