@@ -39,7 +39,7 @@ pub use many::Many;
 pub use number::{Bounds, Centred, Jets, Kernel, Local, Number, Order, Point};
 pub use real::Real;
 pub use reduced::Reduced;
-pub use simd::{Level, at_level, simd_level, widest};
+pub use simd::{Level, limit_simd, simd_level, widest};
 pub use slope::Slope;
 
 /// Unit roundoff of `f64`: half the distance from 1 to the next number.
