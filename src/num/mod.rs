@@ -15,9 +15,14 @@
 //! | [`Affine`] | an enclosure that remembers which inputs it came from | `form`, condensed |
 //! | [`Reduced`] | the same with `K` shared symbols | `form` |
 //! | [`Many`] | a batch of any of these | lane by lane, noises in SIMD |
+//!
+//! Beside the numbers stand what several modules compute with: hashes, B-splines ([`cubic`],
+//! [`quadratic`]) and the Fourier transform ([`transform`]).
 
 mod affine;
+mod bspline;
 mod dual;
+mod fft;
 mod function;
 mod hash;
 mod interval;
@@ -30,7 +35,9 @@ mod simd;
 mod slope;
 
 pub use affine::{Affine, Symbol};
+pub use bspline::{CUBIC_POLE, Edge, Weights, cubic, interpolate_cubic, quadratic};
 pub use dual::Dual;
+pub use fft::{Complex, Direction, Fft, Unfit, transform};
 pub use function::{Class, Combine, Form, Function};
 pub use hash::{mix, uniform};
 pub use interval::Interval;
