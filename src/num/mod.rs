@@ -18,6 +18,7 @@
 
 mod affine;
 mod dual;
+mod fft;
 mod function;
 mod hash;
 mod interval;
@@ -31,6 +32,7 @@ mod slope;
 
 pub use affine::{Affine, Symbol};
 pub use dual::Dual;
+pub use fft::{Complex, Direction, Fft, Unfit, transform};
 pub use function::{Class, Combine, Form, Function};
 pub use hash::{mix, uniform};
 pub use interval::Interval;
