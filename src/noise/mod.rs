@@ -33,6 +33,8 @@ mod sum;
 mod tests;
 mod value;
 mod value_gradient;
+mod waves;
+mod weierstrass;
 
 pub use basis::Basis;
 pub use cellular::Cellular;
@@ -44,6 +46,8 @@ pub use parameter::{Allowed, Exact, Parameter, Setting, Settings};
 pub use simplex::Simplex;
 pub use value::Value;
 pub use value_gradient::ValueGradient;
+pub use waves::Waves;
+pub use weierstrass::Weierstrass;
 
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
 use std::hash::{Hash, Hasher};
@@ -179,7 +183,7 @@ impl Kernel for Noise {
         // Scaled arguments are off by a roundoff of their size on each axis, budgeted as 3; scaled
         // derivatives by two of theirs.
         let (b, k) = (self.bounds(), self.frequency);
-        let shift = 3.0 * ROUNDOFF * size;
+        let shift = (3.0 + self.kind.displacement()) * ROUNDOFF * size;
         let own = self.kind.rounding();
         // Where the gradient jumps, `local` accounts for the shift.
         let turn = if b.hessian.is_finite() { b.hessian * shift } else { 0.0 };
@@ -281,6 +285,10 @@ macro_rules! noises {
                 match self { $(Kind::$noise(noise) => noise.rounding(),)* }
             }
 
+            fn displacement(&self) -> f64 {
+                match self { $(Kind::$noise(noise) => noise.displacement(),)* }
+            }
+
             fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
                 match self { $(Kind::$noise(noise) => noise.jets(lattice, at, out),)* }
             }
@@ -299,6 +307,8 @@ macro_rules! noises {
 noises! {
     Gradient, "gradient", "Gradient noise: smooth bumps of about two cells, zero at every node of its lattice; C2.";
     Cellular, "cellular", "Cellular noise: distances to the nearest of random nodes, pebbles or walls or facets; C0.";
+    Waves, "waves", "Plane waves of one length in all directions: a smooth swell; in sums, Weierstrass-Mandelbrot; C2.";
+    Weierstrass, "weierstrass", "Separable Weierstrass-Mandelbrot sum, a whole fractal: products of cosines along the axes; C2.";
     Value, "value", "Value noise: soft blotches of all sizes above a cell, its extrema on the nodes of its lattice; C2.";
     ValueGradient, "value_gradient", "Value-gradient noise: value noise and gradient noise on one lattice, added; C2.";
     Simplex, "simplex", "Simplex noise: bumps like those of gradient noise on a denser lattice that shows less; C2.";

@@ -37,11 +37,12 @@ mod search;
 mod tests;
 
 use super::basis::Basis;
+use super::bulk::{self, GRADIENT, HESSIAN, Lanes, VALUE};
 use super::lattice::Lattice;
 use super::parameter::{Allowed, Exact, Parameter, Settings};
-use crate::num::{Bounds, Class, Jets, Level, Local, Order, Point, ROUNDOFF, at_level, simd_level};
+use crate::num::{Bounds, Class, Jets, Local, Order, Point, ROUNDOFF};
 use metric::{Chebyshev, Euclidean, Manhattan, Metric, Minkowski};
-use search::{BLOCK, Cell, Found, Search, cells};
+use search::{Cell, Found, GROUP, Search, cells};
 use std::sync::OnceLock;
 
 /// How distance is measured.
@@ -206,7 +207,7 @@ impl Basis for Cellular {
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
-        self.jets_at(lattice, simd_level(), at, out);
+        self.norm.run(lattice, Bulk { noise: self, at, out });
     }
 
     fn jet(&self, lattice: &Lattice, order: Order, at: [f64; 3]) -> Point {
@@ -235,12 +236,6 @@ impl Basis for Cellular {
 }
 
 impl Cellular {
-    /// [`Kernel::jets`](crate::num::Kernel::jets) with a given instruction set, or the widest lower
-    /// one that there is; for benchmarks and for the test that all give the same bits.
-    pub fn jets_at(&self, lattice: &Lattice, level: Level, at: [&[f64]; 3], out: Jets<'_>) {
-        self.norm.run(lattice, Bulk { noise: self, level, at, out });
-    }
-
     /// How many of the distances matter.
     #[inline(always)]
     fn orders(&self) -> usize {
@@ -296,11 +291,6 @@ impl Cellular {
     }
 }
 
-/// The orders as constant parameters.
-const VALUE: u8 = 0;
-const GRADIENT: u8 = 1;
-const HESSIAN: u8 = 2;
-
 /// Row and column of the six second derivatives.
 const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
@@ -355,7 +345,6 @@ impl Task for Ball<'_> {
 /// A batch of jets.
 struct Bulk<'a, 'b> {
     noise: &'a Cellular,
-    level: Level,
     at: [&'a [f64]; 3],
     out: Jets<'b>,
 }
@@ -365,87 +354,53 @@ impl Task for Bulk<'_, '_> {
 
     #[inline(always)]
     fn run<M: Metric>(self, search: Search<'_, M>) {
-        match self.noise.orders() {
-            1 => self.orders::<M, 1>(search),
-            2 => self.orders::<M, 2>(search),
-            _ => self.orders::<M, 4>(search),
+        let Bulk { noise, at, out } = self;
+        match noise.orders() {
+            1 => bulk::jets(Nearest::<M, 1> { noise, search }, at, out),
+            2 => bulk::jets(Nearest::<M, 2> { noise, search }, at, out),
+            _ => bulk::jets(Nearest::<M, 4> { noise, search }, at, out),
         }
     }
 }
 
-impl Bulk<'_, '_> {
-    #[inline(always)]
-    fn orders<M: Metric, const K: usize>(self, search: Search<'_, M>) {
-        let Bulk { noise, level, at, out } = self;
-        let job = Job { noise, level, at, search };
-        match out {
-            Jets { value, grad: None, .. } => job.fill::<K, VALUE, 1, false>([value]),
-            Jets { value, grad: Some([x, y, z]), hess: None } => {
-                job.fill::<K, GRADIENT, 4, true>([value, x, y, z]);
-            }
-            Jets { value, grad: Some([x, y, z]), hess: Some([xx, yy, zz, xy, xz, yz]) } => {
-                job.fill::<K, HESSIAN, 10, true>([value, x, y, z, xx, yy, zz, xy, xz, yz]);
-            }
-        }
-    }
-}
-
-/// A batch of which it is known how much to compute.
-struct Job<'a, M> {
+/// The noise of the `K` nearest nodes, in lanes.
+#[derive(Clone, Copy)]
+struct Nearest<'a, M, const K: usize> {
     noise: &'a Cellular,
-    level: Level,
-    at: [&'a [f64]; 3],
     search: Search<'a, M>,
 }
 
-impl<M: Metric> Job<'_, M> {
-    /// Fills the `PARTS` slices.
-    fn fill<const K: usize, const ORDER: u8, const PARTS: usize, const OFFSETS: bool>(
-        &self,
-        mut out: [&mut [f64]; PARTS],
-    ) {
-        at_level(
-            self.level,
-            #[inline(always)]
-            || {
-                for start in (0..self.at[0].len()).step_by(BLOCK) {
-                    self.block::<K, ORDER, PARTS, OFFSETS>(start, &mut out);
-                }
-            },
-        );
-    }
-
+impl<M: Metric, const K: usize> Lanes for Nearest<'_, M, K> {
     #[inline(always)]
-    fn block<const K: usize, const ORDER: u8, const PARTS: usize, const OFFSETS: bool>(
+    fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
         &self,
-        start: usize,
-        out: &mut [&mut [f64]; PARTS],
+        from: &[[f64; B]; 3],
+        to: &mut [[f64; B]; PARTS],
     ) {
-        let count = (self.at[0].len() - start).min(BLOCK);
-        let mut from = [[0.0; BLOCK]; 3];
-        for (own, at) in from.iter_mut().zip(self.at) {
-            // The last few lanes are padded with one of their own, which costs no further cells.
-            *own = [at[start]; BLOCK];
-            own[..count].copy_from_slice(&at[start..start + count]);
-        }
-        let found: Found<K, BLOCK> = self.search.nearest::<K, BLOCK, OFFSETS>(&from);
-        let mut to = [[0.0; BLOCK]; PARTS];
-        for i in 0..BLOCK {
-            let p = self.noise.finish::<M, K, BLOCK, ORDER>(self.search.metric, &found, i);
-            to[0][i] = p.value;
-            if ORDER >= GRADIENT {
-                for k in 0..3 {
-                    to[1 + k][i] = p.grad[k];
+        for start in (0..B).step_by(GROUP) {
+            let mut at = [[0.0; GROUP]; 3];
+            for (own, from) in at.iter_mut().zip(from) {
+                own.copy_from_slice(&from[start..start + GROUP]);
+            }
+            let found: Found<K, GROUP> = if ORDER >= GRADIENT {
+                self.search.nearest::<K, GROUP, true>(&at)
+            } else {
+                self.search.nearest::<K, GROUP, false>(&at)
+            };
+            for i in 0..GROUP {
+                let p = self.noise.finish::<M, K, GROUP, ORDER>(self.search.metric, &found, i);
+                to[0][start + i] = p.value;
+                if ORDER >= GRADIENT {
+                    for k in 0..3 {
+                        to[1 + k][start + i] = p.grad[k];
+                    }
+                }
+                if ORDER >= HESSIAN {
+                    for k in 0..6 {
+                        to[4 + k][start + i] = p.hess[k];
+                    }
                 }
             }
-            if ORDER >= HESSIAN {
-                for k in 0..6 {
-                    to[4 + k][i] = p.hess[k];
-                }
-            }
-        }
-        for (slice, part) in out.iter_mut().zip(&to) {
-            slice[start..start + count].copy_from_slice(&part[..count]);
         }
     }
 }

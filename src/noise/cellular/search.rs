@@ -11,17 +11,18 @@
 //! saturate. (The 3x3x3 block of the usual implementations misses the true fourth neighbour of every
 //! tenth point, and the noise jumps there.)
 //!
-//! **Speed.** A block of points moves through the cells together. Every point's cell is mirrored so
+//! **Speed.** A group of points moves through the cells together. Every point's cell is mirrored so
 //! that the point lies in its upper octant: then the same offsets are near for all lanes, and a few
-//! cells serve a block. A lane for which a cell is too far masks it, so that lanes cannot notice
+//! cells serve a group. A lane for which a cell is too far masks it, so that lanes cannot notice
 //! each other.
 
 use super::metric::Metric;
 use crate::noise::lattice::{Lattice, STEP, hash, split};
 use std::sync::OnceLock;
 
-/// Lanes a block: one vector of the widest instruction set. More would wait for one another.
-pub(super) const BLOCK: usize = 8;
+/// Points that are searched for together: one vector of the widest instruction set. More would wait
+/// for one another.
+pub(super) const GROUP: usize = 8;
 
 /// Cells on each side of a point's own that may matter.
 const REACH: usize = 3;
@@ -124,7 +125,7 @@ pub(super) struct Found<const K: usize, const B: usize> {
     pub(super) nowhere: [f64; B],
 }
 
-/// Where a block of points stands relative to the cells around.
+/// Where a group of points stands relative to the cells around.
 struct Frame<const B: usize> {
     /// Fractions, mirrored into the upper half.
     upper: [[f64; B]; 3],
@@ -167,6 +168,12 @@ impl<const B: usize> Frame<B> {
                 frame.tile(lattice, axis, &home, &side);
             }
         }
+        // A point that is nowhere is near nothing, whatever its other coordinates.
+        for upper in &mut frame.upper {
+            for i in 0..B {
+                upper[i] += frame.nowhere[i];
+            }
+        }
         frame
     }
 
@@ -184,7 +191,7 @@ impl<const B: usize> Frame<B> {
 }
 
 impl<M: Metric> Search<'_, M> {
-    /// The nearest nodes of a block of points; without their offsets unless `OFFSETS`.
+    /// The nearest nodes of a group of points; without their offsets unless `OFFSETS`.
     #[inline(always)]
     pub(super) fn nearest<const K: usize, const B: usize, const OFFSETS: bool>(
         &self,
