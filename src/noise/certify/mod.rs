@@ -7,6 +7,7 @@
 //! thousandths of it.
 
 mod lattice;
+mod wavelet;
 
 pub use lattice::{Method, SLACK, Witness, largest, prove, search};
 
@@ -39,4 +40,4 @@ pub struct Claim {
 }
 
 /// Everything that is proven.
-pub const ALL: &[&dyn Subject] = &[&lattice::Edges];
+pub const ALL: &[&dyn Subject] = &[&lattice::Edges, &wavelet::Tiled];
