@@ -45,7 +45,7 @@
 //! | [`expr`] | expression graphs |
 //! | [`tape`] [`scene`] | straight-line code; scenes as plain data |
 //! | [`field`] | values, derivatives and bounds of an expression |
-//! | [`script`] [`cast`] | the script host; ray casters |
+//! | [`script`] [`cast`] [`analysis`] | the script host; ray casters; statistics and spectra of noises |
 //! | [`render`] | pictures |
 //! | [`session`] | scripts to pictures with cancellation and caching |
 //! | [`cli`] | the commands |
@@ -55,6 +55,7 @@
 // What tests make of random numbers need not be the same on every platform.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
+pub mod analysis;
 pub mod cast;
 pub mod cli;
 pub mod diag;

@@ -12,7 +12,7 @@ const ROWS: &[&[&str]] = &[
     &["expr"],
     &["tape", "scene"],
     &["field"],
-    &["script", "flow", "cast", "topology", "mesh"],
+    &["script", "flow", "cast", "topology", "mesh", "analysis"],
     &["render"],
     &["session"],
     &["cli"],

@@ -33,6 +33,7 @@ mod real;
 mod reduced;
 mod simd;
 mod slope;
+mod turn;
 
 pub use affine::{Affine, Symbol};
 pub use bspline::{CUBIC_POLE, Edge, Weights, cubic, interpolate_cubic, quadratic};
@@ -46,8 +47,9 @@ pub use many::Many;
 pub use number::{Bounds, Centred, Jets, Kernel, Local, Number, Order, Point};
 pub use real::Real;
 pub use reduced::Reduced;
-pub use simd::{Level, at_level, simd_level, widest};
+pub use simd::{Level, limit_simd, simd_level, widest};
 pub use slope::Slope;
+pub use turn::{TURN_ERROR, cos_turns, sin_turns};
 
 /// Unit roundoff of `f64`: half the distance from 1 to the next number.
 pub const ROUNDOFF: f64 = f64::EPSILON / 2.0;
