@@ -349,6 +349,7 @@ mod composites {
     use super::{coordinate, inside, radius, seeded};
     use orogen::expr::{Graph, Input, NodeId};
     use orogen::field::Field;
+    use orogen::grid::{Edge, Frame, Grid, Samples};
     use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe};
     use orogen::num::{Affine, Dual, Interval, Jet, Many, Reduced};
     use orogen::op::Op;
@@ -366,7 +367,11 @@ mod composites {
             };
         }
         let arg = |g: &mut Graph, rng: &mut StdRng| grow(g, rng, depth - 1);
-        match rng.random_range(0..8) {
+        match rng.random_range(0..9) {
+            2 => {
+                let p = std::array::from_fn(|_| arg(g, rng));
+                g.grid(sampled(rng), p).expect("room")
+            }
             0 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
                 let frequency = rng.random_range(0.2..6.0);
@@ -399,6 +404,15 @@ mod composites {
                 g.op(op, &args).expect("room")
             }
         }
+    }
+
+    /// A grid of random numbers.
+    fn sampled(rng: &mut StdRng) -> Arc<Grid> {
+        let edge = if rng.random() { Edge::Repeat } else { Edge::Clamp };
+        let size = if rng.random() { [7, 1, 9] } else { [5, 6, 4] };
+        let frame = Frame::over(size, [-1.0, 0.0, -2.0], [2.0, 1.5, 1.0], edge).expect("a valid frame");
+        let values = (0..frame.count()).map(|_| rng.random_range(-1.0..2.0)).collect();
+        Arc::new(Grid::through(&Samples { frame, values }).expect("finite samples"))
     }
 
     fn each(name: &str, mut law: impl FnMut(&Graph, NodeId, &mut StdRng)) {
