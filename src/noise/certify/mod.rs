@@ -5,10 +5,42 @@
 //! the list and prints a table of what a search found, what was proven, and how far apart they are.
 //! A bound is good when it lies above whatever an adversarial search finds and within a few
 //! thousandths of it.
+//!
+//! **What is maximised.** The noises on lattices are sums over nodes `n`, of which finitely many reach
+//! a point. With a node's weight `W(d)` at the offset `d = x - n`, its value `a` and direction `g`,
+//!
+//! ```text
+//! N(x) = sum_n W(d_n) (a_n + g_n . d_n)
+//! ```
+//!
+//! (for most noises one of the two). The `k`-th derivative at `x` along a unit vector `u` is again such
+//! a sum. With `W^(k)` for the `k`-th derivative of the weight along `u`,
+//!
+//! ```text
+//! D^k (W (a + g.d))[u^k] = a W^(k) + g.v      v = W^(k) d + k W^(k-1) u
+//! ```
+//!
+//! Nodes are independent: every combination of what they can carry occurs somewhere. So the largest
+//! value over all lattices is taken term by term,
+//!
+//! ```text
+//! F_k(x, u) = sum_n (max_a |a W_n^(k)| + max_g |g . v_n|)
+//! ```
+//!
+//! (see [`node`]), and `A, L, M2, M3` are the suprema `M_k` of `F_k` for `k` = 0, 1, 2, 3: a symmetric
+//! tensor takes its norm with all arguments equal (Banach 1938). [`lattice`] and [`simplex`] evaluate
+//! `F_k` for their weights, [`search`] climbs it, and [`bound`] bounds it.
 
+mod bound;
 mod lattice;
+mod node;
+mod search;
+mod simplex;
 
-pub use lattice::{Method, SLACK, Witness, largest, prove, search};
+use super::{Directions, Gradient, Kind, Simplex, Value, ValueGradient};
+use lattice::Cube;
+use node::{Content, Family};
+use simplex::Balls;
 
 /// A noise with fixed parameters whose bounds are to be proven.
 pub trait Subject: Sync {
@@ -39,4 +71,59 @@ pub struct Claim {
 }
 
 /// Everything that is proven.
-pub const ALL: &[&dyn Subject] = &[&lattice::Edges];
+pub const ALL: &[&dyn Subject] = &[
+    &Family {
+        name: "gradient",
+        kind: Kind::Gradient(Gradient::EDGES),
+        shape: Cube,
+        content: Content { value: false, directions: Some(Directions::Edges) },
+        beyond: [1400.0, 15_000.0],
+    },
+    &Family {
+        name: "gradient, sphere",
+        kind: Kind::Gradient(Gradient::SPHERE),
+        shape: Cube,
+        content: Content { value: false, directions: Some(Directions::Sphere) },
+        beyond: [1600.0, 17_000.0],
+    },
+    &Family {
+        name: "value",
+        kind: Kind::Value(Value),
+        shape: Cube,
+        content: Content { value: true, directions: None },
+        beyond: [850.0, 10_000.0],
+    },
+    &Family {
+        name: "value_gradient",
+        kind: Kind::ValueGradient(ValueGradient { directions: Directions::Edges }),
+        shape: Cube,
+        content: Content { value: true, directions: Some(Directions::Edges) },
+        beyond: [2300.0, 25_000.0],
+    },
+    &Family {
+        name: "value_gradient, sphere",
+        kind: Kind::ValueGradient(ValueGradient { directions: Directions::Sphere }),
+        shape: Cube,
+        content: Content { value: true, directions: Some(Directions::Sphere) },
+        beyond: [2450.0, 26_000.0],
+    },
+    &Family {
+        name: "simplex",
+        kind: Kind::Simplex(Simplex { directions: Directions::Edges }),
+        shape: Balls { scale: Simplex { directions: Directions::Edges }.scale() },
+        content: Content { value: false, directions: Some(Directions::Edges) },
+        beyond: [17_500.0, 420_000.0],
+    },
+    &Family {
+        name: "simplex, sphere",
+        kind: Kind::Simplex(Simplex { directions: Directions::Sphere }),
+        shape: Balls { scale: Simplex { directions: Directions::Sphere }.scale() },
+        content: Content { value: false, directions: Some(Directions::Sphere) },
+        beyond: [17_500.0, 420_000.0],
+    },
+];
+
+fn unit(p: [f64; 3]) -> [f64; 3] {
+    let n = (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+    p.map(|p| p / n)
+}
