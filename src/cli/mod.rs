@@ -9,6 +9,7 @@
 //! | 2 | the command line is wrong; nothing was read or written |
 
 mod check;
+mod doc;
 mod interrupt;
 mod new;
 mod options;
@@ -60,6 +61,7 @@ enum Command {
     Check(check::Args),
     Repl(repl::Args),
     New(new::Args),
+    Doc(doc::Args),
 }
 
 /// Runs the program on the arguments of the process.
@@ -93,6 +95,7 @@ impl Command {
             Command::Check(args) => check::run(&args, terminal),
             Command::Repl(args) => repl::run(&args, terminal),
             Command::New(args) => new::run(&args),
+            Command::Doc(args) => doc::run(&args, terminal),
         }
     }
 }

@@ -4,8 +4,10 @@
 //! a box come from enclosures, never from guesses: the Lipschitz bound of a region is the largest
 //! gradient norm that [`Slope`] arithmetic admits there, made tighter by cutting the region up.
 
+mod moments;
 mod region;
 
+pub use moments::{Moments, Survey, survey};
 pub use region::{Extent, extent, lipschitz_outside};
 
 use crate::expr::{Graph, NodeId};

@@ -1,0 +1,1 @@
+//! Noises against what is known of them exactly.
