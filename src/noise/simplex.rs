@@ -25,8 +25,9 @@
 //! (The radius `sqrt(0.6)` that much code has makes it jump.) When rounding picks a neighbouring
 //! tetrahedron, what it misses is a ball's rim, where the kernel and two derivatives are zero.
 //!
-//! Mean 0; variance over space and all seeds, by integration of the squared kernel over the ball,
-//! `C^2 2 (2/3)/3 (4 pi) B(5/2, 9)/2 / 2^(21/2)`.
+//! Over space and all seeds it has mean 0; with two nodes to a unit of volume and `E[g g^T] = 2/3 I`, its
+//! variance is `4/9 C^2` times the integral of `|d|^2 (1/2 - |d|^2)^8` over a ball: 0.05134 with the
+//! twelve directions, 0.05033 with all.
 
 use super::basis::Basis;
 use super::bulk::{self, GRADIENT, HESSIAN, Lanes};
