@@ -41,7 +41,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`num`] [`diag`] | numbers and how functions are lifted to them; diagnostics |
-//! | [`op`] [`noise`] [`world`] | operations, noises and fractals; files |
+//! | [`op`] [`noise`] [`grid`] [`world`] | operations; noises and fractals; sampled fields; files |
 //! | [`expr`] | expression graphs |
 //! | [`tape`] [`scene`] | straight-line code; scenes as plain data |
 //! | [`field`] | values, derivatives and bounds of an expression |
@@ -61,6 +61,7 @@ pub mod cli;
 pub mod diag;
 pub mod expr;
 pub mod field;
+pub mod grid;
 pub mod noise;
 pub mod num;
 pub mod op;

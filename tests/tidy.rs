@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// sibling.
 const ROWS: &[&[&str]] = &[
     &["num", "diag"],
-    &["op", "noise", "world"],
+    &["op", "noise", "grid", "world"],
     &["expr"],
     &["tape", "scene"],
     &["field"],

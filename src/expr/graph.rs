@@ -2,6 +2,7 @@
 
 use super::fold;
 use crate::diag::Place;
+use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
 use crate::num::{Class, Kernel};
 use crate::op::Op;
@@ -40,6 +41,8 @@ pub enum Node {
     Noise(Noise, [NodeId; 3]),
     /// A sum of octaves at a point, with the footprint that limits its detail.
     Fractal(Arc<Fractal>, [NodeId; 3], NodeId),
+    /// The spline of a grid at a point, without its level.
+    Grid(Arc<Grid>, [NodeId; 3]),
 }
 
 /// A graph has as many nodes as it may.
@@ -155,6 +158,13 @@ impl Graph {
         self.intern(Node::Fractal(fractal, p, footprint))
     }
 
+    /// The field of a grid at a point: its spline and its level.
+    pub fn grid(&mut self, grid: Arc<Grid>, p: [NodeId; 3]) -> Result<NodeId, TooLarge> {
+        let level = self.constant(grid.level())?;
+        let spline = self.intern(Node::Grid(grid, p))?;
+        self.op(Op::Add(crate::op::Add), &[spline, level])
+    }
+
     /// The same expression with inputs replaced by other expressions: `f.translate(..)` replaces
     /// the coordinates, an animation frame replaces the time.
     pub fn substitute(&mut self, root: NodeId, with: &[(Input, NodeId)]) -> Result<NodeId, TooLarge> {
@@ -171,6 +181,7 @@ impl Graph {
                 }
                 Node::Noise(noise, p) => self.noise(noise, p.map(|a| image[&a]))?,
                 Node::Fractal(f, p, footprint) => self.fractal(f, p.map(|a| image[&a]), image[&footprint])?,
+                Node::Grid(grid, p) => self.intern(Node::Grid(grid, p.map(|a| image[&a])))?,
             };
             if new != id
                 && let Some(place) = self.place(id).cloned()
@@ -211,6 +222,7 @@ impl Graph {
             Node::Op(op, _) => op.class(),
             Node::Noise(noise, _) => noise.class(),
             Node::Fractal(fractal, ..) => fractal.class(),
+            Node::Grid(grid, _) => grid.class(),
         };
         let class = node.args().into_iter().map(|a| self.class(a)).fold(own, Class::min);
         self.nodes.push(node.clone());
@@ -227,7 +239,7 @@ impl Node {
         match self {
             Node::Const(_) | Node::Input(_) => Vec::new(),
             Node::Op(_, args) => args.clone(),
-            Node::Noise(_, p) => p.to_vec(),
+            Node::Noise(_, p) | Node::Grid(_, p) => p.to_vec(),
             Node::Fractal(_, [x, y, z], footprint) => vec![*x, *y, *z, *footprint],
         }
     }

@@ -15,23 +15,33 @@
 //! To add a noise, write its file and add one line to the list at the end of this one.
 
 mod basis;
+mod blend;
+mod bulk;
 mod cascade;
 pub mod certify;
 mod fractal;
 mod gradient;
 mod lattice;
+mod node;
 mod octave;
 mod parameter;
 mod shape;
+mod simplex;
 mod sum;
 #[cfg(test)]
 mod tests;
+mod value;
+mod value_gradient;
 
 pub use basis::Basis;
 pub use fractal::{Fractal, Invalid, Model, Recipe};
 pub use gradient::Gradient;
 pub use lattice::Lattice;
+pub use node::Directions;
 pub use parameter::{Allowed, Exact, Parameter, Setting, Settings};
+pub use simplex::Simplex;
+pub use value::Value;
+pub use value_gradient::ValueGradient;
 
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
 use std::hash::{Hash, Hasher};
@@ -269,4 +279,7 @@ macro_rules! noises {
 
 noises! {
     Gradient, "gradient", "Gradient noise: smooth bumps of about two cells, zero at every node of its lattice; C2.";
+    Value, "value", "Value noise: soft blotches of all sizes above a cell, its extrema on the nodes of its lattice; C2.";
+    ValueGradient, "value_gradient", "Value-gradient noise: value noise and gradient noise on one lattice, added; C2.";
+    Simplex, "simplex", "Simplex noise: bumps like those of gradient noise on a denser lattice that shows less; C2.";
 }

@@ -23,7 +23,7 @@ impl Random {
 
 fn recipe(model: Model, rotate: bool) -> Recipe {
     Recipe {
-        noise: Noise::new(Kind::Gradient(Gradient), 3).at_frequency(1.5),
+        noise: Noise::new(Kind::Gradient(Gradient::EDGES), 3).at_frequency(1.5),
         model,
         octaves: 6,
         lacunarity: 2.07,
@@ -292,7 +292,7 @@ fn invalid_recipes_name_the_parameter() {
 
 #[test]
 fn equality_is_bitwise() {
-    let a = Noise::new(Kind::Gradient(Gradient), 1).at_frequency(2.0);
+    let a = Noise::new(Kind::Gradient(Gradient::EDGES), 1).at_frequency(2.0);
     assert_eq!(a, Noise { frequency: 2.0, ..a });
     assert_ne!(a, Noise { frequency: 2.0 + f64::EPSILON * 2.0, ..a });
     assert_ne!(a, a.seeded(2));

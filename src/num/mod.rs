@@ -15,8 +15,12 @@
 //! | [`Affine`] | an enclosure that remembers which inputs it came from | `form`, condensed |
 //! | [`Reduced`] | the same with `K` shared symbols | `form` |
 //! | [`Many`] | a batch of any of these | lane by lane, noises in SIMD |
+//!
+//! Beside the numbers stand what several modules compute with: hashes, B-splines ([`cubic`],
+//! [`quadratic`]) and the Fourier transform ([`transform`]).
 
 mod affine;
+mod bspline;
 mod dual;
 mod fft;
 mod function;
@@ -29,8 +33,10 @@ mod real;
 mod reduced;
 mod simd;
 mod slope;
+mod turn;
 
 pub use affine::{Affine, Symbol};
+pub use bspline::{CUBIC_POLE, Edge, Weights, cubic, interpolate_cubic, quadratic};
 pub use dual::Dual;
 pub use fft::{Complex, Direction, Fft, Unfit, transform};
 pub use function::{Class, Combine, Form, Function};
@@ -41,8 +47,9 @@ pub use many::Many;
 pub use number::{Bounds, Centred, Jets, Kernel, Local, Number, Order, Point};
 pub use real::Real;
 pub use reduced::Reduced;
-pub use simd::{Level, at_level, simd_level, widest};
+pub use simd::{Level, limit_simd, simd_level, widest};
 pub use slope::Slope;
+pub use turn::{TURN_ERROR, cos_turns, sin_turns};
 
 /// Unit roundoff of `f64`: half the distance from 1 to the next number.
 pub const ROUNDOFF: f64 = f64::EPSILON / 2.0;

@@ -157,7 +157,7 @@ fn execute<T: Send>(request: &Request, make: impl Make<T>) -> Ran<T> {
 }
 
 fn run<T>(request: &Request, make: impl Make<T>) -> Ran<T> {
-    let host = Host::new(request.limits.nodes, request.params.clone(), request.time);
+    let host = Host::new(&request.limits, request.params.clone(), request.time);
     host.deadline.set(Instant::now().checked_add(request.limits.time));
     let (name, root) = match &request.script {
         Script::File(path) => {
@@ -310,7 +310,7 @@ fn warnings(scene: &Scene) -> Vec<Diagnostic> {
 
 /// Every function that scripts can call, native or of the standard library, with documentation.
 pub fn reference() -> Vec<Entry> {
-    let host = Host::new(1 << 10, BTreeMap::new(), 0.0);
+    let host = Host::new(&Limits::default(), BTreeMap::new(), 0.0);
     let world = Arc::new(crate::world::Memory::default());
     let resolver = |loaded| modules::Resolver { world, root: PathBuf::new(), loaded };
     let native =

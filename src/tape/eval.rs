@@ -39,6 +39,7 @@ impl<T: Number> Evaluator<T> {
                 Instr::Shift(a, c) => at(*a).shift(*c),
                 Instr::Op(op, args) => op.apply(|i| at(args[i])),
                 Instr::Noise(noise, p) => T::kernel(noise, p.map(at)),
+                Instr::Grid(grid, p) => T::kernel(&**grid, p.map(at)),
                 Instr::Fractal(fractal, p, footprint) => fractal.eval(p.map(at), footprint.map(at)),
             };
         }

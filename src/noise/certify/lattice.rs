@@ -29,6 +29,8 @@
 //! The sums of a few hundred products below `1e5` are off by less than `1e-8`; [`SLACK`] covers
 //! them. Within a cell the fades are polynomials, so `M_k` bounds changes there for every `k`.
 
+use super::{Claim, Subject};
+use crate::noise::{Basis, Gradient};
 use crate::num::{Interval, Real, mix};
 use rayon::prelude::*;
 
@@ -347,13 +349,43 @@ pub fn prove(k: usize, target: f64, method: Method, budget: u64) -> Option<u64> 
         .try_reduce(|| 0, |a, b| Some(a + b))
 }
 
+/// Gradient noise.
+pub(super) struct Edges;
+
+impl Subject for Edges {
+    fn name(&self) -> &'static str {
+        "gradient"
+    }
+
+    fn claims(&self) -> Vec<Claim> {
+        let b = Gradient::EDGES.bounds();
+        let names = ["M5", "M4", "M3", "M2", "L", "A"];
+        let bounds = [15_000.0, 1400.0, b.third, b.hessian, b.lipschitz, b.range];
+        (0..6).map(|i| Claim { order: 5 - i, name: names[i], bound: bounds[i] }).collect()
+    }
+
+    fn search(&self, order: usize, starts: u64) -> f64 {
+        search(order, starts).value
+    }
+
+    fn prove(&self, claim: &Claim, budget: u64) -> Option<u64> {
+        let claims = self.claims();
+        let above = |order: usize| claims[5 - order].bound;
+        let method = match claim.order {
+            5 => Method::Interval,
+            4 => Method::Next(above(5)),
+            k => Method::NextTwo(above(k + 1), above(k + 2)),
+        };
+        prove(claim.order, claim.bound, method, budget)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::Gradient;
 
     fn constants() -> [f64; 4] {
-        let b = Gradient::BOUNDS;
+        let b = Gradient::EDGES.bounds();
         [b.range, b.lipschitz, b.hessian, b.third]
     }
 
