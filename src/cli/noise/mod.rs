@@ -238,7 +238,7 @@ impl Work<'_> {
         let name = format!("{SPHERE}.png");
         let flag = self.interrupt.flag();
         let path = self.args.output.join(&name);
-        sphere.write(&path, self.title, &flag, self.progress, terminal)?;
+        sphere.write(&path, &flag, self.progress, terminal)?;
         Ok(name)
     }
 }

@@ -4,13 +4,15 @@
 
 use super::super::progress::Progress;
 use super::super::report::{Failure, Terminal};
+use crate::analysis::plot::Figure;
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, Input, NodeId, TooLarge};
 use crate::field::Moments;
 use crate::op::{self, Op};
-use crate::render::{self, Job, Metadata};
+use crate::render::{self, Job};
 use crate::scene::{Aabb, Camera, Film, Member, Scene, Sky, Sun, Surface};
 use crate::session::{self, Order};
+use crate::world::atomic;
 use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
@@ -23,7 +25,7 @@ const HALF: f64 = 1.25;
 /// Distance of the camera.
 const DISTANCE: f64 = 7.0;
 /// How far the surface moves by default, as a root mean square in cells.
-const ROUGHNESS: f64 = 0.35;
+const ROUGHNESS: f64 = 0.2;
 
 /// The sphere to render.
 pub struct Sphere<'a> {
@@ -44,7 +46,6 @@ impl Sphere<'_> {
     pub fn write(
         &self,
         path: &Path,
-        title: &str,
         cancel: &AtomicBool,
         progress: &Progress,
         terminal: &Terminal,
@@ -62,8 +63,10 @@ impl Sphere<'_> {
         for warning in &picture.warnings {
             progress.aside(|| terminal.diagnostic(warning, &Default::default()));
         }
-        let metadata = Metadata { script: title.to_owned(), params: Default::default() };
-        render::save(path, &picture, &metadata).map_err(|e| Diagnostic::error(e.to_string()).into())
+        // Light and stone are grey, so one byte a pixel says it all.
+        let greys = (0..picture.height).flat_map(|y| picture.row_bytes(y).into_iter().step_by(3));
+        let figure = Figure::grey(picture.width, picture.height, greys);
+        atomic::write(path, |f| figure.write_png(f)).map_err(|e| Diagnostic::error(e.to_string()).into())
     }
 
     fn scene(&self) -> Result<Scene, TooLarge> {
@@ -85,7 +88,12 @@ impl Sphere<'_> {
             surface: Surface { field, color: Some([shade; 3]) },
             camera: Camera::orbit(DVec3::ZERO, DISTANCE, 30.0, 20.0, fov),
             sun: Sun::default(),
-            sky: Sky::default(),
+            sky: Sky {
+                zenith: DVec3::splat(0.24),
+                nadir: DVec3::splat(0.06),
+                background: DVec3::splat(0.014),
+                ..Sky::default()
+            },
             film: Film { width: self.size, height: self.size, samples: 9, exposure: 0.0 },
             bounds: Some(Aabb::cube(HALF)),
             params: Vec::new(),
