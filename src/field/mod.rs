@@ -5,8 +5,10 @@
 //! gradient norm that [`Slope`] arithmetic admits there, made tighter by cutting the region up.
 
 mod region;
+mod smooth;
 
 pub use region::{Extent, extent, lipschitz_outside};
+pub use smooth::smooth;
 
 use crate::expr::{Graph, NodeId};
 use crate::num::{Class, Dual, Interval, Jet, Slope};

@@ -15,6 +15,9 @@
 //! | [`Affine`] | an enclosure that remembers which inputs it came from | `form`, condensed |
 //! | [`Reduced`] | the same with `K` shared symbols | `form` |
 //! | [`Many`] | a batch of any of these | lane by lane, noises in SIMD |
+//!
+//! Numbers that stand for points know a third kind of function besides: a [`Pointwise`] one writes
+//! one jet for what is a whole expression to the others, such as a sum of octaves.
 
 mod affine;
 mod dual;
@@ -24,6 +27,7 @@ mod interval;
 mod jet;
 mod many;
 mod number;
+mod pointwise;
 mod real;
 mod reduced;
 mod simd;
@@ -37,6 +41,7 @@ pub use interval::Interval;
 pub use jet::Jet;
 pub use many::Many;
 pub use number::{Bounds, Centred, Jets, Kernel, Local, Number, Order, Point};
+pub use pointwise::{Jets4, Point4, Pointwise};
 pub use real::Real;
 pub use reduced::Reduced;
 pub use simd::{Level, at_level, simd_level, widest};
