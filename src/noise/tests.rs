@@ -338,7 +338,7 @@ fn the_level_of_detail_is_continuous() {
                     let [below, above] = [1.0 - 1e-9, 1.0 + 1e-9].map(|k| enclosed(&f, c, r, edge * k));
                     for (k, (a, b)) in below.iter().zip(&above).enumerate() {
                         assert!(
-                            a == b || (a - b).abs() < 1e-9 * size,
+                            a == b || (a - b).abs() < 1e-9,
                             "{:?} {r} {k}: {a} to {b}",
                             f.recipe()
                         );
