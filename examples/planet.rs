@@ -18,7 +18,7 @@ use std::sync::atomic::AtomicBool;
 fn planet(graph: &mut Graph) -> Result<Surface, Box<dyn Error>> {
     let p = graph.point()?;
     let footprint = graph.input(Input::Footprint)?;
-    let noise = Noise::new(orogen::noise::Kind::Gradient(Gradient), 7).at_frequency(3.0);
+    let noise = Noise::new(orogen::noise::Kind::Gradient(Gradient::EDGES), 7).at_frequency(3.0);
     let recipe = Recipe { octaves: 9, rotate: true, ..Recipe::new(noise, Model::RIDGED) };
     let ridges = graph.fractal(Arc::new(Fractal::new(recipe)?), p, footprint)?;
     let height = scaled(graph, ridges, 0.03)?;

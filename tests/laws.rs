@@ -370,13 +370,14 @@ mod composites {
             0 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
                 let frequency = rng.random_range(0.2..6.0);
-                let noise =
-                    Noise::new(Kind::Gradient(Gradient), rng.random_range(0..9)).at_frequency(frequency);
+                let noise = Noise::new(Kind::Gradient(Gradient::EDGES), rng.random_range(0..9))
+                    .at_frequency(frequency);
                 g.noise(noise, p).expect("room")
             }
             1 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
-                let noise = Noise::new(Kind::Gradient(Gradient), 3).at_frequency(rng.random_range(0.3..3.0));
+                let noise =
+                    Noise::new(Kind::Gradient(Gradient::EDGES), 3).at_frequency(rng.random_range(0.3..3.0));
                 let model = Model::NAMED[rng.random_range(0..Model::NAMED.len())];
                 let octaves = rng.random_range(1..6);
                 let signal = Signal::ALL[rng.random_range(0..Signal::ALL.len())];

@@ -2,6 +2,7 @@
 
 use super::fold;
 use crate::diag::Place;
+use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
 use crate::num::{Class, Kernel};
 use crate::op::Op;
@@ -41,6 +42,8 @@ pub enum Node {
     /// A sum of octaves at a point, with the footprint that limits its detail, and the exponent of
     /// its amplitudes where that is an expression.
     Fractal(Arc<Fractal>, [NodeId; 3], NodeId, Option<NodeId>),
+    /// The spline of a grid at a point, without its level.
+    Grid(Arc<Grid>, [NodeId; 3]),
 }
 
 /// A graph has as many nodes as it may.
@@ -167,6 +170,13 @@ impl Graph {
         self.intern(Node::Fractal(fractal, p, footprint, Some(hurst)))
     }
 
+    /// The field of a grid at a point: its spline and its level.
+    pub fn grid(&mut self, grid: Arc<Grid>, p: [NodeId; 3]) -> Result<NodeId, TooLarge> {
+        let level = self.constant(grid.level())?;
+        let spline = self.intern(Node::Grid(grid, p))?;
+        self.op(Op::Add(crate::op::Add), &[spline, level])
+    }
+
     /// The same expression with inputs replaced by other expressions: `f.translate(..)` replaces
     /// the coordinates, an animation frame replaces the time.
     pub fn substitute(&mut self, root: NodeId, with: &[(Input, NodeId)]) -> Result<NodeId, TooLarge> {
@@ -186,6 +196,7 @@ impl Graph {
                     let hurst = hurst.map(|h| image[&h]);
                     self.intern(Node::Fractal(f, p.map(|a| image[&a]), image[&footprint], hurst))?
                 }
+                Node::Grid(grid, p) => self.intern(Node::Grid(grid, p.map(|a| image[&a])))?,
             };
             if new != id
                 && let Some(place) = self.place(id).cloned()
@@ -233,6 +244,7 @@ impl Graph {
                 fractal.class().min(Class::C1)
             }
             Node::Fractal(fractal, ..) => fractal.class(),
+            Node::Grid(grid, _) => grid.class(),
         }
     }
 
@@ -266,7 +278,7 @@ impl Node {
         match self {
             Node::Const(_) | Node::Input(_) => Vec::new(),
             Node::Op(_, args) => args.clone(),
-            Node::Noise(_, p) => p.to_vec(),
+            Node::Noise(_, p) | Node::Grid(_, p) => p.to_vec(),
             Node::Fractal(_, [x, y, z], footprint, hurst) => {
                 [*x, *y, *z, *footprint].into_iter().chain(*hurst).collect()
             }

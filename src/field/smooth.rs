@@ -28,9 +28,10 @@ pub fn smooth(graph: &Graph, root: NodeId) -> Result<(), Diagnostic> {
 /// What to call a node that is not smooth, and what to put in its place.
 fn blame(node: &Node) -> (String, String) {
     match node {
-        Node::Const(_) | Node::Input(_) => ("this".to_owned(), String::new()),
         Node::Op(op, _) => (format!("`{}`", op.name()), instead_of(op).to_owned()),
         Node::Noise(noise, _) => noise_name(noise),
+        // Never to blame: these are C2.
+        Node::Const(_) | Node::Input(_) | Node::Grid(..) => ("this".to_owned(), String::new()),
         Node::Fractal(fractal, ..) => {
             let recipe = fractal.recipe();
             if recipe.noise.class() < Class::C2 {

@@ -16,6 +16,8 @@
 //! To add a noise, write its file and add one line to the list at the end of this one.
 
 mod basis;
+mod blend;
+mod bulk;
 mod bundle;
 mod cascade;
 pub mod certify;
@@ -25,14 +27,18 @@ mod lattice;
 mod limits;
 mod mean;
 mod model;
+mod node;
 mod octave;
 mod parameter;
 mod recipe;
 mod shape;
+mod simplex;
 mod slope;
 mod sum;
 #[cfg(test)]
 mod tests;
+mod value;
+mod value_gradient;
 
 pub use basis::Basis;
 pub use fractal::{Fractal, Given};
@@ -40,8 +46,12 @@ pub use gradient::Gradient;
 pub use lattice::Lattice;
 pub use limits::Surroundings;
 pub use model::{Combination, Model, Signal};
+pub use node::Directions;
 pub use parameter::{Allowed, Exact, Parameter, Setting, Settings};
 pub use recipe::{Hurst, Invalid, Recipe};
+pub use simplex::Simplex;
+pub use value::Value;
+pub use value_gradient::ValueGradient;
 
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
 use slope::{Slope, rougher, steeper};
@@ -326,4 +336,7 @@ macro_rules! noises {
 
 noises! {
     Gradient, "gradient", "Gradient noise: smooth bumps of about two cells, zero at every node of its lattice; C2.";
+    Value, "value", "Value noise: soft blotches of all sizes above a cell, its extrema on the nodes of its lattice; C2.";
+    ValueGradient, "value_gradient", "Value-gradient noise: value noise and gradient noise on one lattice, added; C2.";
+    Simplex, "simplex", "Simplex noise: bumps like those of gradient noise on a denser lattice that shows less; C2.";
 }

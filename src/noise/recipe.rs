@@ -121,7 +121,7 @@ impl Recipe {
     }
 
     /// Frequency of octave `i`.
-    pub(super) fn frequency(&self, i: i32) -> f64 {
+    pub fn frequency(&self, i: i32) -> f64 {
         self.noise.frequency * Real::powi(self.lacunarity, i)
     }
 

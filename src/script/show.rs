@@ -1,10 +1,11 @@
 //! Values as text: what `print`, `show` and the REPL say.
 
 use super::host::Host;
-use super::library::SceneValue;
+use super::library::{GridValue, SceneValue};
 use super::noises::{Domain, Kind, Source};
 use super::value::{AffineVec3, Field, Region, Vec3, VectorField, type_name};
 use crate::expr::{Graph, Input, Node, NodeId};
+use crate::grid::{Edge, Grid};
 use crate::noise::{Combination, Noise, Part, Recipe, Signal};
 use crate::num::{Affine, Interval};
 use crate::op::Op;
@@ -43,6 +44,9 @@ pub fn dynamic(host: &Host, v: &Dynamic) -> String {
     }
     if let Some(s) = v.read_lock::<Source>() {
         return source(&s);
+    }
+    if let Some(g) = v.read_lock::<GridValue>() {
+        return grid(&g.0);
     }
     if let Some(s) = v.read_lock::<SceneValue>() {
         return scene(host, &s);
@@ -179,6 +183,25 @@ fn fractal_settings(recipe: &Recipe, varying: bool) -> String {
     out
 }
 
+/// Samples along the axes that have more than one.
+fn sizes(grid: &Grid) -> String {
+    let size = grid.frame().size.iter().filter(|n| **n > 1).map(|n| n.to_string());
+    size.collect::<Vec<_>>().join(" x ")
+}
+
+fn grid(grid: &Grid) -> String {
+    let frame = grid.frame();
+    let kind = if frame.is_heightfield() { "heightfield" } else { "volume" };
+    let edge = if frame.edge == Edge::Repeat { "repeats" } else { "clamped" };
+    let (low, high) = grid.samples().extremes();
+    let [x, y, z] = frame.origin;
+    format!(
+        "{kind} of {} samples from ({x}, {y}, {z}), {edge}, values in {}",
+        sizes(grid),
+        interval(Interval::new(low, high))
+    )
+}
+
 /// What the REPL says of a field: expression, class and variables.
 pub fn summary(host: &Host, v: &Dynamic) -> String {
     let Some(f) = v.read_lock::<Field>() else { return dynamic(host, v) };
@@ -248,6 +271,10 @@ fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut St
         Node::Noise(noise, p) => {
             let (seed, settings) = (noise.lattice.seed, noise_settings(noise));
             let _ = write!(out, "{}({seed}, {}{settings})(", noise.kind.name(), noise.frequency);
+            write_list(graph, p, depth, out);
+        }
+        Node::Grid(grid, p) => {
+            let _ = write!(out, "grid({})(", sizes(grid));
             write_list(graph, p, depth, out);
         }
         Node::Fractal(f, p, _, hurst) => {

@@ -3,9 +3,11 @@
 use super::{Call, Library};
 use crate::diag;
 use crate::expr::NodeId;
+use crate::field::{Moments, survey};
 use crate::noise::{
     self, Allowed, Combination, Hurst, Listing, Model, Noise, Parameter, Recipe, Setting, Settings, Signal,
 };
+use crate::num::{Interval, Slope};
 use crate::script::fault::{Fault, Outcome};
 use crate::script::noises::{Kind, Source, Sum};
 use crate::script::options::Options;
@@ -28,6 +30,8 @@ pub(super) fn register(lib: &mut Library<'_>) {
         Ok(Dynamic::from(c.source(0)?.seeded(c.integer(1)? as u64)))
     });
     flows(lib);
+    let sentence = "What a noise is like on average, measured at the same 16384 points every time, spread over a cube of 64 cells: mean, variance, min, max, gradient (root mean square of its length) and steepest (the longest one met). With them what is certain of that cube (range, lipschitz), and the continuity class. Spectra are the business of `orogen noise`.";
+    lib.def("stats(noise)", sentence, "gradient(7).stats().variance", stats);
     let sentence = "A sum of octaves; `std/fractal` has a function for each model: \"fbm\", \"turbulence\", \"ridged\", \"altitude1\", \"altitude2\".";
     lib.def(
         "octave_sum(noise, model, options)",
@@ -106,6 +110,33 @@ fn tiled(c: &Call<'_>) -> Outcome<Dynamic> {
         return Err(wrong());
     }
     Ok(Dynamic::from(source.tiled(given.map(|p| p as u32))?))
+}
+
+fn stats(c: &Call<'_>) -> Outcome<Dynamic> {
+    /// Cells along an edge of the cube, and points in it.
+    const CELLS: f64 = 64.0;
+    const POINTS: usize = 1 << 14;
+    let source = c.source(0)?;
+    let side = CELLS / source.noise().frequency;
+    let node = source.lower(c.host)?;
+    let samples = survey(&c.host.tape(node)?, side, 0, POINTS);
+    let Some(m) = Moments::of(&samples) else { return Ok(Dynamic::UNIT) };
+    let cube = [Interval::radius(0.5 * side); 3];
+    let slope = c.host.eval(node, &std::array::from_fn(|axis| Slope::coordinate(cube[axis], axis)))?;
+    let mut map = Map::new();
+    let numbers = [
+        ("mean", m.mean),
+        ("variance", m.variance),
+        ("min", m.min),
+        ("max", m.max),
+        ("gradient", m.gradient_rms),
+        ("steepest", m.steepest),
+        ("lipschitz", slope.norm),
+    ];
+    map.extend(numbers.into_iter().map(|(name, v)| (name.into(), Dynamic::from_float(v))));
+    map.insert("range".into(), Dynamic::from(c.host.eval::<Interval>(node, &cube)?));
+    map.insert("class".into(), c.host.graph.borrow().class(node).to_string().into());
+    Ok(map.into())
 }
 
 fn octave_sum(c: &Call<'_>) -> Outcome<Dynamic> {
