@@ -20,6 +20,7 @@ mod blend;
 mod bulk;
 mod bundle;
 mod cascade;
+mod cellular;
 pub mod certify;
 mod fractal;
 mod gradient;
@@ -39,8 +40,11 @@ mod sum;
 mod tests;
 mod value;
 mod value_gradient;
+mod waves;
+mod weierstrass;
 
 pub use basis::Basis;
+pub use cellular::Cellular;
 pub use fractal::{Fractal, Given};
 pub use gradient::Gradient;
 pub use lattice::Lattice;
@@ -52,6 +56,8 @@ pub use recipe::{Hurst, Invalid, Recipe};
 pub use simplex::Simplex;
 pub use value::Value;
 pub use value_gradient::ValueGradient;
+pub use waves::Waves;
+pub use weierstrass::Weierstrass;
 
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
 use slope::{Slope, rougher, steeper};
@@ -222,7 +228,8 @@ impl Kernel for Noise {
         let size = centre.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let reach = radius * k * (1.0 + 8.0 * ROUNDOFF) + 2.0 * ROUNDOFF * size;
         let local = self.kind.local(&self.lattice, order, centre, reach);
-        Local { jet: scaled(local.jet, k), bounds: local.bounds.at_frequency(k), bow: local.bow }
+        let bounds = creased(local.bounds, &self.kind.bounds(), radius * k, reach);
+        Local { jet: scaled(local.jet, k), bounds: bounds.at_frequency(k), bow: local.bow }
     }
 
     #[inline]
@@ -233,14 +240,30 @@ impl Kernel for Noise {
         // Scaled arguments are off by a roundoff of their size on each axis, budgeted as 3; scaled
         // derivatives by two of theirs.
         let (b, k) = (self.bounds(), self.frequency);
-        let shift = 3.0 * ROUNDOFF * size;
+        let shift = (3.0 + self.kind.displacement()) * ROUNDOFF * size;
         let own = self.kind.rounding();
+        // Where the gradient jumps, `local` accounts for the shift.
+        let turn = if b.hessian.is_finite() { b.hessian * shift } else { 0.0 };
         [
             own[0] + b.lipschitz * shift,
-            own[1] * k + 4.0 * ROUNDOFF * b.lipschitz + b.hessian * shift,
+            own[1] * k + 4.0 * ROUNDOFF * b.lipschitz + turn,
             own[2] * (k * k) + 4.0 * ROUNDOFF * b.hessian + b.third * shift,
         ]
     }
+}
+
+/// What is known of a ball that was grown from `radius` to `reach`, for use with the smaller radius.
+///
+/// The jet is taken at a rounded centre. Where second derivatives are bounded everywhere, the error
+/// of a jet covers that. Where they are not, only `local` knows those around, and the growth of the
+/// ball is charged to them: what bends by `M reach^2 / 2` bends by the larger `M'` with `radius`.
+pub(super) fn creased(local: Bounds, everywhere: &Bounds, radius: f64, reach: f64) -> Bounds {
+    if everywhere.hessian.is_finite() {
+        return local;
+    }
+    let growth = reach / radius * (1.0 + 8.0 * ROUNDOFF);
+    let hessian = if radius > 0.0 { local.hessian * growth * growth } else { f64::INFINITY };
+    Bounds { hessian, ..local }
 }
 
 /// A jet at unit frequency as one at frequency `k`.
@@ -319,6 +342,10 @@ macro_rules! noises {
                 match self { $(Kind::$noise(noise) => noise.rounding(),)* }
             }
 
+            fn displacement(&self) -> f64 {
+                match self { $(Kind::$noise(noise) => noise.displacement(),)* }
+            }
+
             fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
                 match self { $(Kind::$noise(noise) => noise.jets(lattice, at, out),)* }
             }
@@ -336,6 +363,9 @@ macro_rules! noises {
 
 noises! {
     Gradient, "gradient", "Gradient noise: smooth bumps of about two cells, zero at every node of its lattice; C2.";
+    Cellular, "cellular", "Cellular noise: distances to the nearest of random nodes, pebbles or walls or facets; C0.";
+    Waves, "waves", "Plane waves of one length in all directions: a smooth swell; in sums, Weierstrass-Mandelbrot; C2.";
+    Weierstrass, "weierstrass", "Separable Weierstrass-Mandelbrot sum, a whole fractal: products of cosines along the axes; C2.";
     Value, "value", "Value noise: soft blotches of all sizes above a cell, its extrema on the nodes of its lattice; C2.";
     ValueGradient, "value_gradient", "Value-gradient noise: value noise and gradient noise on one lattice, added; C2.";
     Simplex, "simplex", "Simplex noise: bumps like those of gradient noise on a denser lattice that shows less; C2.";

@@ -10,7 +10,7 @@
 //! the bounds of a kernel are the same in every direction.
 
 use super::slope::Slope;
-use super::{BATCH, Noise, Part, batch, gather};
+use super::{BATCH, Noise, Part, batch, creased, gather};
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, mix, uniform, widest};
 
 /// A rotated, scaled and shifted noise.
@@ -193,7 +193,8 @@ impl Kernel for Octave {
         let size = at.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let reach = radius * k * (1.0 + 32.0 * ROUNDOFF) + 32.0 * ROUNDOFF * (k * size + REACH);
         let local = self.unit().local(order, centre, reach);
-        Local { jet: placement.turned(k, order, local.jet), bounds: local.bounds.at_frequency(k), ..local }
+        let bounds = creased(local.bounds, &self.noise.kind.bounds(), radius * k, reach);
+        Local { jet: placement.turned(k, order, local.jet), bounds: bounds.at_frequency(k), ..local }
     }
 
     /// As for any kernel, with the error of `M x + t` in place of that of `k x`: a row of three
