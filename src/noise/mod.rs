@@ -9,7 +9,8 @@
 //!
 //! - A kind of noise is a [`Basis`], one file each; [`Kind`] is the list of them with their
 //!   parameters, and [`Noise`] is one of them with a seed, a period and a frequency.
-//! - [`Fractal`] sums octaves of a noise.
+//! - [`Fractal`] sums octaves of a noise; a [`Recipe`] says which and how.
+//! - A noise may stand for its slope along an axis ([`Part`]), which makes flows of it.
 //! - [`certify`] computes the bounds.
 //!
 //! To add a noise, write its file and add one line to the list at the end of this one.
@@ -17,17 +18,23 @@
 mod basis;
 mod blend;
 mod bulk;
+mod bundle;
 mod cascade;
 mod cellular;
 pub mod certify;
 mod fractal;
 mod gradient;
 mod lattice;
+mod limits;
+mod mean;
+mod model;
 mod node;
 mod octave;
 mod parameter;
+mod recipe;
 mod shape;
 mod simplex;
+mod slope;
 mod sum;
 #[cfg(test)]
 mod tests;
@@ -39,11 +46,14 @@ mod weierstrass;
 
 pub use basis::Basis;
 pub use cellular::Cellular;
-pub use fractal::{Fractal, Invalid, Model, Recipe};
+pub use fractal::{Fractal, Given};
 pub use gradient::Gradient;
 pub use lattice::Lattice;
+pub use limits::Surroundings;
+pub use model::{Combination, Model, Signal};
 pub use node::Directions;
 pub use parameter::{Allowed, Exact, Parameter, Setting, Settings};
+pub use recipe::{Hurst, Invalid, Recipe};
 pub use simplex::Simplex;
 pub use value::Value;
 pub use value_gradient::ValueGradient;
@@ -52,6 +62,7 @@ pub use waves::Waves;
 pub use weierstrass::Weierstrass;
 
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
+use slope::{Slope, rougher, steeper};
 use std::hash::{Hash, Hasher};
 
 /// A noise of some kind, seeded and scaled: `N(frequency x)`.
@@ -65,6 +76,18 @@ pub struct Noise {
     pub lattice: Lattice,
     /// Lattice cells a unit of length.
     pub frequency: f64,
+    /// The noise itself, or a derivative of it.
+    pub part: Part,
+}
+
+/// What of a noise is meant.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub enum Part {
+    /// Its value.
+    #[default]
+    Value,
+    /// Its slope along an axis (0, 1, 2), of `N(frequency x)` by `x`.
+    Slope(u8),
 }
 
 impl PartialEq for Noise {
@@ -84,7 +107,7 @@ impl Hash for Noise {
 impl Noise {
     /// A noise at unit frequency that does not tile.
     pub const fn new(kind: Kind, seed: u64) -> Noise {
-        Noise { kind, lattice: Lattice { seed, period: [0; 3] }, frequency: 1.0 }
+        Noise { kind, lattice: Lattice { seed, period: [0; 3] }, frequency: 1.0, part: Part::Value }
     }
 
     /// The same at another frequency.
@@ -97,8 +120,23 @@ impl Noise {
         Noise { lattice: Lattice { seed, ..self.lattice }, ..self }
     }
 
-    fn identity(&self) -> (Kind, Lattice, u64) {
-        (self.kind, self.lattice, self.frequency.to_bits())
+    /// The slope of the noise along an axis (0, 1, 2).
+    pub const fn slope(self, axis: u8) -> Noise {
+        Noise { part: Part::Slope(axis), ..self }
+    }
+
+    /// The noise itself, of which this may be a part.
+    const fn whole(self) -> Noise {
+        Noise { part: Part::Value, ..self }
+    }
+
+    fn identity(&self) -> (Kind, Lattice, u64, Part) {
+        (self.kind, self.lattice, self.frequency.to_bits(), self.part)
+    }
+
+    /// Half the step of differences along an axis: 2^-18 cells.
+    fn step(&self) -> f64 {
+        1.0 / (262_144.0 * self.frequency)
     }
 }
 
@@ -131,15 +169,25 @@ pub(crate) fn batch<'a>(out: &'a mut Jets<'_>, start: usize) -> Jets<'a> {
 
 impl Kernel for Noise {
     fn class(&self) -> Class {
-        self.kind.class()
+        match self.part {
+            Part::Value => self.kind.class(),
+            Part::Slope(_) => rougher(self.kind.class()),
+        }
     }
 
     #[inline]
     fn bounds(&self) -> Bounds {
-        self.kind.bounds().at_frequency(self.frequency)
+        let bounds = self.kind.bounds().at_frequency(self.frequency);
+        match self.part {
+            Part::Value => bounds,
+            Part::Slope(_) => steeper(bounds),
+        }
     }
 
     fn jets(&self, at: [&[f64]; 3], mut out: Jets<'_>) {
+        if let Part::Slope(axis) = self.part {
+            return Slope::new(&self.whole(), axis, self.step()).jets(at, out);
+        }
         let k = self.frequency;
         for start in (0..at[0].len()).step_by(BATCH) {
             let scaled = widest(
@@ -160,6 +208,9 @@ impl Kernel for Noise {
     }
 
     fn jet(&self, order: Order, at: [f64; 3]) -> Point {
+        if let Part::Slope(axis) = self.part {
+            return Slope::new(&self.whole(), axis, self.step()).jet(order, at);
+        }
         let k = self.frequency;
         scaled(self.kind.jet(&self.lattice, order, at.map(|x| x * k)), k)
     }
@@ -170,6 +221,9 @@ impl Kernel for Noise {
     }
 
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
+        if let Part::Slope(axis) = self.part {
+            return Slope::new(&self.whole(), axis, self.step()).local(order, at, radius);
+        }
         let k = self.frequency;
         let centre = at.map(|x| x * k);
         // The scaled centre is off by a roundoff of its size.
@@ -182,6 +236,9 @@ impl Kernel for Noise {
 
     #[inline]
     fn error(&self, size: f64) -> [f64; 3] {
+        if let Part::Slope(axis) = self.part {
+            return Slope::new(&self.whole(), axis, self.step()).error(size);
+        }
         // Scaled arguments are off by a roundoff of their size on each axis, budgeted as 3; scaled
         // derivatives by two of theirs.
         let (b, k) = (self.bounds(), self.frequency);
