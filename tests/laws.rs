@@ -350,7 +350,7 @@ mod composites {
     use orogen::expr::{Graph, Input, NodeId};
     use orogen::field::Field;
     use orogen::grid::{Edge, Frame, Grid, Samples};
-    use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe};
+    use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe, Signal};
     use orogen::num::{Affine, Dual, Interval, Jet, Many, Reduced};
     use orogen::op::Op;
     use orogen::tape::{Evaluator, Tape};
@@ -383,20 +383,25 @@ mod composites {
                 let p = std::array::from_fn(|_| arg(g, rng));
                 let noise =
                     Noise::new(Kind::Gradient(Gradient::EDGES), 3).at_frequency(rng.random_range(0.3..3.0));
-                let model = Model::ALL[rng.random_range(0..Model::ALL.len())];
+                let model = Model::NAMED[rng.random_range(0..Model::NAMED.len())];
                 let octaves = rng.random_range(1..6);
+                let signal = Signal::ALL[rng.random_range(0..Signal::ALL.len())];
+                let model = if rng.random() { model } else { model.of(signal) };
                 let recipe = Recipe {
-                    noise,
-                    model,
                     octaves,
-                    lacunarity: 2.1,
-                    hurst: 0.8,
+                    first: rng.random_range(-1..=1),
                     offset: 0.7,
                     rotate: rng.random(),
+                    ..Recipe::new(noise, model)
                 };
                 let fractal = Arc::new(Fractal::new(recipe).expect("a valid recipe"));
                 let footprint = g.constant(if rng.random() { 0.0 } else { 0.05 }).expect("room");
-                g.fractal(fractal, p, footprint).expect("room")
+                if rng.random_bool(0.7) {
+                    g.fractal(fractal, p, footprint).expect("room")
+                } else {
+                    let hurst = arg(g, rng);
+                    g.rough_fractal(fractal, p, footprint, hurst).expect("room")
+                }
             }
             _ => {
                 let op = Op::ALL[rng.random_range(0..Op::ALL.len())];

@@ -27,6 +27,7 @@ pub const STD: &[(&str, &str)] = &[
     ("planet", include_str!("../../stdlib/planet.rhai")),
     ("shapes", include_str!("../../stdlib/shapes.rhai")),
     ("terrain", include_str!("../../stdlib/terrain.rhai")),
+    ("warp", include_str!("../../stdlib/warp.rhai")),
 ];
 
 /// Modules whose functions need no import.
