@@ -31,10 +31,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).unwrap_or_else(|| ".".to_owned());
     let figures = [
         ("4.04", "The fade of gradient noise", -1.0, vec![line("", -1.0, quintic)]),
-        ("4.09", "Kernels of sparse convolution", 0.0, vec![
-            line("raised cosine (Lewis)", 0.0, lewis),
-            line("quintic", 0.0, quintic),
-        ]),
+        (
+            "4.09",
+            "Kernels of sparse convolution",
+            0.0,
+            vec![line("raised cosine (Lewis)", 0.0, lewis), line("quintic", 0.0, quintic)],
+        ),
     ];
     for (number, title, from, lines) in figures {
         let x = axis("distance", (from, 1.0));

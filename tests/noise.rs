@@ -22,7 +22,11 @@ fn a_noise_comes_with_figures_numbers_and_verdicts() {
     assert_eq!(numbers["noise"], "gradient");
     assert_eq!(numbers["realisations"], 4);
     assert_eq!(numbers["periodic"], true);
-    assert!((numbers["moments"]["variance"].as_f64().unwrap() - 0.073).abs() < 0.01, "{}", numbers["moments"]);
+    assert!(
+        (numbers["moments"]["variance"].as_f64().unwrap() - 0.073).abs() < 0.01,
+        "{}",
+        numbers["moments"]
+    );
     assert!(numbers["radial"]["rings"].as_array().unwrap().len() == 8);
     assert!(numbers["covariance"]["matrix"].as_array().unwrap().len() == 128 * 128);
 }
