@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::expr::Graph;
-use crate::noise::{Fractal, Kind, Model, Noise, Recipe};
+use crate::noise::{Fractal, Hurst, Kind, Model, Noise, Recipe};
 use crate::scene::{Ensemble, Member};
 use std::sync::Arc;
 
@@ -95,7 +95,8 @@ fn sums(model: Model, hurst: f64, count: u64) -> Ensemble {
     let sharp = graph.constant(0.0).unwrap();
     let mut root = |seed: u64| {
         let noise = noise("gradient").seeded(seed);
-        let recipe = Recipe { noise, model, octaves, lacunarity, hurst, offset: 0.0, rotate: true };
+        let hurst = Hurst::uniform(hurst);
+        let recipe = Recipe { octaves, lacunarity, hurst, rotate: true, ..Recipe::new(noise, model) };
         let fractal = Fractal::new(recipe).unwrap();
         graph.fractal(Arc::new(fractal), p, sharp).unwrap()
     };
@@ -111,7 +112,7 @@ fn sums(model: Model, hurst: f64, count: u64) -> Ensemble {
 #[test]
 fn sums_of_octaves_follow_their_power_law() {
     for hurst in [0.3, 0.8] {
-        let found = measure(&sums(Model::Fbm, hurst, 24), Plan { side: 4, samples: 64, solid: false });
+        let found = measure(&sums(Model::FBM, hurst, 24), Plan { side: 4, samples: 64, solid: false });
         let slope = found.verdict.slope.unwrap();
         let wanted = 2.0 * hurst + 2.0;
         assert!((slope.beta / wanted - 1.0).abs() < 0.05, "{slope:?}, not {wanted}");
@@ -122,7 +123,7 @@ fn sums_of_octaves_follow_their_power_law() {
 #[test]
 fn the_spectrum_in_space_falls_one_power_faster() {
     let hurst = 0.8;
-    let found = measure(&sums(Model::Fbm, hurst, 4), Plan { side: 2, samples: 32, solid: true });
+    let found = measure(&sums(Model::FBM, hurst, 4), Plan { side: 2, samples: 32, solid: true });
     let (beta, _) = found.radial.slope(1.5, 8.0).unwrap();
     let wanted = 2.0 * hurst + 3.0;
     assert!((beta / wanted - 1.0).abs() < 0.05, "{beta}, not {wanted}");

@@ -46,7 +46,7 @@ impl Basis for Gradient {
     fn bounds(&self) -> Bounds {
         match self.directions {
             Directions::Edges => Bounds { range: 1.0364, lipschitz: 3.751, hessian: 14.53, third: 150.8 },
-            Directions::Sphere => Bounds { range: 2.0, lipschitz: 5.0, hessian: 20.0, third: 200.0 },
+            Directions::Sphere => Bounds { range: 1.2249, lipschitz: 3.952, hessian: 15.12, third: 164.2 },
         }
     }
 

@@ -35,8 +35,8 @@ impl Basis for ValueGradient {
     #[inline]
     fn bounds(&self) -> Bounds {
         match self.directions {
-            Directions::Edges => Bounds { range: 2.0365, lipschitz: 7.502, hessian: 28.5, third: 271.0 },
-            Directions::Sphere => Bounds { range: 3.0, lipschitz: 9.0, hessian: 40.0, third: 400.0 },
+            Directions::Edges => Bounds { range: 2.0365, lipschitz: 7.503, hessian: 28.4, third: 271.2 },
+            Directions::Sphere => Bounds { range: 2.2249, lipschitz: 7.703, hessian: 29.25, third: 284.5 },
         }
     }
 

@@ -75,7 +75,7 @@ impl KindOptions {
             let title = Path::new(kind).file_stem().map_or(kind.into(), |s| s.to_string_lossy().into_owned());
             return self.scripted(title, Script::File(kind.into()));
         }
-        if Model::ALL.iter().any(|m| m.name() == kind) {
+        if Model::NAMED.iter().any(|m| m.name() == kind) {
             let text = self.sum(kind)?;
             return Ok(named(kind, text));
         }
@@ -173,7 +173,7 @@ fn map(settings: &[Setting]) -> String {
 }
 
 fn models() -> Vec<&'static str> {
-    Model::ALL.iter().map(|m| m.name()).collect()
+    Model::NAMED.iter().map(|m| m.name()).collect()
 }
 
 /// Whether a text can be no expression but a name.
