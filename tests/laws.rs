@@ -349,12 +349,27 @@ mod composites {
     use super::{coordinate, inside, radius, seeded};
     use orogen::expr::{Graph, Input, NodeId};
     use orogen::field::Field;
-    use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe};
+    use orogen::noise::{Allowed, Fractal, Kind, Model, Noise, Recipe, Setting, Settings};
     use orogen::num::{Affine, Dual, Interval, Jet, Many, Reduced};
     use orogen::op::Op;
     use orogen::tape::{Evaluator, Tape};
     use rand::{RngExt, rngs::StdRng};
     use std::sync::Arc;
+
+    /// Any noise, now and then told to be other than it is by itself.
+    fn any_noise(rng: &mut StdRng) -> Kind {
+        let listing = &Kind::ALL[rng.random_range(0..Kind::ALL.len())];
+        let mut settings = Settings::new(listing.parameters);
+        for parameter in listing.parameters {
+            let setting = match parameter.allowed {
+                Allowed::Choice(names) => Setting::Name(names[rng.random_range(0..names.len())]),
+                Allowed::Flag { .. } => Setting::Flag(rng.random()),
+                _ => continue,
+            };
+            settings.set(parameter.name, setting).expect("a value from the table");
+        }
+        (listing.build)(&settings)
+    }
 
     /// A random expression over the coordinates.
     fn grow(g: &mut Graph, rng: &mut StdRng, depth: u32) -> NodeId {
@@ -376,8 +391,7 @@ mod composites {
             }
             1 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
-                let noise =
-                    Noise::new(Kind::Gradient(Gradient::EDGES), 3).at_frequency(rng.random_range(0.3..3.0));
+                let noise = Noise::new(any_noise(rng), 3).at_frequency(rng.random_range(0.3..3.0));
                 let model = Model::ALL[rng.random_range(0..Model::ALL.len())];
                 let octaves = rng.random_range(1..6);
                 let recipe = Recipe {

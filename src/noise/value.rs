@@ -7,7 +7,7 @@
 //! seeds it has mean 0 and variance `(181/231)^3 / 3`, which is 0.16036.
 
 use super::basis::Basis;
-use super::blend::Blended;
+use super::blend::{self, Blended};
 use super::bulk;
 use super::lattice::Lattice;
 use super::node::Level;
@@ -36,6 +36,11 @@ impl Basis for Value {
 
     fn band(&self) -> f64 {
         1.0
+    }
+
+    #[inline(always)]
+    fn rounding(&self) -> [f64; 3] {
+        blend::rounding(&self.bounds())
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {

@@ -6,7 +6,7 @@
 //! to 0.23328.
 
 use super::basis::Basis;
-use super::blend::Blended;
+use super::blend::{self, Blended};
 use super::bulk;
 use super::lattice::Lattice;
 use super::node::{Directions, LevelAnd, OnEdges, OnSphere};
@@ -42,6 +42,11 @@ impl Basis for ValueGradient {
 
     fn band(&self) -> f64 {
         1.0
+    }
+
+    #[inline(always)]
+    fn rounding(&self) -> [f64; 3] {
+        blend::rounding(&self.bounds())
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
