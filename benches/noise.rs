@@ -4,7 +4,7 @@
 //! thousands of lattice cells. Bulk evaluation is at unit frequency; other libraries take one point a
 //! call. A kind of noise that is added is measured by being in the list.
 
-use orogen::noise::{Allowed, Fractal, Gradient, Kind, Model, Noise, Recipe, Setting, Settings};
+use orogen::noise::{Allowed, Fractal, Gradient, Kind, Model, Noise, Recipe, Setting, Settings, Signal};
 use orogen::num::{Dual, Jets, Kernel, Level, Many, Number, Order, limit_simd, simd_level};
 use std::hint::black_box;
 use std::time::Instant;
@@ -126,7 +126,12 @@ fn rivals(at: &[Vec<f64>; 3]) {
 }
 
 /// A fractal over batches of some number.
-fn fractal<T: Copy>(f: &Fractal, at: &[Vec<f64>; 3], make: impl Fn(f64, usize) -> T) -> f64
+fn fractal<T: Copy>(
+    f: &Fractal,
+    at: &[Vec<f64>; 3],
+    footprint: Option<f64>,
+    make: impl Fn(f64, usize) -> T,
+) -> f64
 where
     Many<T, LANES>: Number,
 {
@@ -134,9 +139,12 @@ where
         at[k].chunks_exact(LANES).map(|c| Many(std::array::from_fn(|i| make(c[i], k)))).collect()
     };
     let [x, y, z] = [0, 1, 2].map(axis);
+    // From a pixel to twice its size.
+    let prints: Option<Vec<_>> =
+        footprint.map(|s| x.iter().map(|x| x.scale(s / 400.0).shift(1.5 * s)).collect());
     time(|| {
         for i in 0..x.len() {
-            black_box(f.eval([&x[i], &y[i], &z[i]], None));
+            black_box(f.eval([&x[i], &y[i], &z[i]], prints.as_ref().map(|s| &s[i])));
         }
     })
 }
@@ -194,14 +202,26 @@ fn main() {
     println!();
     rivals(&at);
 
-    println!("| 9 octaves, ns a point | value | gradient |\n|---|---|---|");
-    for (model, rotate) in Model::ALL.iter().flat_map(|&m| [(m, false), (m, true)]) {
-        let noise = Noise::new(Kind::Gradient(Gradient::EDGES), 7);
-        let recipe = Recipe { noise, model, octaves: 9, lacunarity: 2.07, hurst: 0.8, offset: 0.6, rotate };
-        let f = Fractal::new(recipe).expect("a valid recipe");
-        let value = fractal(&f, &at, |x, _| x);
-        let gradient = fractal(&f, &at, Dual::coordinate);
+    println!(
+        "| 9 octaves, ns a point | value | over 9 of 1 octave | gradient | over 9 of 1 octave |\n|---|---|---|---|---|"
+    );
+    let noise = Noise::new(Kind::Gradient(Gradient::EDGES), 7);
+    for (model, rotate) in Model::all().flat_map(|m| [(m, false), (m, true)]) {
+        let sum = |octaves| {
+            let recipe = Recipe { octaves, lacunarity: 2.07, rotate, ..Recipe::new(noise, model) };
+            Fractal::new(recipe).expect("a valid recipe")
+        };
         let turned = if rotate { ", rotated" } else { "" };
-        println!("| {}{turned} | {value:.1} | {gradient:.1} |", model.name());
+        let signal = if model.signal == Signal::Plain { "" } else { model.signal.name() };
+        let (one, nine) = (sum(1), sum(9));
+        for (print, fading) in [(None, ""), (Some(0.004), ", half of them fading")] {
+            let [value, one_value] = [&nine, &one].map(|f| fractal(f, &at, print, |x, _| x));
+            let [gradient, one_gradient] = [&nine, &one].map(|f| fractal(f, &at, print, Dual::coordinate));
+            let (v, g) = (value / (9.0 * one_value), gradient / (9.0 * one_gradient));
+            println!(
+                "| {} {signal}{turned}{fading} | {value:.1} | {v:.2} | {gradient:.1} | {g:.2} |",
+                model.name()
+            );
+        }
     }
 }

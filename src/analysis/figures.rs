@@ -93,7 +93,7 @@ fn spectrum<'a>(found: &Analysis, noise: &str, levels: &'a [f64]) -> Map<'a> {
     let spectrum = &found.spectrum;
     Map {
         title: format!("{noise}: power spectral density{}", place(found)),
-        labels: ["kx (cycles a unit)", "ky (cycles a unit)"],
+        labels: ["kx (1 / unit)", "ky (1 / unit)"],
         range: (-spectrum.nyquist(), spectrum.nyquist()),
         edge: spectrum.edge,
         data: levels,
@@ -167,7 +167,7 @@ fn wavenumbers(found: &Analysis) -> Axis {
     let rings = &found.radial.rings;
     let first = rings.first().map_or(0.1, |r| r.k);
     Axis {
-        label: "k (cycles a unit)".to_owned(),
+        label: "k (1 / unit)".to_owned(),
         range: (if logarithmic { first } else { 0.0 }, found.spectrum.nyquist()),
         logarithmic,
     }

@@ -54,7 +54,7 @@ const TOLERANCE: f64 = 1.5;
 /// Decibels above its floor that the anisotropy of an isotropic field may be.
 const MARGIN: f64 = 2.0;
 /// Decibels below the peak at which the band ends in which isotropy is judged.
-const DEPTH: f64 = 20.0;
+const DEPTH: f64 = 30.0;
 
 impl Verdict {
     /// Of what was measured, for a field with octaves between two frequencies.

@@ -12,6 +12,7 @@ mod check;
 mod doc;
 mod interrupt;
 mod new;
+mod noise;
 mod options;
 mod progress;
 mod render;
@@ -34,6 +35,7 @@ Examples:
   orogen watch rock.rhai             keeps rock.png right while you edit
   orogen render rock.rhai --size 1920x1080 --samples 16
   orogen repl rock.rhai              asks questions about its fields
+  orogen noise gradient -o figures   what a noise is like: pictures, spectrum, verdicts
 
 Exit codes:
   0  done
@@ -61,6 +63,7 @@ enum Command {
     Check(check::Args),
     Repl(repl::Args),
     New(new::Args),
+    Noise(noise::Args),
     Doc(doc::Args),
 }
 
@@ -95,6 +98,7 @@ impl Command {
             Command::Check(args) => check::run(&args, terminal),
             Command::Repl(args) => repl::run(&args, terminal),
             Command::New(args) => new::run(&args),
+            Command::Noise(args) => noise::run(&args, terminal),
             Command::Doc(args) => doc::run(&args, terminal),
         }
     }

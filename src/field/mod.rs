@@ -6,9 +6,11 @@
 
 mod moments;
 mod region;
+mod smooth;
 
 pub use moments::{Moments, Survey, survey};
 pub use region::{Extent, extent, lipschitz_outside};
+pub use smooth::smooth;
 
 use crate::expr::{Graph, NodeId};
 use crate::num::{Class, Dual, Interval, Jet, Slope};

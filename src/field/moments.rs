@@ -104,13 +104,13 @@ impl Moments {
 mod tests {
     use super::*;
     use crate::expr::Graph;
-    use crate::noise::{Gradient, Kind, Noise};
+    use crate::noise::{Kind, Noise};
 
     #[test]
     fn gradient_noise_has_its_published_moments() {
         let mut graph = Graph::default();
         let p = graph.point().unwrap();
-        let root = graph.noise(Noise::new(Kind::Gradient(Gradient), 7), p).unwrap();
+        let root = graph.noise(Noise::new(Kind::ALL[0].plain(), 7), p).unwrap();
         let tape = Arc::new(Tape::new(&graph, &[root]));
         let m = Moments::of(&survey(&tape, 64.0, 0, 200_000)).unwrap();
         assert!(m.mean.abs() < 2e-3, "{m:?}");

@@ -147,7 +147,7 @@ mod tests {
     fn increments_grow_with_the_distance_as_theory_says() {
         for hurst in [0.4, 0.6, 0.8] {
             for edge in [Edge::Clamp, Edge::Repeat] {
-                // Mean square of increments over 4, 8, 16, 32 samples, over many surfaces.
+                // Mean square of increments over 1, 2, 4, 8 samples, over many surfaces.
                 let mut squares = [0.0; 4];
                 for seed in 0..40 {
                     let s = surface(seed, hurst, 8, edge);
@@ -162,12 +162,11 @@ mod tests {
                         }
                     }
                 }
-                eprintln!(
-                    "{hurst} {edge:?} {squares:?} {:?}",
-                    [1, 2, 3].map(|i| libm::log2(squares[i] / squares[i - 1]) / 2.0)
-                );
-                let slope = libm::log2(squares[3] / squares[0]) / 3.0;
-                assert!((slope - 2.0 * hurst).abs() < 0.9, "{hurst} {edge:?}: {slope}");
+                // Every sample has its own last addition, so the finest increments are a little too
+                // large, and the slope comes near its value at some distance only.
+                let slopes = [1, 2, 3].map(|k| 0.5 * libm::log2(squares[k] / squares[k - 1]));
+                assert!(slopes[0] < slopes[2] || hurst < 0.5, "{hurst} {edge:?}: {slopes:?}");
+                assert!((slopes[2] - hurst).abs() < 0.12, "{hurst} {edge:?}: {slopes:?}");
             }
         }
     }

@@ -31,7 +31,7 @@ impl Basis for Value {
     /// themselves are 1, 15/4, 225/16 and 120.
     #[inline]
     fn bounds(&self) -> Bounds {
-        Bounds { range: 1.0, lipschitz: 3.751, hessian: 14.12, third: 120.2 }
+        Bounds { range: 1.0, lipschitz: 3.751, hessian: 14.2, third: 121.2 }
     }
 
     fn band(&self) -> f64 {

@@ -35,8 +35,8 @@ impl Basis for ValueGradient {
     #[inline]
     fn bounds(&self) -> Bounds {
         match self.directions {
-            Directions::Edges => Bounds { range: 2.0365, lipschitz: 7.503, hessian: 28.4, third: 271.2 },
-            Directions::Sphere => Bounds { range: 2.2249, lipschitz: 7.703, hessian: 29.25, third: 284.5 },
+            Directions::Edges => Bounds { range: 2.0365, lipschitz: 7.503, hessian: 28.55, third: 272.5 },
+            Directions::Sphere => Bounds { range: 2.2249, lipschitz: 7.703, hessian: 29.4, third: 286.0 },
         }
     }
 

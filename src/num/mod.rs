@@ -16,6 +16,9 @@
 //! | [`Reduced`] | the same with `K` shared symbols | `form` |
 //! | [`Many`] | a batch of any of these | lane by lane, noises in SIMD |
 //!
+//! Numbers that stand for points know a third kind of function besides: a [`Pointwise`] one writes
+//! one jet for what is a whole expression to the others, such as a sum of octaves.
+//!
 //! Beside the numbers stand what several modules compute with: hashes, B-splines ([`cubic`],
 //! [`quadratic`]) and the Fourier transform ([`transform`]).
 
@@ -29,6 +32,7 @@ mod interval;
 mod jet;
 mod many;
 mod number;
+mod pointwise;
 mod real;
 mod reduced;
 mod simd;
@@ -45,6 +49,7 @@ pub use interval::Interval;
 pub use jet::Jet;
 pub use many::Many;
 pub use number::{Bounds, Centred, Jets, Kernel, Local, Number, Order, Point};
+pub use pointwise::{Jets4, Point4, Pointwise};
 pub use real::Real;
 pub use reduced::Reduced;
 pub use simd::{Level, limit_simd, simd_level, widest};

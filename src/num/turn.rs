@@ -156,6 +156,7 @@ mod tests {
                     *o = [cos_turns(t), sin_turns(t)];
                 }
             });
+            limit_simd(Level::Avx512);
             out
         };
         let bits = |v: Vec<[f64; 2]>| v.into_iter().map(|x| x.map(f64::to_bits)).collect::<Vec<_>>();

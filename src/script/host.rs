@@ -145,7 +145,8 @@ impl Host {
         Ok(move |p: [f64; 3]| *evaluator.eval(&p))
     }
 
-    fn tape(&self, node: NodeId) -> Outcome<Arc<Tape>> {
+    /// The code of an expression at the time of the run.
+    pub fn tape(&self, node: NodeId) -> Outcome<Arc<Tape>> {
         if let Some(tape) = self.tapes.borrow().get(&node) {
             return Ok(tape.clone());
         }

@@ -13,7 +13,6 @@ use super::{Request, evaluate, execute, library, options};
 use crate::diag::{Diagnostic, Sources};
 use crate::expr::{Graph, NodeId};
 use crate::noise::Noise;
-use crate::num::Real;
 use crate::scene::{Ensemble, Member, period};
 use rhai::Dynamic;
 use std::sync::Arc;
@@ -164,16 +163,19 @@ fn ensemble(setup: &Setup, source: &Source, draw: &Draw) -> Outcome<Ensemble> {
     }
     let plain = reseeded(0).lower(host)?;
     let graph = Arc::new(host.graph.borrow().clone());
-    let finest = match &source.kind {
-        Kind::One(_) => noise.frequency,
-        Kind::Sum(recipe, _) => noise.frequency * Real::powi(recipe.lacunarity, recipe.octaves as i32 - 1),
+    let octaves = match &source.kind {
+        Kind::One(_) => (noise.frequency, noise.frequency),
+        Kind::Sum(sum) => {
+            let (first, count) = (sum.recipe.first, sum.recipe.octaves as i32);
+            (sum.recipe.frequency(first), sum.recipe.frequency(first + count - 1))
+        }
     };
     Ok(Ensemble {
         members: roots.into_iter().map(|root| member(&graph, root)).collect(),
         plain: member(&graph, plain),
         period: tiles.then_some(draw.side),
         cell: 1.0 / noise.frequency,
-        octaves: (noise.frequency, finest),
+        octaves,
     })
 }
 

@@ -22,8 +22,9 @@ pub enum Instr {
     Op(Op, [u32; 6]),
     /// A noise at a point.
     Noise(Noise, [u32; 3]),
-    /// A sum of octaves at a point, with the slot of the footprint where detail is limited.
-    Fractal(Arc<Fractal>, [u32; 3], Option<u32>),
+    /// A sum of octaves at a point, with the slots of the footprint where detail is limited, and of
+    /// the exponent where that varies.
+    Fractal(Arc<Fractal>, [u32; 3], [Option<u32>; 2]),
     /// The spline of a grid at a point.
     Grid(Arc<Grid>, [u32; 3]),
 }
@@ -63,10 +64,11 @@ impl Tape {
                 Node::Op(op, args) => lower_op(graph, *op, args, at),
                 Node::Noise(noise, p) => Instr::Noise(*noise, [at(&p[0]), at(&p[1]), at(&p[2])]),
                 Node::Grid(grid, p) => Instr::Grid(grid.clone(), [at(&p[0]), at(&p[1]), at(&p[2])]),
-                Node::Fractal(fractal, p, footprint) => {
+                Node::Fractal(fractal, p, footprint, hurst) => {
                     let limited = graph.as_const(*footprint) != Some(0.0);
                     let p = [at(&p[0]), at(&p[1]), at(&p[2])];
-                    Instr::Fractal(fractal.clone(), p, limited.then(|| at(footprint)))
+                    let further = [limited.then(|| at(footprint)), hurst.as_ref().map(at)];
+                    Instr::Fractal(fractal.clone(), p, further)
                 }
             });
             slot.insert(id, code.len() as u32 - 1);
@@ -188,8 +190,8 @@ impl Instr {
             Instr::Scale(a, _) | Instr::Shift(a, _) => *a = f(*a),
             Instr::Op(op, args) => args.iter_mut().take(op.arity()).for_each(|a| *a = f(*a)),
             Instr::Noise(_, p) | Instr::Grid(_, p) => p.iter_mut().for_each(|a| *a = f(*a)),
-            Instr::Fractal(_, p, footprint) => {
-                p.iter_mut().chain(footprint).for_each(|a| *a = f(*a));
+            Instr::Fractal(_, p, further) => {
+                p.iter_mut().chain(further.iter_mut().flatten()).for_each(|a| *a = f(*a));
             }
         }
     }

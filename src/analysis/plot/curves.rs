@@ -115,7 +115,7 @@ impl Curves {
             .build_cartesian_2d(scale(&self.x), scale(&self.y))
             .map_err(drawing)?;
         let format = |axis: &Axis| {
-            let digits = decimals(axis.range.0, axis.range.1).saturating_sub(1);
+            let digits = decimals(axis.range.0, axis.range.1);
             let logarithmic = axis.logarithmic;
             move |v: &f64| if logarithmic { format!("{v}") } else { format!("{:.digits$}", v + 0.0) }
         };

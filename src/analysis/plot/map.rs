@@ -27,7 +27,9 @@ pub struct Map<'a> {
 
 /// Room around the image: for labels on its left, the bar on its right, the title, labels below.
 const LEFT: u32 = 62;
-const RIGHT: u32 = 92;
+const RIGHT: u32 = 98;
+/// White margin outside of all labels.
+const MARGIN: u32 = 8;
 const TOP: u32 = 34;
 const BOTTOM: u32 = 46;
 /// Room in front of the bar and for its labels.
@@ -74,8 +76,10 @@ impl Map<'_> {
         let (low, high) = self.range;
         let mut chart = ChartBuilder::on(&left)
             .margin_top(TOP)
-            .x_label_area_size(BOTTOM)
-            .y_label_area_size(LEFT)
+            .margin_bottom(MARGIN)
+            .x_label_area_size(BOTTOM - MARGIN)
+            .margin_left(MARGIN)
+            .y_label_area_size(LEFT - MARGIN)
             .build_cartesian_2d(low..high, low..high)
             .map_err(drawing)?;
         let format = ticks(self.range);
@@ -97,6 +101,7 @@ impl Map<'_> {
             .margin_top(TOP)
             .margin_bottom(BOTTOM)
             .margin_left(GAP)
+            .margin_right(MARGIN)
             .set_label_area_size(LabelAreaPosition::Right, BAR_LABELS)
             .build_cartesian_2d(0.0..1.0, self.shades.0..self.shades.1)
             .map_err(drawing)?;
@@ -139,7 +144,7 @@ fn covers(edge: usize, pixels: usize) -> Vec<Range<usize>> {
 
 /// Labels that tell the ticks of a range apart.
 fn ticks((low, high): (f64, f64)) -> impl Fn(&f64) -> String {
-    let digits = decimals(low, high).saturating_sub(1);
+    let digits = decimals(low, high);
     // Negative zero is zero.
     move |v: &f64| format!("{:.digits$}", v + 0.0)
 }

@@ -65,6 +65,11 @@ impl Figure {
         Figure { width, height, rgb: vec![255; width as usize * height as usize * 3] }
     }
 
+    /// A picture of one byte a pixel.
+    pub fn grey(width: u32, height: u32, bytes: impl Iterator<Item = u8>) -> Figure {
+        Figure { width, height, rgb: bytes.flat_map(|b| [b; 3]).collect() }
+    }
+
     fn set(&mut self, x: i32, y: i32, color: [u8; 3]) {
         if (0..self.width as i32).contains(&x) && (0..self.height as i32).contains(&y) {
             let start = 3 * (y as usize * self.width as usize + x as usize);
@@ -100,8 +105,44 @@ fn io_error(error: EncodingError) -> io::Error {
     }
 }
 
-/// Decimals that tell the ticks of a range apart.
+/// Decimals that tell the ticks of an axis apart, of which there are at most nine.
 fn decimals(low: f64, high: f64) -> usize {
-    let digits = 1.0 - libm::floor(libm::log10((high - low).abs().max(1e-12)));
-    digits.clamp(0.0, 6.0) as usize
+    let step = ((high - low).abs() / 9.0).max(1e-9);
+    libm::ceil(-libm::log10(step)).clamp(0.0, 9.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_told_apart() {
+        assert_eq!(
+            [(0.0, 8.0), (-90.0, -10.0), (-0.7, 0.6), (0.0, 0.13)].map(|(a, b)| decimals(a, b)),
+            [1, 0, 1, 2]
+        );
+    }
+
+    #[test]
+    fn figures_are_drawn_the_same_every_time() {
+        let data: Vec<f64> = (0..64).map(f64::from).collect();
+        let map = Map {
+            title: "steps".to_owned(),
+            labels: ["x", "y"],
+            range: (0.0, 8.0),
+            edge: 8,
+            data: &data,
+            shades: (0.0, 63.0),
+            bar: "value",
+        };
+        let figure = map.draw(300).unwrap();
+        assert_eq!(figure.rgb, map.draw(300).unwrap().rgb);
+        let grey = |x: u32, y: u32| figure.rgb[3 * (y * figure.width + x) as usize];
+        // The lowest row is at the bottom, and the first number at its left.
+        assert!(grey(80, figure.height - 60) < 30 && grey(80, 50) > 200);
+        assert_eq!(map.draw(100).unwrap_err(), PlotError::Small(100));
+        let mut png = Vec::new();
+        figure.write_png(&mut png).unwrap();
+        assert_eq!(&png[1..4], b"PNG");
+    }
 }
