@@ -346,7 +346,8 @@ macro_rules! noises {
                 match self { $(Kind::$noise(noise) => noise.displacement(),)* }
             }
 
-            fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
+            /// Jets at a batch of points at unit frequency.
+            pub fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
                 match self { $(Kind::$noise(noise) => noise.jets(lattice, at, out),)* }
             }
 
