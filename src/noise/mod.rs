@@ -18,20 +18,25 @@ mod basis;
 mod cascade;
 pub mod certify;
 mod fractal;
+mod gabor;
 mod gradient;
 mod lattice;
 mod octave;
 mod parameter;
+mod scatter;
 mod shape;
+mod sparse;
 mod sum;
 #[cfg(test)]
 mod tests;
 
 pub use basis::Basis;
 pub use fractal::{Fractal, Invalid, Model, Recipe};
+pub use gabor::Gabor;
 pub use gradient::Gradient;
 pub use lattice::Lattice;
 pub use parameter::{Allowed, Exact, Parameter, Setting, Settings};
+pub use sparse::Sparse;
 
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
 use std::hash::{Hash, Hasher};
@@ -269,4 +274,6 @@ macro_rules! noises {
 
 noises! {
     Gradient, "gradient", "Gradient noise: smooth bumps of about two cells, zero at every node of its lattice; C2.";
+    Sparse, "sparse", "Sparse convolution noise: random round bumps on random nodes, alike in all directions; C2, or C1 with kernel \"lewis\".";
+    Gabor, "gabor", "Gabor noise: waves of one frequency under round bumps on random nodes, in all directions or about one; C2.";
 }

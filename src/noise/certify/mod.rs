@@ -7,8 +7,10 @@
 //! thousandths of it.
 
 mod lattice;
+mod scattered;
 
 pub use lattice::{Method, SLACK, Witness, largest, prove, search};
+pub use scattered::Spots;
 
 /// A noise with fixed parameters whose bounds are to be proven.
 pub trait Subject: Sync {
@@ -39,4 +41,16 @@ pub struct Claim {
 }
 
 /// Everything that is proven.
-pub const ALL: &[&dyn Subject] = &[&lattice::Edges];
+pub const ALL: &[&dyn Subject] = &[
+    &lattice::Edges,
+    &Spots { name: "sparse", ..SPOTS },
+    &Spots { name: "sparse disc", margin: true, ..SPOTS },
+    &Spots { name: "sparse lewis", lewis: true, ..SPOTS },
+    &Spots { name: "sparse lewis disc", lewis: true, margin: true, ..SPOTS },
+    &Spots { name: "gabor", frequency: 2.0, ..SPOTS },
+    &Spots { name: "gabor disc", margin: true, frequency: 2.0, ..SPOTS },
+    &Spots { name: "gabor 0.5", frequency: 0.5, ..SPOTS },
+    &Spots { name: "gabor 8", frequency: 8.0, ..SPOTS },
+];
+
+const SPOTS: Spots = Spots { name: "", lewis: false, margin: false, frequency: 0.0 };
