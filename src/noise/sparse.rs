@@ -49,11 +49,11 @@ pub struct Sparse {
 pub(super) const UNIT: [[Bounds; 2]; 2] = [
     [
         Bounds { range: 8.13, lipschitz: 24.6, hessian: 105.5, third: 990.0 },
-        Bounds { range: 3.93, lipschitz: 10.4, hessian: 48.1, third: 440.0 },
+        Bounds { range: 3.84, lipschitz: 10.3, hessian: 46.0, third: 440.0 },
     ],
     [
         Bounds { range: 8.13, lipschitz: 22.6, hessian: 94.0, third: f64::INFINITY },
-        Bounds { range: 3.95, lipschitz: 10.4, hessian: 48.1, third: f64::INFINITY },
+        Bounds { range: 3.94, lipschitz: 8.95, hessian: 48.9, third: f64::INFINITY },
     ],
 ];
 
@@ -96,7 +96,7 @@ impl Basis for Sparse {
 
     /// Where the square of the kernel's Fourier transform has fallen to a hundredth.
     fn band(&self) -> f64 {
-        if self.lewis { 1.0 } else { 1.0 }
+        if self.lewis { 0.95 } else { 1.0 }
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
