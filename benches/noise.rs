@@ -3,8 +3,8 @@
 //! Every figure is the least of many repeats on one core, over points in cache and scattered over
 //! thousands of lattice cells.
 
-use orogen::noise::{Fractal, Gradient, Kind, Lattice, Model, Noise, Recipe};
-use orogen::num::{Dual, Jets, Kernel, Level, Many, Number, Order, simd_level};
+use orogen::noise::{Allowed, Fractal, Gradient, Kind, Model, Noise, Recipe, Setting, Settings, Signal};
+use orogen::num::{Dual, Jets, Kernel, Level, Many, Number, Order, limit_simd, simd_level};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -32,8 +32,8 @@ fn points() -> [Vec<f64>; 3] {
     std::array::from_fn(|_| (0..POINTS).map(|_| next()).collect())
 }
 
-/// Bulk evaluation at a level: value, gradient, Hessian.
-fn bulk(level: Level, at: &[Vec<f64>; 3]) -> [f64; 3] {
+/// Bulk evaluation: value, gradient, Hessian.
+fn bulk(noise: &Noise, at: &[Vec<f64>; 3]) -> [f64; 3] {
     let mut to: [Vec<f64>; 10] = std::array::from_fn(|_| vec![0.0; POINTS]);
     [Order::Value, Order::Gradient, Order::Hessian].map(|order| {
         time(|| {
@@ -43,7 +43,7 @@ fn bulk(level: Level, at: &[Vec<f64>; 3]) -> [f64; 3] {
                 grad: (order >= Order::Gradient).then_some([&mut x[..], y, z]),
                 hess: (order >= Order::Hessian).then_some([&mut xx[..], yy, zz, xy, xz, yz]),
             };
-            Gradient.jets_at(&Lattice::new(7), level, [&at[0], &at[1], &at[2]], out);
+            noise.jets([&at[0], &at[1], &at[2]], out);
             black_box(&to);
         })
     })
@@ -82,7 +82,12 @@ fn textbook([x, y, z]: [f64; 3], seed: u64) -> f64 {
 }
 
 /// A fractal over batches of some number.
-fn fractal<T: Copy>(f: &Fractal, at: &[Vec<f64>; 3], make: impl Fn(f64, usize) -> T) -> f64
+fn fractal<T: Copy>(
+    f: &Fractal,
+    at: &[Vec<f64>; 3],
+    footprint: Option<f64>,
+    make: impl Fn(f64, usize) -> T,
+) -> f64
 where
     Many<T, LANES>: Number,
 {
@@ -90,38 +95,93 @@ where
         at[k].chunks_exact(LANES).map(|c| Many(std::array::from_fn(|i| make(c[i], k)))).collect()
     };
     let [x, y, z] = [0, 1, 2].map(axis);
+    // From a pixel to twice its size.
+    let prints: Option<Vec<_>> =
+        footprint.map(|s| x.iter().map(|x| x.scale(s / 400.0).shift(1.5 * s)).collect());
     time(|| {
         for i in 0..x.len() {
-            black_box(f.eval([&x[i], &y[i], &z[i]], None));
+            black_box(f.eval([&x[i], &y[i], &z[i]], prints.as_ref().map(|s| &s[i])));
         }
     })
 }
 
+/// Every kind of noise as it is unless told otherwise, and with each of its choices and flags.
+fn settings() -> Vec<(String, Kind)> {
+    let mut all = Vec::new();
+    for listing in Kind::ALL {
+        all.push((listing.name.to_string(), listing.plain()));
+        for parameter in listing.parameters {
+            let others: Vec<Setting> = match parameter.allowed {
+                Allowed::Choice(names) => names[1..].iter().map(|name| Setting::Name(name)).collect(),
+                Allowed::Flag { default } => vec![Setting::Flag(!default)],
+                _ => Vec::new(),
+            };
+            for other in others {
+                let mut settings = Settings::new(listing.parameters);
+                settings.set(parameter.name, other).expect("a value from the table");
+                let told = match other {
+                    Setting::Name(name) => name.to_string(),
+                    _ => parameter.name.to_string(),
+                };
+                all.push((format!("{}, {told}", listing.name), (listing.build)(&settings)));
+            }
+        }
+    }
+    all
+}
+
+fn kinds(at: &[Vec<f64>; 3], level: Level) {
+    println!("| {level:?}, ns a point | value | gradient | Hessian | value, to gradient noise |");
+    println!("|---|---|---|---|---|");
+    let mut reference = None;
+    for (name, kind) in settings() {
+        let [v, g, h] = bulk(&Noise::new(kind, 7), at);
+        let reference = *reference.get_or_insert(v);
+        println!("| {name} | {v:.2} | {g:.2} | {h:.2} | {:.2} |", v / reference);
+    }
+    println!();
+}
+
 fn main() {
     let at = points();
-    let noise = Noise::new(Kind::Gradient(Gradient), 7);
-    println!("| gradient noise, ns a point | value | gradient | Hessian |\n|---|---|---|---|");
-    for level in [Level::Baseline, Level::Avx2, Level::Avx512].into_iter().filter(|&l| l <= simd_level()) {
-        let [v, g, h] = bulk(level, &at);
-        println!("| bulk, {level:?} | {v:.2} | {g:.2} | {h:.2} |");
+    let machine = simd_level();
+    for level in [Level::Avx512, Level::Avx2, Level::Baseline].into_iter().filter(|&l| l <= machine) {
+        kinds(&at, limit_simd(level));
     }
-    let [v, g, h] = single(&noise, &at);
-    println!("| one point a call | {v:.1} | {g:.1} | {h:.1} |");
+    limit_simd(machine);
+
+    println!("| one at a time, ns a point | value | gradient | Hessian |\n|---|---|---|---|");
+    for (name, kind) in settings() {
+        let [v, g, h] = single(&Noise::new(kind, 7), &at);
+        println!("| {name} | {v:.1} | {g:.1} | {h:.1} |");
+    }
     let reference = time(|| {
         for i in 0..POINTS {
             black_box(textbook(black_box([at[0][i], at[1][i], at[2][i]]), 7));
         }
     });
-    println!("| textbook loop | {reference:.1} | | |\n");
+    println!("| textbook gradient noise | {reference:.1} | | |\n");
 
-    println!("| 9 octaves, ns a point | value | gradient |\n|---|---|---|");
-    for (model, rotate) in Model::ALL.iter().flat_map(|&m| [(m, false), (m, true)]) {
-        let noise = Noise::new(Kind::Gradient(Gradient), 7);
-        let recipe = Recipe { noise, model, octaves: 9, lacunarity: 2.07, hurst: 0.8, offset: 0.6, rotate };
-        let f = Fractal::new(recipe).expect("a valid recipe");
-        let value = fractal(&f, &at, |x, _| x);
-        let gradient = fractal(&f, &at, Dual::coordinate);
+    println!(
+        "| 9 octaves, ns a point | value | over 9 of 1 octave | gradient | over 9 of 1 octave |\n|---|---|---|---|---|"
+    );
+    let noise = Noise::new(Kind::Gradient(Gradient::EDGES), 7);
+    for (model, rotate) in Model::all().flat_map(|m| [(m, false), (m, true)]) {
+        let sum = |octaves| {
+            let recipe = Recipe { octaves, lacunarity: 2.07, rotate, ..Recipe::new(noise, model) };
+            Fractal::new(recipe).expect("a valid recipe")
+        };
         let turned = if rotate { ", rotated" } else { "" };
-        println!("| {}{turned} | {value:.1} | {gradient:.1} |", model.name());
+        let signal = if model.signal == Signal::Plain { "" } else { model.signal.name() };
+        let (one, nine) = (sum(1), sum(9));
+        for (print, fading) in [(None, ""), (Some(0.004), ", half of them fading")] {
+            let [value, one_value] = [&nine, &one].map(|f| fractal(f, &at, print, |x, _| x));
+            let [gradient, one_gradient] = [&nine, &one].map(|f| fractal(f, &at, print, Dual::coordinate));
+            let (v, g) = (value / (9.0 * one_value), gradient / (9.0 * one_gradient));
+            println!(
+                "| {} {signal}{turned}{fading} | {value:.1} | {v:.2} | {gradient:.1} | {g:.2} |",
+                model.name()
+            );
+        }
     }
 }

@@ -32,7 +32,8 @@ fn certify(subject: &dyn Subject, starts: u64, quick: bool) -> Result<(), String
             };
             println!("| {boxes} | {:.1} |", start.elapsed().as_secs_f64());
         }
-        if found > bound {
+        // A search rounds, too.
+        if found > bound * (1.0 + 1e-12) {
             return Err(format!("{name}: a search found {found} above {} = {bound}", claim.name));
         }
     }
@@ -57,7 +58,7 @@ fn main() -> ExitCode {
     }
     println!("| noise | constant | found | proven | ratio | seconds | boxes | seconds |");
     println!("|---|---|---|---|---|---|---|---|");
-    for subject in ALL.iter().filter(|s| s.name().starts_with(&name)) {
+    for subject in ALL.iter().copied().flatten().filter(|s| s.name().starts_with(&name)) {
         if let Err(reason) = certify(*subject, starts, quick) {
             eprintln!("{reason}");
             return ExitCode::FAILURE;

@@ -18,16 +18,8 @@ use std::sync::atomic::AtomicBool;
 fn planet(graph: &mut Graph) -> Result<Surface, Box<dyn Error>> {
     let p = graph.point()?;
     let footprint = graph.input(Input::Footprint)?;
-    let noise = Noise::new(orogen::noise::Kind::Gradient(Gradient), 7).at_frequency(3.0);
-    let recipe = Recipe {
-        noise,
-        model: Model::Ridged,
-        octaves: 9,
-        lacunarity: 2.1,
-        hurst: 0.9,
-        offset: 0.0,
-        rotate: true,
-    };
+    let noise = Noise::new(orogen::noise::Kind::Gradient(Gradient::EDGES), 7).at_frequency(3.0);
+    let recipe = Recipe { octaves: 9, rotate: true, ..Recipe::new(noise, Model::RIDGED) };
     let ridges = graph.fractal(Arc::new(Fractal::new(recipe)?), p, footprint)?;
     let height = scaled(graph, ridges, 0.03)?;
     let radius = graph.op(Op::Length(op::Length), &p)?;

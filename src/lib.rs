@@ -41,11 +41,11 @@
 //! | module | holds |
 //! |---|---|
 //! | [`num`] [`diag`] | numbers and how functions are lifted to them; diagnostics |
-//! | [`op`] [`noise`] [`world`] | operations, noises and fractals; files |
+//! | [`op`] [`noise`] [`grid`] [`world`] | operations; noises and fractals; sampled fields; files |
 //! | [`expr`] | expression graphs |
 //! | [`tape`] [`scene`] | straight-line code; scenes as plain data |
 //! | [`field`] | values, derivatives and bounds of an expression |
-//! | [`script`] [`cast`] | the script host; ray casters |
+//! | [`script`] [`cast`] [`analysis`] | the script host; ray casters; statistics and spectra of noises |
 //! | [`render`] | pictures |
 //! | [`session`] | scripts to pictures with cancellation and caching |
 //! | [`cli`] | the commands |
@@ -55,11 +55,13 @@
 // What tests make of random numbers need not be the same on every platform.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
+pub mod analysis;
 pub mod cast;
 pub mod cli;
 pub mod diag;
 pub mod expr;
 pub mod field;
+pub mod grid;
 pub mod noise;
 pub mod num;
 pub mod op;

@@ -349,7 +349,8 @@ mod composites {
     use super::{coordinate, inside, radius, seeded};
     use orogen::expr::{Graph, Input, NodeId};
     use orogen::field::Field;
-    use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe};
+    use orogen::grid::{Edge, Frame, Grid, Samples};
+    use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe, Signal};
     use orogen::num::{Affine, Dual, Interval, Jet, Many, Reduced};
     use orogen::op::Op;
     use orogen::tape::{Evaluator, Tape};
@@ -366,31 +367,41 @@ mod composites {
             };
         }
         let arg = |g: &mut Graph, rng: &mut StdRng| grow(g, rng, depth - 1);
-        match rng.random_range(0..8) {
+        match rng.random_range(0..9) {
+            2 => {
+                let p = std::array::from_fn(|_| arg(g, rng));
+                g.grid(sampled(rng), p).expect("room")
+            }
             0 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
                 let frequency = rng.random_range(0.2..6.0);
-                let noise =
-                    Noise::new(Kind::Gradient(Gradient), rng.random_range(0..9)).at_frequency(frequency);
+                let noise = Noise::new(Kind::Gradient(Gradient::EDGES), rng.random_range(0..9))
+                    .at_frequency(frequency);
                 g.noise(noise, p).expect("room")
             }
             1 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
-                let noise = Noise::new(Kind::Gradient(Gradient), 3).at_frequency(rng.random_range(0.3..3.0));
-                let model = Model::ALL[rng.random_range(0..Model::ALL.len())];
+                let noise =
+                    Noise::new(Kind::Gradient(Gradient::EDGES), 3).at_frequency(rng.random_range(0.3..3.0));
+                let model = Model::NAMED[rng.random_range(0..Model::NAMED.len())];
                 let octaves = rng.random_range(1..6);
+                let signal = Signal::ALL[rng.random_range(0..Signal::ALL.len())];
+                let model = if rng.random() { model } else { model.of(signal) };
                 let recipe = Recipe {
-                    noise,
-                    model,
                     octaves,
-                    lacunarity: 2.1,
-                    hurst: 0.8,
+                    first: rng.random_range(-1..=1),
                     offset: 0.7,
                     rotate: rng.random(),
+                    ..Recipe::new(noise, model)
                 };
                 let fractal = Arc::new(Fractal::new(recipe).expect("a valid recipe"));
                 let footprint = g.constant(if rng.random() { 0.0 } else { 0.05 }).expect("room");
-                g.fractal(fractal, p, footprint).expect("room")
+                if rng.random_bool(0.7) {
+                    g.fractal(fractal, p, footprint).expect("room")
+                } else {
+                    let hurst = arg(g, rng);
+                    g.rough_fractal(fractal, p, footprint, hurst).expect("room")
+                }
             }
             _ => {
                 let op = Op::ALL[rng.random_range(0..Op::ALL.len())];
@@ -398,6 +409,15 @@ mod composites {
                 g.op(op, &args).expect("room")
             }
         }
+    }
+
+    /// A grid of random numbers.
+    fn sampled(rng: &mut StdRng) -> Arc<Grid> {
+        let edge = if rng.random() { Edge::Repeat } else { Edge::Clamp };
+        let size = if rng.random() { [7, 1, 9] } else { [5, 6, 4] };
+        let frame = Frame::over(size, [-1.0, 0.0, -2.0], [2.0, 1.5, 1.0], edge).expect("a valid frame");
+        let values = (0..frame.count()).map(|_| rng.random_range(-1.0..2.0)).collect();
+        Arc::new(Grid::through(&Samples { frame, values }).expect("finite samples"))
     }
 
     fn each(name: &str, mut law: impl FnMut(&Graph, NodeId, &mut StdRng)) {

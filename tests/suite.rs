@@ -18,7 +18,8 @@
 //! // Output: text                 a line that the script prints
 //! // Param: relief = 0.02         a parameter and its value
 //! // Set: relief = 0.04           as the user sets it
-//! // Limit: operations = 1000     likewise calls, nodes, elements, text, milliseconds
+//! // Limit: operations = 1000     likewise calls, nodes, elements, text, samples,
+//!                               milliseconds
 //! // Time: 0.5                    animation time
 //! ```
 //!
@@ -89,6 +90,7 @@ fn limit(request: &mut Request, text: &str) {
         "nodes" => limits.nodes = value as usize,
         "elements" => limits.elements = value as usize,
         "text" => limits.text = value as usize,
+        "samples" => limits.samples = value as usize,
         "milliseconds" => limits.time = Duration::from_millis(value),
         other => panic!("no limit {other}"),
     }

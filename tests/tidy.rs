@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 /// sibling.
 const ROWS: &[&[&str]] = &[
     &["num", "diag"],
-    &["op", "noise", "world"],
+    &["op", "noise", "grid", "world"],
     &["expr"],
     &["tape", "scene"],
     &["field"],
-    &["script", "flow", "cast", "topology", "mesh"],
+    &["script", "flow", "cast", "topology", "mesh", "analysis"],
     &["render"],
     &["session"],
     &["cli"],

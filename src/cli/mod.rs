@@ -9,8 +9,10 @@
 //! | 2 | the command line is wrong; nothing was read or written |
 
 mod check;
+mod doc;
 mod interrupt;
 mod new;
+mod noise;
 mod options;
 mod progress;
 mod render;
@@ -33,6 +35,7 @@ Examples:
   orogen watch rock.rhai             keeps rock.png right while you edit
   orogen render rock.rhai --size 1920x1080 --samples 16
   orogen repl rock.rhai              asks questions about its fields
+  orogen noise gradient -o figures   what a noise is like: pictures, spectrum, verdicts
 
 Exit codes:
   0  done
@@ -60,6 +63,8 @@ enum Command {
     Check(check::Args),
     Repl(repl::Args),
     New(new::Args),
+    Noise(noise::Args),
+    Doc(doc::Args),
 }
 
 /// Runs the program on the arguments of the process.
@@ -93,6 +98,8 @@ impl Command {
             Command::Check(args) => check::run(&args, terminal),
             Command::Repl(args) => repl::run(&args, terminal),
             Command::New(args) => new::run(&args),
+            Command::Noise(args) => noise::run(&args, terminal),
+            Command::Doc(args) => doc::run(&args, terminal),
         }
     }
 }

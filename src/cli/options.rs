@@ -90,12 +90,14 @@ fn kind(name: &str) -> Kind {
 /// Most threads; more than any machine that this may run on has cores.
 const MOST_THREADS: usize = 1024;
 
-fn threads(text: &str) -> Result<NonZeroUsize, String> {
+/// Parses a number of threads.
+pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
     let number = text.trim().parse().ok().filter(|n: &NonZeroUsize| n.get() <= MOST_THREADS);
     number.ok_or(format!("a number from 1 to {MOST_THREADS} is needed; for example: --threads 4"))
 }
 
-fn finite(text: &str) -> Result<f64, String> {
+/// Parses a number that is finite.
+pub fn finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err("a number is needed, such as 1.5".into()),

@@ -2,6 +2,7 @@
 
 use super::fold;
 use crate::diag::Place;
+use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
 use crate::num::{Class, Kernel};
 use crate::op::Op;
@@ -38,8 +39,11 @@ pub enum Node {
     Op(Op, Vec<NodeId>),
     /// A noise at a point.
     Noise(Noise, [NodeId; 3]),
-    /// A sum of octaves at a point, with the footprint that limits its detail.
-    Fractal(Arc<Fractal>, [NodeId; 3], NodeId),
+    /// A sum of octaves at a point, with the footprint that limits its detail, and the exponent of
+    /// its amplitudes where that is an expression.
+    Fractal(Arc<Fractal>, [NodeId; 3], NodeId, Option<NodeId>),
+    /// The spline of a grid at a point, without its level.
+    Grid(Arc<Grid>, [NodeId; 3]),
 }
 
 /// A graph has as many nodes as it may.
@@ -152,7 +156,25 @@ impl Graph {
         p: [NodeId; 3],
         footprint: NodeId,
     ) -> Result<NodeId, TooLarge> {
-        self.intern(Node::Fractal(fractal, p, footprint))
+        self.intern(Node::Fractal(fractal, p, footprint, None))
+    }
+
+    /// A sum of octaves whose amplitudes fall with an exponent that is an expression.
+    pub fn rough_fractal(
+        &mut self,
+        fractal: Arc<Fractal>,
+        p: [NodeId; 3],
+        footprint: NodeId,
+        hurst: NodeId,
+    ) -> Result<NodeId, TooLarge> {
+        self.intern(Node::Fractal(fractal, p, footprint, Some(hurst)))
+    }
+
+    /// The field of a grid at a point: its spline and its level.
+    pub fn grid(&mut self, grid: Arc<Grid>, p: [NodeId; 3]) -> Result<NodeId, TooLarge> {
+        let level = self.constant(grid.level())?;
+        let spline = self.intern(Node::Grid(grid, p))?;
+        self.op(Op::Add(crate::op::Add), &[spline, level])
     }
 
     /// The same expression with inputs replaced by other expressions: `f.translate(..)` replaces
@@ -170,7 +192,11 @@ impl Graph {
                     self.op(op, &args)?
                 }
                 Node::Noise(noise, p) => self.noise(noise, p.map(|a| image[&a]))?,
-                Node::Fractal(f, p, footprint) => self.fractal(f, p.map(|a| image[&a]), image[&footprint])?,
+                Node::Fractal(f, p, footprint, hurst) => {
+                    let hurst = hurst.map(|h| image[&h]);
+                    self.intern(Node::Fractal(f, p.map(|a| image[&a]), image[&footprint], hurst))?
+                }
+                Node::Grid(grid, p) => self.intern(Node::Grid(grid, p.map(|a| image[&a])))?,
             };
             if new != id
                 && let Some(place) = self.place(id).cloned()
@@ -198,6 +224,36 @@ impl Graph {
         (0..used.len()).filter(|&i| used[i]).map(|i| NodeId(i as u32)).collect()
     }
 
+    /// The first expression, in the order in which they are evaluated, that is rougher than a class
+    /// although nothing that it is made of is: the culprit where `root` is too rough.
+    pub fn first_below(&self, root: NodeId, class: Class) -> Option<NodeId> {
+        if self.class(root) >= class {
+            return None;
+        }
+        self.reachable(&[root]).into_iter().find(|&id| self.class(id) < class)
+    }
+
+    /// Continuity class of what a node does, whatever its arguments are.
+    fn own_class(&self, node: &Node) -> Class {
+        match node {
+            Node::Const(_) | Node::Input(_) => Class::C2,
+            Node::Op(op, _) => op.class(),
+            Node::Noise(noise, _) => noise.class(),
+            // Octaves fade with a weight that is C1 in the footprint.
+            Node::Fractal(fractal, _, footprint, _) if self.varies(*footprint) => {
+                fractal.class().min(Class::C1)
+            }
+            Node::Fractal(fractal, ..) => fractal.class(),
+            Node::Grid(grid, _) => grid.class(),
+        }
+    }
+
+    /// Whether an expression reads the point.
+    fn varies(&self, id: NodeId) -> bool {
+        let reads = |id: NodeId| matches!(self.node(id), Node::Input(Input::X | Input::Y | Input::Z));
+        !matches!(self.node(id), Node::Const(_)) && self.reachable(&[id]).into_iter().any(reads)
+    }
+
     fn intern(&mut self, node: Node) -> Result<NodeId, TooLarge> {
         if let Some(&id) = self.index.get(&node) {
             return Ok(id);
@@ -206,12 +262,7 @@ impl Graph {
             return Err(TooLarge { limit: self.limit });
         }
         let id = NodeId(self.nodes.len() as u32);
-        let own = match &node {
-            Node::Const(_) | Node::Input(_) => Class::C2,
-            Node::Op(op, _) => op.class(),
-            Node::Noise(noise, _) => noise.class(),
-            Node::Fractal(fractal, ..) => fractal.class(),
-        };
+        let own = self.own_class(&node);
         let class = node.args().into_iter().map(|a| self.class(a)).fold(own, Class::min);
         self.nodes.push(node.clone());
         self.classes.push(class);
@@ -227,8 +278,10 @@ impl Node {
         match self {
             Node::Const(_) | Node::Input(_) => Vec::new(),
             Node::Op(_, args) => args.clone(),
-            Node::Noise(_, p) => p.to_vec(),
-            Node::Fractal(_, [x, y, z], footprint) => vec![*x, *y, *z, *footprint],
+            Node::Noise(_, p) | Node::Grid(_, p) => p.to_vec(),
+            Node::Fractal(_, [x, y, z], footprint, hurst) => {
+                [*x, *y, *z, *footprint].into_iter().chain(*hurst).collect()
+            }
         }
     }
 }

@@ -62,4 +62,11 @@ pub trait Basis: Copy + Eq + Hash + Debug + Send + Sync + 'static {
         let b = self.bounds();
         [128.0 * ROUNDOFF * b.range, 256.0 * ROUNDOFF * b.lipschitz, 1024.0 * ROUNDOFF * b.hessian]
     }
+
+    /// By how many roundoffs of its size the noise's own arithmetic may displace a position. None for
+    /// lattice noises, whose fractional coordinates are exact.
+    #[inline(always)]
+    fn displacement(&self) -> f64 {
+        0.0
+    }
 }

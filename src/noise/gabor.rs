@@ -44,14 +44,13 @@
 //! half too large.
 
 use super::basis::Basis;
+use super::bulk::{GRADIENT, HESSIAN};
 use super::lattice::Lattice;
 use super::parameter::{Allowed, Exact, Parameter, Settings};
-use super::scatter::{self, GRADIENT, HESSIAN, NODES, Node, PLACEMENT, Placement, Scatter, Spot, WEIGHTS};
+use super::scatter::{self, NODES, Node, PLACEMENT, Placement, Scatter, Spot, WEIGHTS};
 use super::scatter::{next, uniform};
 use super::sparse::{Quintic, outer};
-use crate::num::{
-    Bounds, Class, Jets, Level, Local, Order, Point, ROUNDOFF, cos_turns, simd_level, sin_turns,
-};
+use crate::num::{Bounds, Class, Jets, Local, Order, Point, ROUNDOFF, cos_turns, sin_turns};
 use std::f64::consts::TAU;
 
 /// Gabor noise on a lattice of unit cells.
@@ -84,11 +83,6 @@ const NET: [(f64, [[f64; 3]; 2]); 5] = [
 const RANGE: [f64; 2] = [8.13, 3.84];
 
 impl Gabor {
-    /// [`Basis::jets`] with a given instruction set, or the widest lower one that there is.
-    pub fn jets_at(&self, lattice: &Lattice, level: Level, at: [&[f64]; 3], out: Jets<'_>) {
-        scatter::jets(&self.scatter, &self.wave(), lattice, level, at, out);
-    }
-
     fn wave(&self) -> Wave {
         // An orthonormal frame without branches (Duff et al. 2017).
         let [x, y, z] = self.axis.map(|a| a.0);
@@ -172,7 +166,7 @@ impl Basis for Gabor {
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
-        self.jets_at(lattice, simd_level(), at, out);
+        scatter::jets(&self.scatter, &self.wave(), lattice, at, out);
     }
 
     fn jet(&self, lattice: &Lattice, order: Order, at: [f64; 3]) -> Point {

@@ -9,36 +9,63 @@
 //!
 //! - A kind of noise is a [`Basis`], one file each; [`Kind`] is the list of them with their
 //!   parameters, and [`Noise`] is one of them with a seed, a period and a frequency.
-//! - [`Fractal`] sums octaves of a noise.
+//! - [`Fractal`] sums octaves of a noise; a [`Recipe`] says which and how.
+//! - A noise may stand for its slope along an axis ([`Part`]), which makes flows of it.
 //! - [`certify`] computes the bounds.
 //!
 //! To add a noise, write its file and add one line to the list at the end of this one.
 
 mod basis;
+mod blend;
+mod bulk;
+mod bundle;
 mod cascade;
+mod cellular;
 pub mod certify;
 mod fractal;
 mod gabor;
 mod gradient;
 mod lattice;
+mod limits;
+mod mean;
+mod model;
+mod node;
 mod octave;
 mod parameter;
+mod recipe;
 mod scatter;
 mod shape;
+mod simplex;
+mod slope;
 mod sparse;
 mod sum;
 #[cfg(test)]
 mod tests;
+mod value;
+mod value_gradient;
+mod waves;
+mod weierstrass;
 
 pub use basis::Basis;
-pub use fractal::{Fractal, Invalid, Model, Recipe};
+pub use cellular::Cellular;
+pub use fractal::{Fractal, Given};
 pub use gabor::Gabor;
 pub use gradient::Gradient;
 pub use lattice::Lattice;
+pub use limits::Surroundings;
+pub use model::{Combination, Model, Signal};
+pub use node::Directions;
 pub use parameter::{Allowed, Exact, Parameter, Setting, Settings};
+pub use recipe::{Hurst, Invalid, Recipe};
+pub use simplex::Simplex;
 pub use sparse::Sparse;
+pub use value::Value;
+pub use value_gradient::ValueGradient;
+pub use waves::Waves;
+pub use weierstrass::Weierstrass;
 
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
+use slope::{Slope, rougher, steeper};
 use std::hash::{Hash, Hasher};
 
 /// A noise of some kind, seeded and scaled: `N(frequency x)`.
@@ -52,6 +79,18 @@ pub struct Noise {
     pub lattice: Lattice,
     /// Lattice cells a unit of length.
     pub frequency: f64,
+    /// The noise itself, or a derivative of it.
+    pub part: Part,
+}
+
+/// What of a noise is meant.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub enum Part {
+    /// Its value.
+    #[default]
+    Value,
+    /// Its slope along an axis (0, 1, 2), of `N(frequency x)` by `x`.
+    Slope(u8),
 }
 
 impl PartialEq for Noise {
@@ -71,7 +110,7 @@ impl Hash for Noise {
 impl Noise {
     /// A noise at unit frequency that does not tile.
     pub const fn new(kind: Kind, seed: u64) -> Noise {
-        Noise { kind, lattice: Lattice { seed, period: [0; 3] }, frequency: 1.0 }
+        Noise { kind, lattice: Lattice { seed, period: [0; 3] }, frequency: 1.0, part: Part::Value }
     }
 
     /// The same at another frequency.
@@ -84,8 +123,23 @@ impl Noise {
         Noise { lattice: Lattice { seed, ..self.lattice }, ..self }
     }
 
-    fn identity(&self) -> (Kind, Lattice, u64) {
-        (self.kind, self.lattice, self.frequency.to_bits())
+    /// The slope of the noise along an axis (0, 1, 2).
+    pub const fn slope(self, axis: u8) -> Noise {
+        Noise { part: Part::Slope(axis), ..self }
+    }
+
+    /// The noise itself, of which this may be a part.
+    const fn whole(self) -> Noise {
+        Noise { part: Part::Value, ..self }
+    }
+
+    fn identity(&self) -> (Kind, Lattice, u64, Part) {
+        (self.kind, self.lattice, self.frequency.to_bits(), self.part)
+    }
+
+    /// Half the step of differences along an axis: 2^-18 cells.
+    fn step(&self) -> f64 {
+        1.0 / (262_144.0 * self.frequency)
     }
 }
 
@@ -118,15 +172,25 @@ pub(crate) fn batch<'a>(out: &'a mut Jets<'_>, start: usize) -> Jets<'a> {
 
 impl Kernel for Noise {
     fn class(&self) -> Class {
-        self.kind.class()
+        match self.part {
+            Part::Value => self.kind.class(),
+            Part::Slope(_) => rougher(self.kind.class()),
+        }
     }
 
     #[inline]
     fn bounds(&self) -> Bounds {
-        self.kind.bounds().at_frequency(self.frequency)
+        let bounds = self.kind.bounds().at_frequency(self.frequency);
+        match self.part {
+            Part::Value => bounds,
+            Part::Slope(_) => steeper(bounds),
+        }
     }
 
     fn jets(&self, at: [&[f64]; 3], mut out: Jets<'_>) {
+        if let Part::Slope(axis) = self.part {
+            return Slope::new(&self.whole(), axis, self.step()).jets(at, out);
+        }
         let k = self.frequency;
         for start in (0..at[0].len()).step_by(BATCH) {
             let scaled = widest(
@@ -147,6 +211,9 @@ impl Kernel for Noise {
     }
 
     fn jet(&self, order: Order, at: [f64; 3]) -> Point {
+        if let Part::Slope(axis) = self.part {
+            return Slope::new(&self.whole(), axis, self.step()).jet(order, at);
+        }
         let k = self.frequency;
         scaled(self.kind.jet(&self.lattice, order, at.map(|x| x * k)), k)
     }
@@ -157,28 +224,51 @@ impl Kernel for Noise {
     }
 
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
+        if let Part::Slope(axis) = self.part {
+            return Slope::new(&self.whole(), axis, self.step()).local(order, at, radius);
+        }
         let k = self.frequency;
         let centre = at.map(|x| x * k);
         // The scaled centre is off by a roundoff of its size.
         let size = centre.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let reach = radius * k * (1.0 + 8.0 * ROUNDOFF) + 2.0 * ROUNDOFF * size;
         let local = self.kind.local(&self.lattice, order, centre, reach);
-        Local { jet: scaled(local.jet, k), bounds: local.bounds.at_frequency(k), bow: local.bow }
+        let bounds = creased(local.bounds, &self.kind.bounds(), radius * k, reach);
+        Local { jet: scaled(local.jet, k), bounds: bounds.at_frequency(k), bow: local.bow }
     }
 
     #[inline]
     fn error(&self, size: f64) -> [f64; 3] {
+        if let Part::Slope(axis) = self.part {
+            return Slope::new(&self.whole(), axis, self.step()).error(size);
+        }
         // Scaled arguments are off by a roundoff of their size on each axis, budgeted as 3; scaled
         // derivatives by two of theirs.
         let (b, k) = (self.bounds(), self.frequency);
-        let shift = 3.0 * ROUNDOFF * size;
+        let shift = (3.0 + self.kind.displacement()) * ROUNDOFF * size;
         let own = self.kind.rounding();
+        // Where the gradient jumps, `local` accounts for the shift.
+        let turn = if b.hessian.is_finite() { b.hessian * shift } else { 0.0 };
         [
             own[0] + b.lipschitz * shift,
-            own[1] * k + 4.0 * ROUNDOFF * b.lipschitz + b.hessian * shift,
+            own[1] * k + 4.0 * ROUNDOFF * b.lipschitz + turn,
             own[2] * (k * k) + 4.0 * ROUNDOFF * b.hessian + b.third * shift,
         ]
     }
+}
+
+/// What is known of a ball that was grown from `radius` to `reach`, for use with the smaller radius.
+///
+/// The jet is taken at a rounded centre. Where second derivatives are bounded everywhere, the error
+/// of a jet covers that. Where they are not, only `local` knows those around, and the growth of the
+/// ball is charged to them: what bends by `M reach^2 / 2` bends by the larger `M'` with `radius`.
+pub(super) fn creased(local: Bounds, everywhere: &Bounds, radius: f64, reach: f64) -> Bounds {
+    if everywhere.hessian.is_finite() {
+        return local;
+    }
+    let growth = reach / radius * (1.0 + 8.0 * ROUNDOFF);
+    let hessian = if radius > 0.0 { local.hessian * growth * growth } else { f64::INFINITY };
+    Bounds { hessian, ..local }
 }
 
 /// A jet at unit frequency as one at frequency `k`.
@@ -257,6 +347,10 @@ macro_rules! noises {
                 match self { $(Kind::$noise(noise) => noise.rounding(),)* }
             }
 
+            fn displacement(&self) -> f64 {
+                match self { $(Kind::$noise(noise) => noise.displacement(),)* }
+            }
+
             fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
                 match self { $(Kind::$noise(noise) => noise.jets(lattice, at, out),)* }
             }
@@ -274,6 +368,12 @@ macro_rules! noises {
 
 noises! {
     Gradient, "gradient", "Gradient noise: smooth bumps of about two cells, zero at every node of its lattice; C2.";
+    Cellular, "cellular", "Cellular noise: distances to the nearest of random nodes, pebbles or walls or facets; C0.";
+    Waves, "waves", "Plane waves of one length in all directions: a smooth swell; in sums, Weierstrass-Mandelbrot; C2.";
+    Weierstrass, "weierstrass", "Separable Weierstrass-Mandelbrot sum, a whole fractal: products of cosines along the axes; C2.";
+    Value, "value", "Value noise: soft blotches of all sizes above a cell, its extrema on the nodes of its lattice; C2.";
+    ValueGradient, "value_gradient", "Value-gradient noise: value noise and gradient noise on one lattice, added; C2.";
+    Simplex, "simplex", "Simplex noise: bumps like those of gradient noise on a denser lattice that shows less; C2.";
     Sparse, "sparse", "Sparse convolution noise: random round bumps on random nodes, alike in all directions; C2, or C1 with kernel \"lewis\".";
     Gabor, "gabor", "Gabor noise: waves of one frequency under round bumps on random nodes, in all directions or about one; C2.";
 }

@@ -9,7 +9,8 @@
 //! than in the coordinates that reach it, since a turned box would have to be boxed again, while
 //! the bounds of a kernel are the same in every direction.
 
-use super::{BATCH, Noise, batch, gather};
+use super::slope::Slope;
+use super::{BATCH, Noise, Part, batch, creased, gather};
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, mix, uniform, widest};
 
 /// A rotated, scaled and shifted noise.
@@ -116,6 +117,15 @@ impl Octave {
     fn unit(&self) -> Noise {
         Noise { frequency: 1.0, ..self.noise }
     }
+
+    /// The octave of which this one is the slope along an axis in space, and that axis. Where it is
+    /// not turned, the noise knows its slopes itself.
+    fn slope_of(&self) -> Option<(Octave, u8)> {
+        match (self.noise.part, self.placement) {
+            (Part::Slope(axis), Some(_)) => Some((Octave { noise: self.noise.whole(), ..*self }, axis)),
+            _ => None,
+        }
+    }
 }
 
 impl Kernel for Octave {
@@ -132,6 +142,9 @@ impl Kernel for Octave {
 
     fn jets(&self, at: [&[f64]; 3], mut out: Jets<'_>) {
         let Some(placement) = &self.placement else { return self.noise.jets(at, out) };
+        if let Some((of, axis)) = self.slope_of() {
+            return Slope::new(&of, axis, self.noise.step()).jets(at, out);
+        }
         let (noise, k) = (self.unit(), self.noise.frequency);
         for start in (0..at[0].len()).step_by(BATCH) {
             let placed = widest(
@@ -157,6 +170,9 @@ impl Kernel for Octave {
 
     fn jet(&self, order: Order, at: [f64; 3]) -> Point {
         let Some(placement) = &self.placement else { return self.noise.jet(order, at) };
+        if let Some((of, axis)) = self.slope_of() {
+            return Slope::new(&of, axis, self.noise.step()).jet(order, at);
+        }
         let k = self.noise.frequency;
         placement.turned(k, order, self.unit().jet(order, placement.place(k, at)))
     }
@@ -169,18 +185,25 @@ impl Kernel for Octave {
     /// A ball stays a ball when it is turned. (It grows by the rounding of the matrix.)
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
         let Some(placement) = &self.placement else { return self.noise.local(order, at, radius) };
+        if let Some((of, axis)) = self.slope_of() {
+            return Slope::new(&of, axis, self.noise.step()).local(order, at, radius);
+        }
         let k = self.noise.frequency;
         let centre = placement.place(k, at);
         let size = at.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let reach = radius * k * (1.0 + 32.0 * ROUNDOFF) + 32.0 * ROUNDOFF * (k * size + REACH);
         let local = self.unit().local(order, centre, reach);
-        Local { jet: placement.turned(k, order, local.jet), bounds: local.bounds.at_frequency(k), ..local }
+        let bounds = creased(local.bounds, &self.noise.kind.bounds(), radius * k, reach);
+        Local { jet: placement.turned(k, order, local.jet), bounds: bounds.at_frequency(k), ..local }
     }
 
     /// As for any kernel, with the error of `M x + t` in place of that of `k x`: a row of three
     /// products, each entry off by a few roundoffs of its own, then a shift.
     #[inline]
     fn error(&self, size: f64) -> [f64; 3] {
+        if let Some((of, axis)) = self.slope_of() {
+            return Slope::new(&of, axis, self.noise.step()).error(size);
+        }
         match self.placement {
             None => self.noise.error(size),
             Some(_) => {

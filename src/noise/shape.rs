@@ -2,6 +2,7 @@
 //!
 //! Each is stated once, like every [`Function`], and is thereby known to every kind of number.
 
+use super::fractal::Term;
 use crate::num::{Class, Combine, Form, Function, Interval, ROUNDOFF, Real};
 
 /// `x (base + gain y)`: an octave's signal `y` acting on what came before.
@@ -9,6 +10,11 @@ use crate::num::{Class, Combine, Form, Function, Interval, ROUNDOFF, Real};
 pub(super) struct Modulate {
     pub base: f64,
     pub gain: f64,
+}
+
+impl Modulate {
+    /// `x y`
+    pub(super) const PRODUCT: Modulate = Modulate { base: 0.0, gain: 1.0 };
 }
 
 impl Function<2> for Modulate {
@@ -36,14 +42,54 @@ impl Function<2> for Modulate {
     }
 }
 
+/// Slope of the chord of `|x|`, and how far it rises above the function.
+#[inline(always)]
+fn chord_of_abs(x: Interval) -> (f64, f64) {
+    if x.lo >= 0.0 {
+        (1.0, 0.0)
+    } else if x.hi <= 0.0 {
+        (-1.0, 0.0)
+    } else {
+        ((x.lo + x.hi) / x.width(), -2.0 * x.lo * x.hi / x.width())
+    }
+}
+
+/// `|x|`: a noise folded at its zeros (turbulence, Perlin 1985).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fold;
+
+impl Function<1> for Fold {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        x.abs()
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [x.if_less(R::of(0.0), R::of(-1.0), R::of(1.0))]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        [[x.slope_of_jump()]]
+    }
+    /// Convex, so it lies between its chord and the parallel to it through the origin.
+    #[inline(always)]
+    fn form(&self, [x]: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        if !x.is_finite() {
+            return Form::constant(self.range([*x]));
+        }
+        let (slope, bow) = chord_of_abs(*x);
+        let top = slope * x.mid() + bow;
+        let error = 32.0 * ROUNDOFF * x.mag();
+        Form::linear([slope], Interval { lo: top - bow - error, hi: top + error })
+    }
+}
+
 /// `max(1 - |x|, 0)^2`: a ridge along the zeros of a noise (Musgrave).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ridge;
-
-impl Ridge {
-    /// Mean over gradient noise, by sampling.
-    pub(super) const MEAN: f64 = 0.633;
-}
 
 impl Function<1> for Ridge {
     fn class(&self) -> Class {
@@ -69,13 +115,7 @@ impl Function<1> for Ridge {
         if !x.is_finite() || x.mag() > 2.0 {
             return Form::constant(self.range([*x]));
         }
-        let (slope, bow) = if x.lo >= 0.0 {
-            (1.0, 0.0)
-        } else if x.hi <= 0.0 {
-            (-1.0, 0.0)
-        } else {
-            ((x.lo + x.hi) / x.width(), -2.0 * x.lo * x.hi / x.width())
-        };
+        let (slope, bow) = chord_of_abs(*x);
         let c = x.mid();
         let beyond = (x.mag() - 1.0).max(0.0);
         let top = 1.0 + c * c - 2.0 * slope * c;
@@ -138,13 +178,25 @@ impl Fade {
     /// Whether the octave is whole, or gone, for all footprints in a range, beyond any rounding:
     /// then its weight is exactly 1, or 0, and need not be computed.
     pub(super) fn plateau(&self, footprint: Interval) -> Option<f64> {
-        if footprint.hi <= 0.5 * self.gone * (1.0 - 1e-12) {
+        if self.is_whole(footprint.hi) {
             Some(1.0)
-        } else if footprint.lo >= self.gone * (1.0 + 1e-12) {
+        } else if self.is_gone(footprint.lo) {
             Some(0.0)
         } else {
             None
         }
+    }
+
+    /// [`plateau`](Self::plateau) at a point.
+    #[inline(always)]
+    pub(super) fn is_whole(&self, s: f64) -> bool {
+        s <= 0.5 * self.gone * (1.0 - 1e-12)
+    }
+
+    /// Likewise.
+    #[inline(always)]
+    pub(super) fn is_gone(&self, s: f64) -> bool {
+        s >= self.gone * (1.0 + 1e-12)
     }
 
     #[inline(always)]
@@ -188,5 +240,65 @@ impl Function<1> for Fade {
     fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
         let range = self.range(*x);
         if range.width() == 0.0 { Form::constant(range) } else { Form::taylor(self, x[0]) }
+    }
+}
+
+/// `exp(-rate H)`: the amplitude `r^(-i H)` of octave `i`, with `rate = i ln r`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gain {
+    pub rate: f64,
+}
+
+impl Function<1> for Gain {
+    #[inline(always)]
+    fn value<R: Real>(&self, [h]: [R; 1]) -> R {
+        (R::of(-self.rate) * h).exp()
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [h]: [R; 1]) -> [R; 1] {
+        [R::of(-self.rate) * self.value([h])]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [h]: [R; 1]) -> [[R; 1]; 1] {
+        [[R::of(self.rate).square() * self.value([h])]]
+    }
+    /// Convex; the slope `-rate exp(-rate h)` is that of the chord where `h = -ln(-chord / rate) / rate`.
+    fn form(&self, [h]: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        Form::chord(self, *h, |chord| -libm::log(-chord / self.rate) / self.rate)
+    }
+}
+
+/// What a footprint leaves of the amplitudes of some octaves: `sum a_i w_i(s)`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Remaining<'a> {
+    pub terms: &'a [Term],
+}
+
+impl Remaining<'_> {
+    #[inline(always)]
+    fn sum<R: Real>(&self, part: impl Fn(&Fade) -> R) -> R {
+        self.terms.iter().fold(R::of(0.0), |sum, t| sum + R::of(t.amplitude) * part(&t.fade))
+    }
+}
+
+impl Function<1> for Remaining<'_> {
+    fn class(&self) -> Class {
+        Class::C1
+    }
+    fn value<R: Real>(&self, [s]: [R; 1]) -> R {
+        self.sum(|fade| fade.value([s]))
+    }
+    fn grad<R: Real>(&self, [s]: [R; 1]) -> [R; 1] {
+        [self.sum(|fade| fade.grad([s])[0])]
+    }
+    fn hess<R: Real>(&self, [s]: [R; 1]) -> [[R; 1]; 1] {
+        [[self.sum(|fade| fade.hess([s])[0][0])]]
+    }
+    fn range(&self, [s]: [Interval; 1]) -> Interval {
+        self.sum(|fade| fade.range([s]))
+    }
+    /// It multiplies a quantity of which only the range is known; its own slope would say no more.
+    fn form(&self, s: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        Form::constant(self.range(*s))
     }
 }

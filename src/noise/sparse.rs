@@ -28,12 +28,11 @@
 //! [`certify`](super::certify), times the largest sum of weights that a cell can have.
 
 use super::basis::Basis;
+use super::bulk::{GRADIENT, HESSIAN};
 use super::lattice::Lattice;
 use super::parameter::{Allowed, Parameter, Settings};
-use super::scatter::{self, GRADIENT, HESSIAN, NODES, Node, PLACEMENT, Placement, Scatter, Spot, WEIGHTS};
-use crate::num::{
-    Bounds, Class, Jets, Level, Local, Order, Point, ROUNDOFF, cos_turns, simd_level, sin_turns,
-};
+use super::scatter::{self, NODES, Node, PLACEMENT, Placement, Scatter, Spot, WEIGHTS};
+use crate::num::{Bounds, Class, Jets, Local, Order, Point, ROUNDOFF, cos_turns, sin_turns};
 use std::f64::consts::PI;
 
 /// Sparse convolution noise at unit frequency: about one spot of radius 1 to a lattice cell.
@@ -58,16 +57,6 @@ pub(super) const UNIT: [[Bounds; 2]; 2] = [
 ];
 
 const KERNEL: &str = "kernel";
-
-impl Sparse {
-    /// [`Basis::jets`] with a given instruction set, or the widest lower one that there is.
-    pub fn jets_at(&self, lattice: &Lattice, level: Level, at: [&[f64]; 3], out: Jets<'_>) {
-        match self.lewis {
-            false => scatter::jets(&self.scatter, &Quintic, lattice, level, at, out),
-            true => scatter::jets(&self.scatter, &Lewis, lattice, level, at, out),
-        }
-    }
-}
 
 impl Basis for Sparse {
     const PARAMETERS: &'static [Parameter] = &[
@@ -100,7 +89,10 @@ impl Basis for Sparse {
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
-        self.jets_at(lattice, simd_level(), at, out);
+        match self.lewis {
+            false => scatter::jets(&self.scatter, &Quintic, lattice, at, out),
+            true => scatter::jets(&self.scatter, &Lewis, lattice, at, out),
+        }
     }
 
     fn jet(&self, lattice: &Lattice, order: Order, at: [f64; 3]) -> Point {

@@ -2,36 +2,40 @@
 //!
 //! Over a wide box the jet of a fine octave says no more than the range of the noise does, and the
 //! same holds for all octaves that are finer still. There the sum stops: what is left is somewhere
-//! within the sum of the remaining amplitudes. The decision is made for each lane of a batch by
-//! itself, so that batches equal their lanes bit for bit.
+//! within the sum of the remaining amplitudes, each times what the footprint leaves of it. The
+//! decision is made for each lane of a batch by itself, so that batches equal their lanes bit for bit.
 
-use super::fractal::{Model, Term, Weight};
-use super::shape::{Modulate, Ridge};
+use super::bundle::Bundle;
+use super::fractal::{Fractal, Given, Term, Weight, is_one, is_zero};
+use super::shape::{Modulate, Remaining};
 use crate::num::{Interval, Kernel, Number};
 
-fn is_one(r: Interval) -> bool {
-    r == Interval::point(1.0)
-}
-
-fn is_zero(r: Interval) -> bool {
-    r == Interval::point(0.0)
-}
-
-/// `sum a_i s_i` where the signal `s_i` is the octave, or the ridges folded from it. Octaves that
-/// are too fine for the footprint fade to their mean, so that distant relief keeps its height.
-pub(super) fn sum<T: Number>(model: Model, terms: &[Term], p: [&T; 3], footprint: Option<&T>) -> T {
-    let mean = model.mean();
+/// `sum a_i q_i` with the signals `q_i` of octaves. Octaves that are too fine for the footprint fade
+/// to their mean, so that distant relief keeps its height.
+pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
+    let Given { point: p, footprint, hurst } = *given;
+    if hurst.is_none()
+        && let Some(sum) = T::pointwise(&Bundle::new(f), p, footprint)
+    {
+        return sum;
+    }
+    let means = if hurst.is_none() { f.mean * amplitudes(&f.terms) } else { 0.0 };
     let reach = p.map(|p| p.range().rad()).into_iter().fold(0.0, f64::max);
-    let mut total = T::constant(mean * amplitudes(terms));
+    let mut total = T::constant(means);
     let mut ended: Option<Ended<T>> = None;
-    for (i, term) in terms.iter().enumerate() {
+    for (i, term) in f.terms.iter().enumerate() {
         let weight = term.weight(footprint);
         if matches!(weight, Weight::Gone) {
-            break;
+            if hurst.is_none() || f.mean == 0.0 {
+                break;
+            }
+            total = without(f, term, &total, hurst);
+            continue;
         }
         let blind = term.blind_from();
         if reach >= blind
-            && let Some(tail) = T::somewhere(tail(model, &terms[i..]))
+            && hurst.is_none()
+            && let Some(tail) = tail(f, &f.terms[i..], footprint)
         {
             let now = Ended::next(ended, blind, p, &weight, || total.add(&tail));
             if is_one(now.over.range()) {
@@ -39,18 +43,19 @@ pub(super) fn sum<T: Number>(model: Model, terms: &[Term], p: [&T; 3], footprint
             }
             ended = Some(now);
         }
-        let noise = T::kernel(&term.octave, p);
-        let signal = match model {
-            Model::Ridged => T::lift(&Ridge, [&noise]).shift(-mean),
-            _ => noise,
-        };
+        let signal = f.deviation(T::kernel(&term.octave, p));
         total = match weight {
             Weight::Share(w) => {
-                let faded = T::lift(&Modulate { base: 0.0, gain: 1.0 }, [&w, &signal]);
+                let faded = T::lift(&Modulate::PRODUCT, [&w, &signal]);
                 let present = T::choose(&w, is_one, &signal, &faded);
-                T::choose(&w, is_zero, &total, &total.add(&present.scale(term.amplitude)))
+                T::choose(
+                    &w,
+                    is_zero,
+                    &without(f, term, &total, hurst),
+                    &with(f, term, &total, &present, hurst),
+                )
             }
-            _ => total.add(&signal.scale(term.amplitude)),
+            _ => with(f, term, &total, &signal, hurst),
         };
     }
     match ended {
@@ -59,18 +64,43 @@ pub(super) fn sum<T: Number>(model: Model, terms: &[Term], p: [&T; 3], footprint
     }
 }
 
-fn amplitudes(terms: &[Term]) -> f64 {
+/// The sum with an octave, of which the deviation from the mean is given. The means of octaves whose
+/// amplitudes are numbers are in the sum from the start.
+fn with<T: Number>(f: &Fractal, term: &Term, total: &T, deviation: &T, hurst: Option<&T>) -> T {
+    match hurst {
+        None => total.add(&deviation.scale(term.amplitude)),
+        Some(_) if f.mean == 0.0 => total.add(&term.amplified(deviation, hurst)),
+        Some(_) => total.add(&term.amplified(&deviation.shift(f.mean), hurst)),
+    }
+}
+
+/// The sum with an octave of which nothing but its mean is left.
+fn without<T: Number>(f: &Fractal, term: &Term, total: &T, hurst: Option<&T>) -> T {
+    if hurst.is_none() || f.mean == 0.0 {
+        total.clone()
+    } else {
+        total.add(&term.amplified(&T::constant(f.mean), hurst))
+    }
+}
+
+pub(super) fn amplitudes(terms: &[Term]) -> f64 {
     terms.iter().map(|t| t.amplitude).sum()
 }
 
-/// Where the sum of these octaves, less their means, is for certain.
-fn tail(model: Model, terms: &[Term]) -> Interval {
-    let signal = match model {
-        Model::Ridged => Interval::new(-model.mean(), 1.0 - model.mean()),
-        _ => Interval::radius(terms.iter().map(|t| t.octave.bounds().range).fold(0.0, f64::max)),
-    };
+/// Where the sum of these octaves, less their means, is for certain. With the footprint it shrinks
+/// continuously to nothing.
+fn tail<T: Number>(f: &Fractal, terms: &[Term], footprint: Option<&T>) -> Option<T> {
+    let bounds = terms.first()?.octave.bounds();
+    let signal = f.recipe().model.signal.range(&bounds) - Interval::point(f.mean);
     // Means and amplitudes are rounded; a faded signal lies between zero and the whole one.
-    signal.hull(Interval::point(0.0)) * (amplitudes(terms) * (1.0 + 1e-12))
+    let signal = signal.hull(Interval::point(0.0)) * (1.0 + 1e-12);
+    match footprint {
+        None => T::somewhere(signal * amplitudes(terms)),
+        Some(s) => {
+            let left = T::lift(&Remaining { terms }, [s]);
+            Some(T::lift(&Modulate::PRODUCT, [&left, &T::somewhere(signal)?]))
+        }
+    }
 }
 
 impl Term {

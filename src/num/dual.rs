@@ -1,7 +1,7 @@
 //! First-order duals: a value with its gradient.
 
-use super::number::{Centred, centred_kernel};
-use super::{Function, Interval, Kernel, Local, Number, Order};
+use super::number::{Centred, centred_kernel, centred_pointwise};
+use super::{Function, Interval, Kernel, Local, Number, Order, Point4, Pointwise};
 
 /// A value and its gradient in x, y, z.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +66,10 @@ impl Number for Dual {
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
         centred_kernel(k, p)
     }
+    #[inline]
+    fn pointwise<K: Pointwise>(k: &K, p: [&Self; 3], with: Option<&Self>) -> Option<Self> {
+        centred_pointwise(k, p, with)
+    }
     fn range(&self) -> Interval {
         Interval::point(self.value)
     }
@@ -93,5 +97,14 @@ impl Centred for Dual {
     fn expand(Local { jet, .. }: &Local, _: [f64; 3], p: [&Self; 3]) -> Self {
         let grad = std::array::from_fn(|axis| chain(&jet.grad, |i| p[i].grad[axis]));
         Dual { value: jet.value, grad }
+    }
+    #[inline(always)]
+    fn compose(jet: &Point4, p: [&Self; 3], with: Option<&Self>) -> Option<Self> {
+        let [a, b, c, d] = jet.grad;
+        let grad = std::array::from_fn(|axis| {
+            let space = chain(&[a, b, c], |i| p[i].grad[axis]);
+            with.map_or(space, |s| space + chain(&[d], |_| s.grad[axis]))
+        });
+        Some(Dual { value: jet.value, grad })
     }
 }

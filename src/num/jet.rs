@@ -3,8 +3,8 @@
 //! With scalars `f64` a jet is exact up to rounding; with [`Interval`] scalars it encloses the
 //! value, gradient and Hessian over a box.
 
-use super::number::{Centred, centred_kernel};
-use super::{Bounds, Function, Interval, Kernel, Local, Number, Order, Real};
+use super::number::{Centred, centred_kernel, centred_pointwise};
+use super::{Bounds, Function, Interval, Kernel, Local, Number, Order, Point4, Pointwise, Real};
 
 /// A value, its gradient, and its second derivatives in the order xx, yy, zz, xy, xz, yz.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ impl<R: Real> Jet<R> {
     }
 
     /// Second-order chain rule: `grad = sum f_i grad_i`, `H = sum f_i H_i + sum f_ij grad_i grad_j^T`.
-    fn compose<const N: usize>(
+    fn chain<const N: usize>(
         value: R,
         f: [R; N],
         ff: [[R; N]; N],
@@ -131,10 +131,13 @@ where
     }
     fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self {
         let at = x.map(|x| x.value);
-        Jet::compose(R::image(f, at), f.grad(at), f.hess(at), x, R::is_zero)
+        Jet::chain(R::image(f, at), f.grad(at), f.hess(at), x, R::is_zero)
     }
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
         centred_kernel(k, p)
+    }
+    fn pointwise<K: Pointwise>(k: &K, p: [&Self; 3], with: Option<&Self>) -> Option<Self> {
+        centred_pointwise(k, p, with)
     }
     fn range(&self) -> Interval {
         self.value.range()
@@ -152,7 +155,14 @@ impl Centred for Jet<f64> {
         p.map(|p| p.value)
     }
     fn expand(Local { jet, .. }: &Local, _: [f64; 3], p: [&Self; 3]) -> Self {
-        Jet::compose(jet.value, jet.grad, matrix(jet.hess), p, |d| d == 0.0)
+        Jet::chain(jet.value, jet.grad, matrix(jet.hess), p, |d| d == 0.0)
+    }
+    fn compose(jet: &Point4, p: [&Self; 3], with: Option<&Self>) -> Option<Self> {
+        let ([a, b, c, d], zero) = (jet.grad, |d| d == 0.0);
+        Some(match with {
+            None => Jet::chain(jet.value, [a, b, c], jet.matrix(), p, zero),
+            Some(s) => Jet::chain(jet.value, [a, b, c, d], jet.matrix(), [p[0], p[1], p[2], s], zero),
+        })
     }
 }
 
@@ -172,7 +182,7 @@ impl Centred for Jet<Interval> {
         let value = region.value(local, error);
         let grad = region.gradient(local, error);
         let hess = matrix(region.hessian(local, error));
-        Jet::compose(value, grad, hess, p, JetScalar::is_zero)
+        Jet::chain(value, grad, hess, p, JetScalar::is_zero)
     }
 }
 

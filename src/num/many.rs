@@ -6,7 +6,7 @@
 
 use super::number::{Centred, Jets, centred_kernel, error};
 use super::simd::widest;
-use super::{Function, Interval, Kernel, Local, Number, Order, Point};
+use super::{Function, Interval, Jets4, Kernel, Local, Number, Order, Point, Point4, Pointwise};
 
 /// `B` numbers side by side.
 #[derive(Clone, Copy, Debug)]
@@ -133,6 +133,53 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
                 T::expand(&Local::uniform(jet, bounds), error, p.map(|p| &p.0[i]))
             },
         )
+    }
+    fn pointwise<K: Pointwise>(k: &K, p: [&Self; 3], with: Option<&Self>) -> Option<Self> {
+        if !T::EXACT {
+            return None;
+        }
+        let (mut at, mut further) = ([[0.0; B]; 3], [0.0; B]);
+        for i in 0..B {
+            let c = T::centre(p.map(|p| &p.0[i]));
+            for axis in 0..3 {
+                at[axis][i] = c[axis];
+            }
+            if let Some(s) = with {
+                further[i] = T::centre([&s.0[i]; 3])[0];
+            }
+        }
+        let mut value = [0.0; B];
+        let (mut grad, mut hess);
+        let (mut grads, mut hesses) = (None, None);
+        if T::ORDER >= Order::Gradient {
+            grad = [[0.0; B]; 4];
+            grads = Some(&mut grad);
+        }
+        if T::ORDER >= Order::Hessian {
+            hess = [[0.0; B]; 10];
+            hesses = Some(&mut hess);
+        }
+        let grad_parts = grads.as_mut().map(|g| g.each_mut().map(|g| &mut g[..]));
+        let hess_parts = hesses.as_mut().map(|h| h.each_mut().map(|h| &mut h[..]));
+        let (grad, slope) = grad_parts.map(|[x, y, z, s]| ([x, y, z], s)).unzip();
+        let (hess, bend) = hess_parts
+            .map(|[a, b, c, d, e, f, xs, ys, zs, ss]| ([a, b, c, d, e, f], [xs, ys, zs, ss]))
+            .unzip();
+        let out = Jets4 { space: Jets { value: &mut value, grad, hess }, slope, bend };
+        k.jets([&at[0][..], &at[1][..], &at[2][..]], with.map(|_| &further[..]), out);
+        Some(p[0].lanes(
+            #[inline(always)]
+            |i| {
+                let jet = Point4 {
+                    value: value[i],
+                    grad: grads.as_ref().map_or([0.0; 4], |g| [g[0][i], g[1][i], g[2][i], g[3][i]]),
+                    hess: hesses.as_ref().map_or([0.0; 10], |h| std::array::from_fn(|k| h[k][i])),
+                };
+                let p = p.map(|p| &p.0[i]);
+                // Every exact number knows the chain rule.
+                T::compose(&jet, p, with.map(|s| &s.0[i])).unwrap_or_else(|| p[0].clone())
+            },
+        ))
     }
     #[inline(always)]
     fn somewhere(range: Interval) -> Option<Self> {

@@ -15,15 +15,24 @@
 //! | [`Affine`] | an enclosure that remembers which inputs it came from | `form`, condensed |
 //! | [`Reduced`] | the same with `K` shared symbols | `form` |
 //! | [`Many`] | a batch of any of these | lane by lane, noises in SIMD |
+//!
+//! Numbers that stand for points know a third kind of function besides: a [`Pointwise`] one writes
+//! one jet for what is a whole expression to the others, such as a sum of octaves.
+//!
+//! Beside the numbers stand what several modules compute with: hashes, B-splines ([`cubic`],
+//! [`quadratic`]) and the Fourier transform ([`transform`]).
 
 mod affine;
+mod bspline;
 mod dual;
+mod fft;
 mod function;
 mod hash;
 mod interval;
 mod jet;
 mod many;
 mod number;
+mod pointwise;
 mod real;
 mod reduced;
 mod simd;
@@ -31,16 +40,19 @@ mod slope;
 mod turn;
 
 pub use affine::{Affine, Symbol};
+pub use bspline::{CUBIC_POLE, Edge, Weights, cubic, interpolate_cubic, quadratic};
 pub use dual::Dual;
+pub use fft::{Complex, Direction, Fft, Unfit, transform};
 pub use function::{Class, Combine, Form, Function};
 pub use hash::{mix, uniform};
 pub use interval::Interval;
 pub use jet::Jet;
 pub use many::Many;
 pub use number::{Bounds, Centred, Jets, Kernel, Local, Number, Order, Point};
+pub use pointwise::{Jets4, Point4, Pointwise};
 pub use real::Real;
 pub use reduced::Reduced;
-pub use simd::{Level, at_level, simd_level, widest};
+pub use simd::{Level, limit_simd, simd_level, widest};
 pub use slope::Slope;
 pub use turn::{TURN_ERROR, cos_turns, sin_turns};
 

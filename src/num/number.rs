@@ -1,5 +1,6 @@
 //! The one interface of every kind of number, and what a kernel states.
 
+use super::pointwise::{Point4, Pointwise};
 use super::{Class, Function, Interval};
 
 /// How much of a kernel's jet a number needs.
@@ -22,6 +23,18 @@ pub struct Point {
     pub grad: [f64; 3],
     /// Second derivatives: xx, yy, zz, xy, xz, yz.
     pub hess: [f64; 6],
+}
+
+impl Point {
+    /// The jet as a batch of one, up to an order.
+    #[inline(always)]
+    pub fn as_jets(&mut self, order: Order) -> Jets<'_> {
+        Jets {
+            value: std::slice::from_mut(&mut self.value),
+            grad: (order >= Order::Gradient).then_some(self.grad.each_mut().map(std::slice::from_mut)),
+            hess: (order >= Order::Hessian).then_some(self.hess.each_mut().map(std::slice::from_mut)),
+        }
+    }
 }
 
 /// Where a kernel writes a batch of jets: structures of arrays, one entry a lane.
@@ -93,6 +106,38 @@ impl Local {
         Local { jet, bounds, bow: Interval::ENTIRE }
     }
 
+    /// What a smooth kernel knows of the ball of `radius` from the Hessian at its centre, known to
+    /// within `error` in each entry. With `h` its norm and `M` the bound on third derivatives,
+    ///
+    /// ```text
+    /// |H(x)| <= h + M r      |grad N(x)| <= |grad N(c)| + h r + M r^2 / 2      bow <= h r^2 / 2 + M r^3 / 6
+    /// ```
+    ///
+    /// For sums of many terms, which seldom all agree, that is far less than the global bounds.
+    #[inline]
+    pub fn smooth(jet: Point, bounds: Bounds, error: f64, radius: f64) -> Local {
+        let up = 1.0 + 64.0 * super::ROUNDOFF;
+        let [xx, yy, zz, xy, xz, yz] = jet.hess;
+        // The Frobenius norm, of which the off-diagonal entries are half.
+        let square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
+        let h = square.sqrt() * up + 3.0 * error;
+        let third = bounds.third * radius;
+        let [x, y, z] = jet.grad;
+        let g = (x * x + y * y + z * z).sqrt()
+            + radius * (h + 0.5 * third)
+            + 64.0 * super::ROUNDOFF * bounds.lipschitz;
+        let least = |a: f64, b: f64| if a < b { a } else { b };
+        Local {
+            jet,
+            bounds: Bounds {
+                lipschitz: least(g * up, bounds.lipschitz),
+                hessian: least((h + third) * up, bounds.hessian),
+                ..bounds
+            },
+            bow: Interval::radius(radius * radius * (0.5 * h + third / 6.0) * up),
+        }
+    }
+
     /// How far the kernel departs from its tangent plane within `reach` of the centre.
     #[inline(always)]
     pub(super) fn bend(&self, reach: f64) -> Interval {
@@ -119,16 +164,7 @@ pub trait Kernel: Sync {
     /// The jet at one point.
     fn jet(&self, order: Order, at: [f64; 3]) -> Point {
         let mut p = Point::default();
-        let [xx, yy, zz, xy, xz, yz] = &mut p.hess;
-        let [x, y, z] = &mut p.grad;
-        let grad = [x, y, z].map(std::slice::from_mut);
-        let hess = [xx, yy, zz, xy, xz, yz].map(std::slice::from_mut);
-        let out = Jets {
-            value: std::slice::from_mut(&mut p.value),
-            grad: (order >= Order::Gradient).then_some(grad),
-            hess: (order >= Order::Hessian).then_some(hess),
-        };
-        self.jets([&at[0..1], &at[1..2], &at[2..3]], out);
+        self.jets([&at[0..1], &at[1..2], &at[2..3]], p.as_jets(order));
         p
     }
 
@@ -197,6 +233,14 @@ pub trait Number: Clone + Send + Sync + 'static {
     /// The image of a point under a kernel.
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self;
 
+    /// The image under a function that is known at points only, of a point and, if it takes one, a
+    /// further number. Kinds that stand for sets of points cannot say.
+    #[inline(always)]
+    fn pointwise<K: Pointwise>(k: &K, p: [&Self; 3], with: Option<&Self>) -> Option<Self> {
+        let _ = (k, p, with);
+        None
+    }
+
     /// The number of which nothing but its range is known, for kinds that can say so; a value is
     /// somewhere, and a derivative is not known from a range.
     fn somewhere(range: Interval) -> Option<Self> {
@@ -242,6 +286,23 @@ pub trait Centred: Number {
     /// What is known of the ball around the centre says this about `p`. Exact numbers do not read
     /// the error.
     fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self;
+
+    /// The chain rule, for exact numbers: a jet at `p` and a further argument as a number.
+    #[inline(always)]
+    fn compose(jet: &Point4, p: [&Self; 3], with: Option<&Self>) -> Option<Self> {
+        let _ = (jet, p, with);
+        None
+    }
+}
+
+/// The rule of a centred number for functions that are known at points only.
+#[inline]
+pub(super) fn centred_pointwise<T: Centred, K: Pointwise>(k: &K, p: [&T; 3], with: Option<&T>) -> Option<T> {
+    if !T::EXACT {
+        return None;
+    }
+    let jet = k.jet(T::ORDER, T::centre(p), with.map(|s| T::centre([s; 3])[0]));
+    T::compose(&jet, p, with)
 }
 
 /// The kernel rule of a centred number.
@@ -300,6 +361,10 @@ impl Number for f64 {
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
         k.jet(Order::Value, p.map(|p| *p)).value
     }
+    #[inline]
+    fn pointwise<K: Pointwise>(k: &K, p: [&Self; 3], with: Option<&Self>) -> Option<Self> {
+        centred_pointwise(k, p, with)
+    }
     fn range(&self) -> Interval {
         Interval::point(*self)
     }
@@ -314,5 +379,9 @@ impl Centred for f64 {
     #[inline(always)]
     fn expand(local: &Local, _: [f64; 3], _: [&Self; 3]) -> Self {
         local.jet.value
+    }
+    #[inline(always)]
+    fn compose(jet: &Point4, _: [&Self; 3], _: Option<&Self>) -> Option<Self> {
+        Some(jet.value)
     }
 }

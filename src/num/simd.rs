@@ -4,10 +4,11 @@
 //! for AVX2 and for AVX-512. No variant fuses or reorders floating point operations, so all give
 //! the same bits; only their speed differs.
 
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU8, Ordering};
 
 /// Widest vectors that the hot loops may use.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[repr(u8)]
 pub enum Level {
     /// Whatever the target guarantees (SSE2 on x86-64, NEON on aarch64).
     Baseline,
@@ -17,11 +18,29 @@ pub enum Level {
     Avx512,
 }
 
+/// The level in use, or `UNKNOWN`.
+static LEVEL: AtomicU8 = AtomicU8::new(UNKNOWN);
+const UNKNOWN: u8 = u8::MAX;
+
 /// The level used on this machine.
 #[inline]
 pub fn simd_level() -> Level {
-    static LEVEL: OnceLock<Level> = OnceLock::new();
-    *LEVEL.get_or_init(detect)
+    // Relaxed: every level gives the same bits, so it does not matter who sees a change when.
+    match LEVEL.load(Ordering::Relaxed) {
+        0 => Level::Baseline,
+        1 => Level::Avx2,
+        2 => Level::Avx512,
+        _ => limit_simd(Level::Avx512),
+    }
+}
+
+/// Has the whole process use no wider instructions than those of `level`, and returns what it uses
+/// from now on; for benchmarks, and for the test that all levels give the same bits.
+#[cold]
+pub fn limit_simd(level: Level) -> Level {
+    let level = level.min(detect());
+    LEVEL.store(level as u8, Ordering::Relaxed);
+    level
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -45,20 +64,13 @@ fn detect() -> Level {
 /// vectorised must be inlined into it.
 #[inline(always)]
 pub fn widest<R>(job: impl FnOnce() -> R) -> R {
-    at_level(simd_level(), job)
-}
-
-/// Runs `job` at a given level, or at the widest lower one that this machine has.
-#[inline(always)]
-pub fn at_level<R>(level: Level, job: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
-    match level.min(simd_level()) {
-        // Safety: `simd_level` has seen these features on this machine.
+    match simd_level() {
+        // Safety: the level is never above what was detected on this machine.
         Level::Avx512 => return unsafe { avx512(job) },
         Level::Avx2 => return unsafe { avx2(job) },
         Level::Baseline => {}
     }
-    let _ = level;
     job()
 }
 

@@ -68,7 +68,7 @@ fn sine(a: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::num::{Level, at_level, mix, uniform};
+    use crate::num::{Level, limit_simd, mix, uniform, widest};
 
     /// Sine and cosine with an error below 1e-20: Taylor series of the reduced angle in numbers of
     /// two parts.
@@ -150,11 +150,13 @@ mod tests {
         let at: Vec<f64> = samples().take(5000).collect();
         let run = |level| {
             let mut out = vec![[0.0; 2]; at.len()];
-            at_level(level, || {
+            limit_simd(level);
+            widest(|| {
                 for (o, &t) in out.iter_mut().zip(&at) {
                     *o = [cos_turns(t), sin_turns(t)];
                 }
             });
+            limit_simd(Level::Avx512);
             out
         };
         let bits = |v: Vec<[f64; 2]>| v.into_iter().map(|x| x.map(f64::to_bits)).collect::<Vec<_>>();

@@ -3,6 +3,10 @@
 //! Units: a planet's radius is 1 unless the script says otherwise. Right-handed axes, y up. Angles
 //! in degrees, where scripts and people meet them. Colours are linear RGB with Rec. 709 primaries.
 
+mod ensemble;
+
+pub use ensemble::{Ensemble, Member, period};
+
 use crate::expr::{Graph, NodeId};
 use glam::DVec3;
 use std::sync::Arc;

@@ -46,7 +46,7 @@ impl Explainer<'_> {
         let position = if error.position().is_none() { fallback } else { error.position() };
         let place = self.place(&file, position);
         let mut d = self.innermost(error, &file);
-        d.place = self.key_place(error, place.as_ref()).or(place);
+        d.place = self.blamed(error).or_else(|| self.key_place(error, place.as_ref())).or(place);
         if matches!(error, EvalAltResult::ErrorParsing(..)) {
             self.blame_the_bracket(&mut d, &file);
         }
@@ -65,6 +65,12 @@ impl Explainer<'_> {
         let sources = self.sources();
         let width = sources.get(file).map_or(1, |text| lexer::width_at(text, line, column));
         Some(Place { file: Arc::from(file), line, column, width })
+    }
+
+    /// Where a fault itself lays the blame.
+    fn blamed(&self, error: &EvalAltResult) -> Option<Place> {
+        let place = fault_of(error)?.place?;
+        self.place(&place.file, Position::new(place.line as u16, place.column as u16))
     }
 
     /// The key of an object map that a fault is about.

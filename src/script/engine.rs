@@ -35,6 +35,8 @@ pub struct Limits {
     pub variables: usize,
     /// Imports.
     pub modules: usize,
+    /// Samples of all grids.
+    pub samples: usize,
 }
 
 impl Default for Limits {
@@ -48,6 +50,7 @@ impl Default for Limits {
             elements: 100_000,
             variables: 10_000,
             modules: 200,
+            samples: crate::grid::MOST_SAMPLES,
         }
     }
 }
@@ -89,11 +92,12 @@ pub const KEYWORDS: &[&str] = &[
 /// # Errors
 /// When the embedded standard library is broken or does not fit into the limits.
 pub fn setup(
-    host: Host,
+    mut host: Host,
     resolver: impl FnOnce(Rc<Loaded>) -> Resolver,
     limits: &Limits,
     cancel: Option<Arc<AtomicBool>>,
 ) -> Result<Setup, Box<Diagnostic>> {
+    host.cancel = cancel;
     let (host, loaded) = (Rc::new(host), Rc::<Loaded>::default());
     let mut engine = Engine::new_raw();
     // No clock, no sleeping, no `exit`, and mathematics from the list of operations only.
@@ -110,7 +114,7 @@ pub fn setup(
     // can refuse it. Scripts run once, so there is nothing to gain.
     engine.set_optimization_level(OptimizationLevel::None);
     bound(&mut engine, limits);
-    watch(&mut engine, &host, cancel);
+    watch(&mut engine, &host);
     listen(&mut engine, &host);
     engine.set_module_resolver(resolver(loaded.clone()));
     let entries = library::register(&mut engine, &host);
@@ -154,10 +158,10 @@ fn bound(engine: &mut Engine, limits: &Limits) {
     engine.set_fail_on_invalid_map_property(true);
 }
 
-fn watch(engine: &mut Engine, host: &Rc<Host>, cancel: Option<Arc<AtomicBool>>) {
+fn watch(engine: &mut Engine, host: &Rc<Host>) {
     let host = host.clone();
     engine.on_progress(move |steps| {
-        if cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed)) {
+        if host.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed)) {
             return Some(Dynamic::from(Stop::Cancelled));
         }
         // A step may build a large expression, so look at the clock often, but not every time.

@@ -3,6 +3,7 @@
 //! A fault travels through the script engine as the payload of a run-time error, so that a script
 //! may catch it like any other; [`diagnose`](super::diagnose) turns it into a diagnostic.
 
+use crate::diag::Place;
 use crate::expr::TooLarge;
 use rhai::{Dynamic, EvalAltResult, Position};
 
@@ -17,6 +18,8 @@ pub struct Fault {
     pub hints: Vec<String>,
     /// The key of an object map that is meant, if one is.
     pub key: Option<String>,
+    /// Where the blame lies, if that is not where the function was called.
+    pub place: Option<Place>,
 }
 
 /// Result of a native function.
@@ -25,7 +28,7 @@ pub type Outcome<T> = Result<T, Fault>;
 impl Fault {
     /// A fault with a message.
     pub fn new(message: impl Into<String>) -> Self {
-        Fault { message: message.into(), label: None, hints: Vec::new(), key: None }
+        Fault { message: message.into(), label: None, hints: Vec::new(), key: None, place: None }
     }
 
     /// Sets the text under the caret.
@@ -37,6 +40,12 @@ impl Fault {
     /// Adds a remedy.
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hints.push(hint.into());
+        self
+    }
+
+    /// Sets where the blame lies.
+    pub fn at(mut self, place: Option<Place>) -> Self {
+        self.place = place;
         self
     }
 

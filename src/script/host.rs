@@ -1,6 +1,7 @@
 //! What native functions share while a script runs: the graph that it builds, the parameters that
 //! it asked for, what it printed.
 
+use super::engine::{Limits, Stop};
 use super::fault::{Fault, Outcome};
 use crate::diag::Place;
 use crate::expr::{Graph, Input, Node, NodeId};
@@ -8,9 +9,11 @@ use crate::num::Number;
 use crate::op::Op;
 use crate::scene::Param;
 use crate::tape::{Evaluator, Tape};
+use rhai::{Dynamic, EvalAltResult, Position};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// State of one run, shared by all native functions.
@@ -27,21 +30,62 @@ pub struct Host {
     pub time: f64,
     /// When to stop.
     pub deadline: Cell<Option<Instant>>,
+    /// Stops the run when set.
+    pub cancel: Option<Arc<AtomicBool>>,
+    /// Samples that grids may still have.
+    samples: Cell<usize>,
+    /// Samples that all grids together may have.
+    most_samples: usize,
     tapes: RefCell<HashMap<NodeId, Arc<Tape>>>,
 }
 
 impl Host {
-    /// An empty graph of at most `nodes` nodes.
-    pub fn new(nodes: usize, set: BTreeMap<String, f64>, time: f64) -> Self {
+    /// An empty graph, and what limits there are.
+    pub fn new(limits: &Limits, set: BTreeMap<String, f64>, time: f64) -> Self {
         Host {
-            graph: RefCell::new(Graph::with_limit(nodes)),
+            graph: RefCell::new(Graph::with_limit(limits.nodes)),
             params: RefCell::default(),
             set,
             output: RefCell::default(),
             time,
             deadline: Cell::new(None),
+            cancel: None,
+            samples: Cell::new(limits.samples),
+            most_samples: limits.samples,
             tapes: RefCell::default(),
         }
+    }
+
+    /// A question for long jobs on any thread: whether the run is to stop.
+    pub fn halt(&self) -> impl Fn() -> bool + Sync + use<> {
+        let (cancel, deadline) = (self.cancel.clone(), self.deadline.get());
+        move || {
+            let cancelled = cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed));
+            cancelled || deadline.is_some_and(|deadline| Instant::now() > deadline)
+        }
+    }
+
+    /// The error of a native function: its own, unless the run is to stop, which no script may catch.
+    pub fn stopped(&self, fault: Fault) -> Box<EvalAltResult> {
+        if !self.halt()() {
+            return fault.into();
+        }
+        let cancelled = self.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed));
+        let stop = if cancelled { Stop::Cancelled } else { Stop::TimedOut };
+        Box::new(EvalAltResult::ErrorTerminated(Dynamic::from(stop), Position::NONE))
+    }
+
+    /// Takes room for the samples of a grid.
+    pub fn take_samples(&self, count: usize) -> Outcome<()> {
+        let Some(left) = self.samples.get().checked_sub(count) else {
+            let most = self.most_samples;
+            return Err(Fault::new(format!(
+                "the grids of the script have more than {most} samples together"
+            ))
+            .hint("choose a smaller `size`: a picture shows no more samples than it has pixels"));
+        };
+        self.samples.set(left);
+        Ok(())
     }
 
     /// A number as a node.
@@ -92,7 +136,17 @@ impl Host {
         Ok(Evaluator::<T>::new(self.tape(node)?).eval(at).clone())
     }
 
-    fn tape(&self, node: NodeId) -> Outcome<Arc<Tape>> {
+    /// An expression as a function, with memory of its own: a clone for each thread.
+    pub fn sampler(
+        &self,
+        node: NodeId,
+    ) -> Outcome<impl FnMut([f64; 3]) -> f64 + Clone + Send + Sync + use<>> {
+        let mut evaluator = Evaluator::<f64>::new(self.tape(node)?);
+        Ok(move |p: [f64; 3]| *evaluator.eval(&p))
+    }
+
+    /// The code of an expression at the time of the run.
+    pub fn tape(&self, node: NodeId) -> Outcome<Arc<Tape>> {
         if let Some(tape) = self.tapes.borrow().get(&node) {
             return Ok(tape.clone());
         }

@@ -25,12 +25,14 @@ mod library;
 mod modules;
 mod noises;
 mod options;
+mod realise;
 mod repl;
 mod show;
 mod value;
 
 pub use engine::Limits;
 pub use library::Entry;
+pub use realise::{Draw, Realised, realise};
 pub use repl::Interpreter;
 
 use crate::diag::{Diagnostic, Sources};
@@ -114,19 +116,48 @@ const STACK: usize = 64 << 20;
 
 /// Runs a script.
 pub fn compile(request: &Request) -> Compiled {
-    let failed = |d: Diagnostic| Compiled { diagnostics: vec![d], ..Compiled::default() };
+    let ran = execute(request, |setup, name, text, diagnostics| {
+        scene_of(setup, &request.limits, name, text, diagnostics)
+    });
+    let Ran { value: scene, diagnostics, sources, files, output } = ran;
+    Compiled { scene, diagnostics, sources, files, output }
+}
+
+/// A run of a script, and what was made of its value.
+struct Ran<T> {
+    value: Option<T>,
+    diagnostics: Vec<Diagnostic>,
+    sources: Sources,
+    files: Vec<PathBuf>,
+    output: Vec<String>,
+}
+
+impl<T> Ran<T> {
+    fn failed(d: Diagnostic) -> Self {
+        let (sources, files, output) = Default::default();
+        Ran { value: None, diagnostics: vec![d], sources, files, output }
+    }
+}
+
+/// What is made of a script: from its engine, its name and its text, with a list for complaints.
+trait Make<T>: FnOnce(&Setup, &str, &str, &mut Vec<Diagnostic>) -> Option<T> + Send {}
+impl<T, F: FnOnce(&Setup, &str, &str, &mut Vec<Diagnostic>) -> Option<T> + Send> Make<T> for F {}
+
+/// Reads a script and makes something of it, on a thread with room for nested calls.
+fn execute<T: Send>(request: &Request, make: impl Make<T>) -> Ran<T> {
     std::thread::scope(|scope| {
-        match std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, || run(request)) {
+        let work = || run(request, make);
+        match std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work) {
             Ok(thread) => thread.join().unwrap_or_else(|_| {
-                failed(Diagnostic::error("the script host failed; this is a bug of the program"))
+                Ran::failed(Diagnostic::error("the script host failed; this is a bug of the program"))
             }),
-            Err(e) => failed(Diagnostic::error(format!("no thread can be started for the script: {e}"))),
+            Err(e) => Ran::failed(Diagnostic::error(format!("no thread can be started for the script: {e}"))),
         }
     })
 }
 
-fn run(request: &Request) -> Compiled {
-    let host = Host::new(request.limits.nodes, request.params.clone(), request.time);
+fn run<T>(request: &Request, make: impl Make<T>) -> Ran<T> {
+    let host = Host::new(&request.limits, request.params.clone(), request.time);
     host.deadline.set(Instant::now().checked_add(request.limits.time));
     let (name, root) = match &request.script {
         Script::File(path) => {
@@ -138,18 +169,18 @@ fn run(request: &Request) -> Compiled {
     let resolver = |loaded| modules::Resolver { world, root, loaded };
     let setup = match engine::setup(host, resolver, &request.limits, request.cancel.clone()) {
         Ok(setup) => setup,
-        Err(d) => return Compiled { diagnostics: vec![*d], ..Compiled::default() },
+        Err(d) => return Ran::failed(*d),
     };
     let mut diagnostics = Vec::new();
-    let scene = match read(request, &setup, &name) {
-        Ok(text) => scene_of(&setup, &request.limits, &name, &text, &mut diagnostics),
+    let value = match read(request, &setup, &name) {
+        Ok(text) => make(&setup, &name, &text, &mut diagnostics),
         Err(d) => {
             diagnostics.push(*d);
             None
         }
     };
     let (sources, files) = (setup.loaded.sources.take(), setup.loaded.files.take());
-    Compiled { scene, diagnostics, sources, files, output: setup.host.output.take() }
+    Ran { value, diagnostics, sources, files, output: setup.host.output.take() }
 }
 
 fn read(request: &Request, setup: &Setup, name: &str) -> Result<Arc<str>, Box<Diagnostic>> {
@@ -279,7 +310,7 @@ fn warnings(scene: &Scene) -> Vec<Diagnostic> {
 
 /// Every function that scripts can call, native or of the standard library, with documentation.
 pub fn reference() -> Vec<Entry> {
-    let host = Host::new(1 << 10, BTreeMap::new(), 0.0);
+    let host = Host::new(&Limits::default(), BTreeMap::new(), 0.0);
     let world = Arc::new(crate::world::Memory::default());
     let resolver = |loaded| modules::Resolver { world, root: PathBuf::new(), loaded };
     let native =

@@ -26,6 +26,8 @@ pub const STD: &[(&str, &str)] = &[
     ("fractal", include_str!("../../stdlib/fractal.rhai")),
     ("planet", include_str!("../../stdlib/planet.rhai")),
     ("shapes", include_str!("../../stdlib/shapes.rhai")),
+    ("terrain", include_str!("../../stdlib/terrain.rhai")),
+    ("warp", include_str!("../../stdlib/warp.rhai")),
 ];
 
 /// Modules whose functions need no import.

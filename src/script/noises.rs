@@ -4,7 +4,8 @@
 use super::fault::{Fault, Outcome};
 use super::host::Host;
 use crate::expr::{Input, NodeId};
-use crate::noise::{Fractal, Noise, Recipe};
+use crate::noise::{Fractal, Model, Noise, Part, Recipe};
+use crate::num::{Bounds, Class, Kernel, mix};
 use crate::op::{self, Op};
 use std::sync::Arc;
 
@@ -13,8 +14,19 @@ use std::sync::Arc;
 pub enum Kind {
     /// A noise.
     One(Noise),
-    /// A fractal sum, and whether the size of a pixel limits its detail.
-    Sum(Recipe, bool),
+    /// A sum of octaves.
+    Sum(Sum),
+}
+
+/// A sum of octaves with what it takes from its surroundings.
+#[derive(Clone, Debug)]
+pub struct Sum {
+    /// The octaves.
+    pub recipe: Recipe,
+    /// Whether the size of a pixel limits their detail.
+    pub detail: bool,
+    /// The exponent of their amplitudes, where that is an expression.
+    pub hurst: Option<NodeId>,
 }
 
 /// Where a source is evaluated.
@@ -49,14 +61,14 @@ impl Source {
     pub fn noise(&self) -> &Noise {
         match &self.kind {
             Kind::One(noise) => noise,
-            Kind::Sum(recipe, _) => &recipe.noise,
+            Kind::Sum(sum) => &sum.recipe.noise,
         }
     }
 
     fn noise_mut(&mut self) -> &mut Noise {
         match &mut self.kind {
             Kind::One(noise) => noise,
-            Kind::Sum(recipe, _) => &mut recipe.noise,
+            Kind::Sum(sum) => &mut sum.recipe.noise,
         }
     }
 
@@ -84,11 +96,59 @@ impl Source {
             let name = self.noise().kind.name();
             return Err(Fault::new(format!("{name} noise cannot repeat after {period:?} cells")).hint(must));
         }
-        if let Kind::Sum(recipe, _) = &self.kind {
-            recipe.tiles().map_err(|e| Fault::new("this sum of octaves cannot repeat").hint(e))?;
-        }
         self.noise_mut().lattice.period = period;
+        if let Kind::Sum(sum) = &self.kind {
+            sum.recipe
+                .tiles()
+                .map_err(|(_, must)| Fault::new("this sum of octaves cannot repeat").hint(must))?;
+        }
         Ok(self)
+    }
+
+    /// Another noise of the same kind, of which this one's values tell nothing.
+    pub fn unrelated(self, channel: u64) -> Source {
+        // Octaves are numbered by small integers, which channels must not meet.
+        let seed = self.noise().lattice.seed;
+        self.seeded(mix(seed ^ mix((1 << 40) + channel)))
+    }
+
+    /// Its slope along an axis.
+    pub fn slope(mut self, axis: u8) -> Outcome<Source> {
+        let class = self.noise().class();
+        if class < Class::C1 || self.noise().part != Part::Value {
+            let name = self.noise().kind.name();
+            return Err(Fault::new(format!("{name} noise has no continuous slope: it is {class}"))
+                .hint("gradient noise has one, and every other that is C1 or C2"));
+        }
+        let plain = match &self.kind {
+            Kind::One(_) => true,
+            Kind::Sum(sum) => sum.recipe.model == Model::FBM && sum.hurst.is_none(),
+        };
+        if !plain || self.domain != Domain::Space || self.at.is_some() {
+            return Err(Fault::new("only a noise, or a plain sum of its octaves, has a slope to flow along")
+                .hint("take the slope of fractal::fbm(...) first, and of the point itself: of a field f it is f.gradient(p) at a point"));
+        }
+        let noise = self.noise_mut();
+        *noise = noise.slope(axis);
+        Ok(self)
+    }
+
+    /// What is known of it over all of space.
+    pub fn bounds(&self) -> Outcome<Bounds> {
+        if self.domain != Domain::Space || self.at.is_some() {
+            return Err(Fault::new(
+                "the bounds of a noise hold at the point itself, not on a sphere or elsewhere",
+            )
+            .hint("a field has f.range(box) and f.lipschitz(box)"));
+        }
+        match &self.kind {
+            Kind::One(noise) => Ok(noise.bounds()),
+            Kind::Sum(sum) if sum.hurst.is_some() => {
+                Err(Fault::new("a sum whose `hurst` is a field has no bounds over all of space")
+                    .hint("a field has f.range(box) and f.lipschitz(box)"))
+            }
+            Kind::Sum(sum) => Ok(fractal(&sum.recipe)?.bounds()),
+        }
     }
 
     /// The expression.
@@ -104,13 +164,21 @@ impl Source {
         };
         match &self.kind {
             Kind::One(noise) => Ok(host.graph.borrow_mut().noise(*noise, p)?),
-            Kind::Sum(recipe, detail) => {
-                let fractal = Fractal::new(*recipe).map_err(|e| Fault::new(e.to_string()))?;
-                let footprint = if *detail { host.input(Input::Footprint)? } else { host.constant(0.0)? };
-                Ok(host.graph.borrow_mut().fractal(Arc::new(fractal), p, footprint)?)
+            Kind::Sum(sum) => {
+                let fractal = Arc::new(fractal(&sum.recipe)?);
+                let footprint = if sum.detail { host.input(Input::Footprint)? } else { host.constant(0.0)? };
+                let mut graph = host.graph.borrow_mut();
+                Ok(match sum.hurst {
+                    None => graph.fractal(fractal, p, footprint)?,
+                    Some(hurst) => graph.rough_fractal(fractal, p, footprint, hurst)?,
+                })
             }
         }
     }
+}
+
+fn fractal(recipe: &Recipe) -> Outcome<Fractal> {
+    Fractal::new(recipe.clone()).map_err(|e| Fault::new(e.to_string()))
 }
 
 /// `p / |p|`

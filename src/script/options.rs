@@ -95,6 +95,11 @@ impl<'a, 'b> Options<'a, 'b> {
             .ok_or_else(|| self.wrong(key, wanted, &given))
     }
 
+    /// A value that is not one of the plain kinds, for a caller that tells them apart.
+    pub fn mismatch(&self, key: &str, wanted: &str, given: &Dynamic) -> Fault {
+        self.wrong(key, wanted, given)
+    }
+
     /// The value of a noise's parameter.
     pub fn setting(&mut self, p: &Parameter) -> Outcome<Setting> {
         let name = p.name;

@@ -45,7 +45,7 @@ impl Interpreter {
         limits: Limits,
         cancel: Option<Arc<AtomicBool>>,
     ) -> Result<Self, Box<Diagnostic>> {
-        let host = Host::new(limits.nodes, BTreeMap::new(), 0.0);
+        let host = Host::new(&limits, BTreeMap::new(), 0.0);
         let files = world.clone();
         let setup =
             engine::setup(host, |loaded| modules::Resolver { world: files, root, loaded }, &limits, cancel)?;

@@ -1,10 +1,12 @@
 //! Values as text: what `print`, `show` and the REPL say.
 
 use super::host::Host;
-use super::library::SceneValue;
+use super::library::{GridValue, SceneValue};
 use super::noises::{Domain, Kind, Source};
 use super::value::{AffineVec3, Field, Region, Vec3, VectorField, type_name};
 use crate::expr::{Graph, Input, Node, NodeId};
+use crate::grid::{Edge, Grid};
+use crate::noise::{Combination, Noise, Part, Recipe, Signal};
 use crate::num::{Affine, Interval};
 use crate::op::Op;
 use rhai::{Array, Dynamic, Map};
@@ -42,6 +44,9 @@ pub fn dynamic(host: &Host, v: &Dynamic) -> String {
     }
     if let Some(s) = v.read_lock::<Source>() {
         return source(&s);
+    }
+    if let Some(g) = v.read_lock::<GridValue>() {
+        return grid(&g.0);
     }
     if let Some(s) = v.read_lock::<SceneValue>() {
         return scene(host, &s);
@@ -112,8 +117,13 @@ fn source(s: &Source) -> String {
     let noise = s.noise();
     let kind = match &s.kind {
         Kind::One(_) => format!("{} noise", noise.kind.name()),
-        Kind::Sum(f, _) => {
-            format!("{} of {} octaves of {} noise", f.model.name(), f.octaves, noise.kind.name())
+        Kind::Sum(s) => {
+            format!(
+                "{} of {} octaves of {} noise",
+                s.recipe.model.name(),
+                s.recipe.octaves,
+                noise.kind.name()
+            )
         }
     };
     let place = match s.domain {
@@ -121,7 +131,75 @@ fn source(s: &Source) -> String {
         Domain::Sphere => " on the sphere",
         Domain::Plane => " on the plane",
     };
-    format!("{kind}, seed {}, frequency {}{place}", noise.lattice.seed, noise.frequency)
+    let mut settings = noise_settings(noise);
+    if let Kind::Sum(s) = &s.kind {
+        settings += &fractal_settings(&s.recipe, s.hurst.is_some());
+        if !s.detail {
+            settings += ", detail false";
+        }
+    }
+    format!("{kind}, seed {}, frequency {}{settings}{place}", noise.lattice.seed, noise.frequency)
+}
+
+/// What a noise has besides seed and frequency, each after a comma.
+fn noise_settings(noise: &Noise) -> String {
+    let mut out = String::new();
+    if noise.lattice.period != [0; 3] {
+        let _ = write!(out, ", tiled {:?}", noise.lattice.period);
+    }
+    if let Part::Slope(axis) = noise.part {
+        let _ = write!(out, ", slope along {}", ["x", "y", "z"][usize::from(axis.min(2))]);
+    }
+    out
+}
+
+/// The settings of a sum that are not as usual, each after a comma.
+fn fractal_settings(recipe: &Recipe, varying: bool) -> String {
+    let usual = Recipe::new(recipe.noise, recipe.model);
+    let mut out = String::new();
+    if recipe.first != usual.first {
+        let _ = write!(out, ", first {}", recipe.first);
+    }
+    if recipe.lacunarity != usual.lacunarity {
+        let _ = write!(out, ", lacunarity {}", recipe.lacunarity);
+    }
+    if varying {
+        out += ", hurst a field";
+    } else if recipe.hurst != usual.hurst {
+        let _ = match recipe.hurst.exponents() {
+            [h] => write!(out, ", hurst {h}"),
+            all => write!(out, ", hurst {all:?}"),
+        };
+    }
+    if recipe.model.combination != Combination::Sum && recipe.model.signal != Signal::Plain {
+        let _ = write!(out, ", signal {}", recipe.model.signal.name());
+    }
+    if recipe.offset != usual.offset {
+        let _ = write!(out, ", offset {}", recipe.offset);
+    }
+    if recipe.rotate {
+        out += ", rotate true";
+    }
+    out
+}
+
+/// Samples along the axes that have more than one.
+fn sizes(grid: &Grid) -> String {
+    let size = grid.frame().size.iter().filter(|n| **n > 1).map(|n| n.to_string());
+    size.collect::<Vec<_>>().join(" x ")
+}
+
+fn grid(grid: &Grid) -> String {
+    let frame = grid.frame();
+    let kind = if frame.is_heightfield() { "heightfield" } else { "volume" };
+    let edge = if frame.edge == Edge::Repeat { "repeats" } else { "clamped" };
+    let (low, high) = grid.samples().extremes();
+    let [x, y, z] = frame.origin;
+    format!(
+        "{kind} of {} samples from ({x}, {y}, {z}), {edge}, values in {}",
+        sizes(grid),
+        interval(Interval::new(low, high))
+    )
 }
 
 /// What the REPL says of a field: expression, class and variables.
@@ -191,18 +269,19 @@ fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut St
         }),
         Node::Op(op, args) => write_op(graph, op, args, outer, depth, out),
         Node::Noise(noise, p) => {
-            let _ = write!(out, "{}({}, {})(", noise.kind.name(), noise.lattice.seed, noise.frequency);
+            let (seed, settings) = (noise.lattice.seed, noise_settings(noise));
+            let _ = write!(out, "{}({seed}, {}{settings})(", noise.kind.name(), noise.frequency);
             write_list(graph, p, depth, out);
         }
-        Node::Fractal(f, p, _) => {
+        Node::Grid(grid, p) => {
+            let _ = write!(out, "grid({})(", sizes(grid));
+            write_list(graph, p, depth, out);
+        }
+        Node::Fractal(f, p, _, hurst) => {
             let recipe = f.recipe();
-            let _ = write!(
-                out,
-                "{}({}, {} octaves)(",
-                recipe.model.name(),
-                recipe.noise.kind.name(),
-                recipe.octaves
-            );
+            let (name, kind) = (recipe.model.name(), recipe.noise.kind.name());
+            let settings = noise_settings(&recipe.noise) + fractal_settings(recipe, hurst.is_some()).as_str();
+            let _ = write!(out, "{name}({kind}, {} octaves{settings})(", recipe.octaves);
             write_list(graph, p, depth, out);
         }
     }

@@ -15,7 +15,7 @@ mod reads;
 mod stage;
 
 pub use preview::{COARSENESS, preview};
-pub use stage::{Order, bounds, render, settings};
+pub use stage::{Order, bounds, on_threads, render, settings};
 
 use crate::diag::{Diagnostic, Place, Sources};
 use crate::scene::Scene;

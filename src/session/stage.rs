@@ -50,9 +50,20 @@ pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Bo
     let caster = cast::caster(order.caster, &mut field, &prepared.settings.bounds, &prepared.typical_rays())
         .map_err(no_caster)?;
     let work = move || render::render(&prepared, caster.as_ref(), job).map_err(|e| Box::new(e.diagnostic()));
-    match order.threads {
-        None => work(),
-        Some(threads) => pool(threads)?.install(work),
+    on_threads(order.threads, work)?
+}
+
+/// Does something on so many threads; as many as there are cores where `None`.
+///
+/// # Errors
+/// If so many threads cannot be started.
+pub fn on_threads<T: Send>(
+    threads: Option<NonZeroUsize>,
+    work: impl FnOnce() -> T + Send,
+) -> Result<T, Box<Diagnostic>> {
+    match threads {
+        None => Ok(work()),
+        Some(threads) => Ok(pool(threads)?.install(work)),
     }
 }
 

@@ -1,6 +1,7 @@
 //! The one evaluation loop.
 
 use super::{Instr, Tape};
+use crate::noise::Given;
 use crate::num::Number;
 use std::sync::Arc;
 
@@ -39,7 +40,11 @@ impl<T: Number> Evaluator<T> {
                 Instr::Shift(a, c) => at(*a).shift(*c),
                 Instr::Op(op, args) => op.apply(|i| at(args[i])),
                 Instr::Noise(noise, p) => T::kernel(noise, p.map(at)),
-                Instr::Fractal(fractal, p, footprint) => fractal.eval(p.map(at), footprint.map(at)),
+                Instr::Grid(grid, p) => T::kernel(&**grid, p.map(at)),
+                Instr::Fractal(fractal, p, further) => {
+                    let [footprint, hurst] = further.map(|a| a.map(at));
+                    fractal.eval_given(&Given { point: p.map(at), footprint, hurst })
+                }
             };
         }
         self.output(0)

@@ -1,6 +1,7 @@
 //! From graph to straight-line code.
 
 use crate::expr::{Graph, Input, Node, NodeId};
+use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
 use crate::op::Op;
 use std::collections::HashMap;
@@ -21,8 +22,11 @@ pub enum Instr {
     Op(Op, [u32; 6]),
     /// A noise at a point.
     Noise(Noise, [u32; 3]),
-    /// A sum of octaves at a point, with the slot of the footprint where detail is limited.
-    Fractal(Arc<Fractal>, [u32; 3], Option<u32>),
+    /// A sum of octaves at a point, with the slots of the footprint where detail is limited, and of
+    /// the exponent where that varies.
+    Fractal(Arc<Fractal>, [u32; 3], [Option<u32>; 2]),
+    /// The spline of a grid at a point.
+    Grid(Arc<Grid>, [u32; 3]),
 }
 
 /// Instructions of a tape by how much work they are.
@@ -32,7 +36,7 @@ pub struct Census {
     pub sums: u64,
     /// Operations that are lifted.
     pub functions: u64,
-    /// Noises; an octave of a fractal counts here, and as a function.
+    /// Noises and grids; an octave of a fractal counts here, and as a function.
     pub octaves: u64,
 }
 
@@ -59,10 +63,12 @@ impl Tape {
                 Node::Input(Input::Time | Input::Footprint) => Instr::Const(0.0),
                 Node::Op(op, args) => lower_op(graph, *op, args, at),
                 Node::Noise(noise, p) => Instr::Noise(*noise, [at(&p[0]), at(&p[1]), at(&p[2])]),
-                Node::Fractal(fractal, p, footprint) => {
+                Node::Grid(grid, p) => Instr::Grid(grid.clone(), [at(&p[0]), at(&p[1]), at(&p[2])]),
+                Node::Fractal(fractal, p, footprint, hurst) => {
                     let limited = graph.as_const(*footprint) != Some(0.0);
                     let p = [at(&p[0]), at(&p[1]), at(&p[2])];
-                    Instr::Fractal(fractal.clone(), p, limited.then(|| at(footprint)))
+                    let further = [limited.then(|| at(footprint)), hurst.as_ref().map(at)];
+                    Instr::Fractal(fractal.clone(), p, further)
                 }
             });
             slot.insert(id, code.len() as u32 - 1);
@@ -101,7 +107,7 @@ impl Tape {
                     census.sums += 1;
                 }
                 Instr::Op(..) => census.functions += 1,
-                Instr::Noise(..) => census.octaves += 1,
+                Instr::Noise(..) | Instr::Grid(..) => census.octaves += 1,
                 Instr::Fractal(fractal, ..) => {
                     // A fractal's octaves fade, fold and multiply besides.
                     let octaves = u64::from(fractal.recipe().octaves);
@@ -183,9 +189,9 @@ impl Instr {
             Instr::Const(_) | Instr::Coordinate(_) => {}
             Instr::Scale(a, _) | Instr::Shift(a, _) => *a = f(*a),
             Instr::Op(op, args) => args.iter_mut().take(op.arity()).for_each(|a| *a = f(*a)),
-            Instr::Noise(_, p) => p.iter_mut().for_each(|a| *a = f(*a)),
-            Instr::Fractal(_, p, footprint) => {
-                p.iter_mut().chain(footprint).for_each(|a| *a = f(*a));
+            Instr::Noise(_, p) | Instr::Grid(_, p) => p.iter_mut().for_each(|a| *a = f(*a)),
+            Instr::Fractal(_, p, further) => {
+                p.iter_mut().chain(further.iter_mut().flatten()).for_each(|a| *a = f(*a));
             }
         }
     }

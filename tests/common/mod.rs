@@ -54,7 +54,7 @@ impl Build {
     pub fn noise(&mut self, seed: u64, frequency: f64) -> NodeId {
         let p = self.p();
         self.0
-            .noise(Noise::new(Kind::Gradient(Gradient), seed).at_frequency(frequency), p)
+            .noise(Noise::new(Kind::Gradient(Gradient::EDGES), seed).at_frequency(frequency), p)
             .expect("a small graph")
     }
     /// Torus around the y axis.

@@ -44,16 +44,36 @@ use std::f64::consts::{PI, TAU};
 
 /// One node of unit weight in every cell.
 #[derive(Clone, Copy, Debug)]
-pub struct Spots {
+pub(super) struct Spots {
     /// Name in tables.
-    pub name: &'static str,
+    name: &'static str,
     /// Whether the kernel is Lewis' rather than the quintic.
-    pub lewis: bool,
+    lewis: bool,
     /// Whether nodes keep a margin of their cells.
-    pub margin: bool,
+    margin: bool,
     /// Waves to a cell under the spots; 0 for none.
-    pub frequency: f64,
+    frequency: f64,
 }
+
+const PLAIN: Spots = Spots { name: "sparse", lewis: false, margin: false, frequency: 0.0 };
+
+/// All kernels and placements, and Gabor noise at the frequencies of its net.
+pub(super) const ALL: &[&dyn Subject] = &[
+    &PLAIN,
+    &Spots { name: "sparse, disc", margin: true, ..PLAIN },
+    &Spots { name: "sparse, lewis", lewis: true, ..PLAIN },
+    &Spots { name: "sparse, lewis, disc", lewis: true, margin: true, ..PLAIN },
+    &Spots { name: "gabor", frequency: 2.0, ..PLAIN },
+    &Spots { name: "gabor, frequency 0.5", frequency: 0.5, ..PLAIN },
+    &Spots { name: "gabor, frequency 1", frequency: 1.0, ..PLAIN },
+    &Spots { name: "gabor, frequency 4", frequency: 4.0, ..PLAIN },
+    &Spots { name: "gabor, frequency 8", frequency: 8.0, ..PLAIN },
+    &Spots { name: "gabor, disc", margin: true, frequency: 2.0, ..PLAIN },
+    &Spots { name: "gabor, disc, frequency 0.5", margin: true, frequency: 0.5, ..PLAIN },
+    &Spots { name: "gabor, disc, frequency 1", margin: true, frequency: 1.0, ..PLAIN },
+    &Spots { name: "gabor, disc, frequency 4", margin: true, frequency: 4.0, ..PLAIN },
+    &Spots { name: "gabor, disc, frequency 8", margin: true, frequency: 8.0, ..PLAIN },
+];
 
 /// A radial function with what derivatives along a vector are made of: `h`, `h'`, `h''`, `h'/r`,
 /// `h'''`, `h''/r - h'/r^2`, and the slopes of the last two.
@@ -370,7 +390,7 @@ impl Subject for Spots {
     }
 
     fn search(&self, order: usize, starts: u64) -> f64 {
-        self.hunt(order, starts, 48, 3000)
+        self.hunt(order, starts, (starts / 100).clamp(4, 48) as usize, 3000)
     }
 
     fn prove(&self, claim: &Claim, budget: u64) -> Option<u64> {
@@ -405,15 +425,13 @@ mod tests {
     use super::*;
     use crate::noise::tests::Random;
 
-    const QUINTIC: Spots = Spots { name: "", lewis: false, margin: false, frequency: 0.0 };
-
     fn all() -> [Spots; 5] {
         [
-            QUINTIC,
-            Spots { margin: true, ..QUINTIC },
-            Spots { lewis: true, ..QUINTIC },
-            Spots { frequency: 2.0, ..QUINTIC },
-            Spots { frequency: 0.5, margin: true, ..QUINTIC },
+            PLAIN,
+            Spots { margin: true, ..PLAIN },
+            Spots { lewis: true, ..PLAIN },
+            Spots { frequency: 2.0, ..PLAIN },
+            Spots { frequency: 0.5, margin: true, ..PLAIN },
         ]
     }
 
@@ -431,14 +449,14 @@ mod tests {
     #[test]
     fn known_extremes_are_reached() {
         for (k, value) in [(0, 8.0), (1, 23.65624), (2, 97.4386)] {
-            let found = QUINTIC.hunt(k, 1000, 8, 1500);
+            let found = PLAIN.hunt(k, 1000, 8, 1500);
             assert!((found - value).abs() < 2e-3 * value, "{k} {found}");
         }
     }
 
     #[test]
     fn coarse_proofs_succeed_and_false_claims_fail() {
-        let prove = |order, bound, budget| QUINTIC.prove(&Claim { order, name: "", bound }, budget);
+        let prove = |order, bound, budget| PLAIN.prove(&Claim { order, name: "", bound }, budget);
         assert!(prove(0, 9.0, 10_000).is_some());
         assert!(prove(1, 28.0, 10_000).is_some());
         assert!(prove(1, 23.6, 100_000).is_none());

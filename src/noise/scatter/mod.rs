@@ -189,11 +189,6 @@ pub(super) trait Spot: Copy + Send + Sync {
     fn sizes(&self, near: f64, far: f64) -> [f64; 4];
 }
 
-/// The orders as constant parameters.
-pub(super) const VALUE: u8 = 0;
-pub(super) const GRADIENT: u8 = 1;
-pub(super) const HESSIAN: u8 = 2;
-
 const COORDINATE_BITS: u32 = 22;
 
 /// Tells the numbers of nodes, and the number of nodes, of one cell from one another.

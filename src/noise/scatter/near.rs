@@ -1,6 +1,7 @@
 //! Sums of spots at one point, and bounds in a ball around it: the lanes are cells.
 
-use super::{BEYOND, Draw, GRADIENT, HESSIAN, Scatter, Spot, VALUE};
+use super::{BEYOND, Draw, Scatter, Spot};
+use crate::noise::bulk::{GRADIENT, HESSIAN, VALUE};
 use crate::noise::lattice::{Lattice, STEP, split};
 use crate::num::{Bounds, Interval, Local, Order, Point, widest};
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::noise::tests::{Random, check_box};
 use crate::noise::{Fractal, Kind, Model, Noise, Recipe, Setting, Settings};
-use crate::num::{Bounds, Class, Jets, Kernel, Level, Local, Order};
+use crate::num::{Bounds, Class, Jets, Kernel, Level, Local, Order, limit_simd};
 
 fn kind(name: &str, settings: &[(&'static str, Setting)]) -> Kind {
     let listing = Kind::ALL.iter().find(|l| l.name == name).unwrap();
@@ -35,10 +35,6 @@ fn kinds() -> Vec<(Kind, f64)> {
 }
 
 fn jets_of(noise: &Noise, order: Order, points: &[[f64; 3]]) -> Vec<Point> {
-    jets_with(points, order, |at, out| noise.jets(at, out))
-}
-
-fn jets_with(points: &[[f64; 3]], order: Order, job: impl Fn([&[f64]; 3], Jets<'_>)) -> Vec<Point> {
     let at = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
     let mut to: [Vec<f64>; 10] = std::array::from_fn(|_| vec![0.0; points.len()]);
     let [v, x, y, z, xx, yy, zz, xy, xz, yz] = &mut to;
@@ -47,7 +43,7 @@ fn jets_with(points: &[[f64; 3]], order: Order, job: impl Fn([&[f64]; 3], Jets<'
         grad: (order >= Order::Gradient).then_some([&mut x[..], y, z]),
         hess: (order >= Order::Hessian).then_some([&mut xx[..], yy, zz, xy, xz, yz]),
     };
-    job([&at[0], &at[1], &at[2]], out);
+    noise.jets([&at[0], &at[1], &at[2]], out);
     (0..points.len())
         .map(|i| Point {
             value: to[0][i],
@@ -156,14 +152,12 @@ fn every_level_and_grouping_gives_the_same_bits() {
             let noise = Noise { lattice, ..Noise::new(kind, 20) };
             for order in [Order::Value, Order::Gradient, Order::Hessian] {
                 let single: Vec<_> = points.iter().map(|p| bits(&noise.jet(order, *p))).collect();
+                // No other test may mind the level, which changes no bits.
                 for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
+                    limit_simd(level);
                     for group in [1, 7, 16, points.len()] {
                         for (part, single) in points.chunks(group).zip(single.chunks(group)) {
-                            let jets = jets_with(part, order, |at, out| match &kind {
-                                Kind::Sparse(s) => s.jets_at(&lattice, level, at, out),
-                                Kind::Gabor(g) => g.jets_at(&lattice, level, at, out),
-                                _ => unreachable!(),
-                            });
+                            let jets = jets_of(&noise, order, part);
                             for (i, jet) in jets.iter().enumerate() {
                                 assert_eq!(bits(jet), single[i], "{kind:?} {level:?} {group} {:?}", part[i]);
                             }
@@ -233,20 +227,12 @@ fn uniform_nodes_do_not_show_the_lattice() {
 fn enclosures_contain_samples() {
     let mut random = Random::new(36);
     for (kind, _) in kinds() {
-        let recipe = Recipe {
-            noise: Noise::new(kind, 3).at_frequency(1.5),
-            model: Model::Fbm,
-            octaves: 1,
-            lacunarity: 2.0,
-            hurst: 1.0,
-            offset: 0.0,
-            rotate: false,
-        };
-        let plain = Fractal::new(recipe).unwrap();
+        let recipe = Recipe { octaves: 1, ..Recipe::new(Noise::new(kind, 3).at_frequency(1.5), Model::FBM) };
+        let plain = Fractal::new(recipe.clone()).unwrap();
         let sum = Fractal::new(Recipe { octaves: 3, rotate: true, ..recipe }).unwrap();
         for _ in 0..600 {
-            check_box(&plain, false, &mut random);
-            check_box(&sum, false, &mut random);
+            check_box(&plain, [false; 2], &mut random);
+            check_box(&sum, [false; 2], &mut random);
         }
     }
 }

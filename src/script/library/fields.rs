@@ -18,10 +18,26 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.def("show(f)", "The expression of a field as text.", "show(sphere(1.0))", |c| {
         Ok(crate::script::show::dynamic(c.host, &c.args[0]).into())
     });
+    lib.def(
+        "smooth(f)",
+        "The field itself, if it is C2, so that its maxima, minima and saddles can be told apart; else an error that names what is not smooth, and what to put in its place.",
+        "smooth(sphere(1.0) + 0.1 * gradient(7))",
+        smooth,
+    );
     lib.def("class_of(f)", "Continuity of a field: \"discontinuous\", \"C0\" (creases), \"C1\" or \"C2\" (smooth normals and curvature).", "class_of(abs(x))", |c| {
         let f = c.field(0)?;
         Ok(c.host.graph.borrow().class(f.node).to_string().into())
     });
+}
+
+fn smooth(c: &Call<'_>) -> Outcome<Dynamic> {
+    let f = c.field(0)?;
+    let rough = crate::field::smooth(&c.host.graph.borrow(), f.node).err();
+    let Some(d) = rough else { return Ok(Dynamic::from(f)) };
+    // What the standard library did is shown where it was asked for.
+    let own = d.place.filter(|place| !place.file.starts_with("std/"));
+    let fault = Fault::new(d.message).at(own);
+    Err(d.hints.into_iter().fold(fault, Fault::hint))
 }
 
 fn queries(lib: &mut Library<'_>) {

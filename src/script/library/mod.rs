@@ -8,11 +8,13 @@ mod algebra;
 mod camera;
 mod color;
 mod fields;
+mod grid;
 mod noise;
 mod numbers;
 mod scene;
 mod vectors;
 
+pub use grid::GridValue;
 pub use numbers::unused;
 pub use scene::SceneValue;
 
@@ -58,12 +60,13 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is.
 pub fn register(engine: &mut Engine, host: &Rc<Host>) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 8] = [
+    let groups: [(&'static str, Group); 9] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
         ("Fields", fields::register),
         ("Noise", noise::register),
+        ("Grids", grid::register),
         ("Colour", color::register),
         ("Cameras", camera::register),
         ("Scenes", scene::register),
@@ -123,7 +126,7 @@ impl Library<'_> {
             move |ctx: NativeCallContext<'_>, args: &mut [&mut Dynamic]| {
                 let args: Vec<Dynamic> = args.iter().map(|a| a.flatten_clone()).collect();
                 let call = Call { host: &host, name: &shown, place: place_of(&ctx), args: &args };
-                let result = f(&call)?;
+                let result = f(&call).map_err(|fault| host.stopped(fault))?;
                 call.remember(&result);
                 Ok(result)
             },

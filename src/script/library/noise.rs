@@ -1,11 +1,18 @@
 //! Noises and the sums of octaves made of them.
 
 use super::{Call, Library};
-use crate::noise::{self, Allowed, Listing, Model, Noise, Parameter, Recipe, Setting, Settings};
+use crate::diag;
+use crate::expr::NodeId;
+use crate::field::{Moments, survey};
+use crate::noise::{
+    self, Allowed, Combination, Hurst, Listing, Model, Noise, Parameter, Recipe, Setting, Settings, Signal,
+};
+use crate::num::{Interval, Slope};
 use crate::script::fault::{Fault, Outcome};
-use crate::script::noises::{Kind, Source};
+use crate::script::noises::{Kind, Source, Sum};
 use crate::script::options::Options;
-use rhai::{Dynamic, INT, Map};
+use crate::script::value::{VectorField, number};
+use rhai::{Array, Dynamic, INT, Map};
 use std::any::TypeId;
 
 pub(super) fn register(lib: &mut Library<'_>) {
@@ -22,7 +29,10 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.def("seeded(noise, seed)", "The same noise with another seed.", "gradient(7).seeded(8)", |c| {
         Ok(Dynamic::from(c.source(0)?.seeded(c.integer(1)? as u64)))
     });
-    let sentence = "A sum of octaves; `std/fractal` has a function for each model: \"fbm\", \"ridged\", \"altitude1\", \"altitude2\".";
+    flows(lib);
+    let sentence = "What a noise is like on average, measured at the same 16384 points every time, spread over a cube of 64 cells: mean, variance, min, max, gradient (root mean square of its length) and steepest (the longest one met). With them what is certain of that cube (range, lipschitz), and the continuity class. Spectra are the business of `orogen noise`.";
+    lib.def("stats(noise)", sentence, "gradient(7).stats().variance", stats);
+    let sentence = "A sum of octaves; `std/fractal` has a function for each model: \"fbm\", \"turbulence\", \"ridged\", \"altitude1\", \"altitude2\".";
     lib.def(
         "octave_sum(noise, model, options)",
         sentence,
@@ -102,29 +112,130 @@ fn tiled(c: &Call<'_>) -> Outcome<Dynamic> {
     Ok(Dynamic::from(source.tiled(given.map(|p| p as u32))?))
 }
 
+fn stats(c: &Call<'_>) -> Outcome<Dynamic> {
+    /// Cells along an edge of the cube, and points in it.
+    const CELLS: f64 = 64.0;
+    const POINTS: usize = 1 << 14;
+    let source = c.source(0)?;
+    let side = CELLS / source.noise().frequency;
+    let node = source.lower(c.host)?;
+    let samples = survey(&c.host.tape(node)?, side, 0, POINTS);
+    let Some(m) = Moments::of(&samples) else { return Ok(Dynamic::UNIT) };
+    let cube = [Interval::radius(0.5 * side); 3];
+    let slope = c.host.eval(node, &std::array::from_fn(|axis| Slope::coordinate(cube[axis], axis)))?;
+    let mut map = Map::new();
+    let numbers = [
+        ("mean", m.mean),
+        ("variance", m.variance),
+        ("min", m.min),
+        ("max", m.max),
+        ("gradient", m.gradient_rms),
+        ("steepest", m.steepest),
+        ("lipschitz", slope.norm),
+    ];
+    map.extend(numbers.into_iter().map(|(name, v)| (name.into(), Dynamic::from_float(v))));
+    map.insert("range".into(), Dynamic::from(c.host.eval::<Interval>(node, &cube)?));
+    map.insert("class".into(), c.host.graph.borrow().class(node).to_string().into());
+    Ok(map.into())
+}
+
 fn octave_sum(c: &Call<'_>) -> Outcome<Dynamic> {
     let source = c.source(0)?;
     let Kind::One(noise) = source.kind else {
         return Err(c.wrong(0, "a single noise, not a sum of octaves"));
     };
     let wanted = c.text(1)?;
-    let model = Model::ALL.iter().copied().find(|m| m.name() == wanted).ok_or_else(|| {
-        let names: Vec<&str> = Model::ALL.iter().map(|m| m.name()).collect();
-        Fault::new(format!("there is no sum of octaves called `{wanted}`"))
-            .hint(format!("they are {}", names.join(", ")))
+    let names = || Model::NAMED.iter().map(|m| m.name());
+    let model = Model::NAMED.iter().copied().find(|m| m.name() == wanted).ok_or_else(|| {
+        let fault = Fault::new(format!("there is no sum of octaves called `{wanted}`"));
+        let fault = match diag::nearest(&wanted, names()) {
+            Some(near) => fault.hint(format!("did you mean \"{near}\"?")),
+            None => fault,
+        };
+        fault.hint(format!("they are {}", names().collect::<Vec<_>>().join(", ")))
     })?;
     // Messages name the function that the user knows.
     let c = &Call { name: model.name(), place: c.place.clone(), ..*c };
     let mut o = Options::new(c, 2)?;
-    let count = o.integer("octaves", 1..=32, 8)?;
+    let octaves = o.integer("octaves", 1..=32, 8)?;
+    let first = o.integer("first", -16..=16, 0)?;
     let lacunarity = o.number("lacunarity", 1.000001..=16.0, 2.1)?;
-    let hurst = o.number("hurst", 0.0..=2.0, 0.9)?;
-    let offset = o.number("offset", -4.0..=4.0, 0.6)?;
+    let (hurst, varying) = hurst(c, &mut o)?;
+    // The cascades take any signal; in a sum it is what tells the models apart.
+    let model = if model.combination == Combination::Sum {
+        model
+    } else {
+        let signals = Signal::ALL.iter().map(|s| s.name()).collect::<Vec<_>>();
+        let name = o.choice("signal", &signals)?;
+        model.of(Signal::ALL.iter().copied().find(|s| s.name() == name).unwrap_or_default())
+    };
+    let offset = o.number("offset", -4.0..=4.0, Recipe::offset_of(model.signal))?;
     let rotate = o.flag("rotate", false)?;
     let detail = o.flag("detail", true)?;
     o.finish()?;
-    let count = u32::try_from(count).map_err(|e| Fault::new(e.to_string()))?;
-    let recipe = Recipe { noise, model, octaves: count, lacunarity, hurst, offset, rotate };
-    recipe.validate().map_err(|e| Fault::new(e.to_string()))?;
-    Ok(Dynamic::from(Source { kind: Kind::Sum(recipe, detail), ..source }))
+    let (octaves, first) = (octaves as u32, first as i32);
+    let recipe = Recipe { noise, model, first, octaves, lacunarity, hurst, offset, rotate };
+    recipe.tiles().map_err(|(key, must)| {
+        Fault::new("octaves of a noise that repeats must repeat with it").key(key).hint(must)
+    })?;
+    recipe.validate().map_err(|e| Fault::new(e.to_string()).key(e.field))?;
+    Ok(Dynamic::from(Source { kind: Kind::Sum(Sum { recipe, detail, hurst: varying }), ..source }))
+}
+
+/// The exponent of the amplitudes: a number, one for each octave, or a field.
+fn hurst(c: &Call<'_>, o: &mut Options<'_, '_>) -> Outcome<(Hurst, Option<NodeId>)> {
+    const WANTED: &str = "a number from 0 to 2, an array of one to 32 numbers from -2 to 4, or a field";
+    let usual = 0.9;
+    let Some(given) = o.get("hurst") else { return Ok((Hurst::uniform(usual), None)) };
+    if number(&given).is_some() {
+        return Ok((Hurst::uniform(o.number("hurst", 0.0..=2.0, usual)?), None));
+    }
+    let wrong = || o.mismatch("hurst", WANTED, &given);
+    if let Some(list) = given.read_lock::<Array>() {
+        let exponents: Option<Vec<f64>> =
+            list.iter().map(|v| number(v).filter(|h| (-2.0..=4.0).contains(h))).collect();
+        let exponents = exponents.filter(|h| (1..=32).contains(&h.len())).ok_or_else(wrong)?;
+        return Ok((Hurst::octaves(&exponents), None));
+    }
+    let field = c.field_of(&given)?.ok_or_else(wrong)?;
+    Ok((Hurst::uniform(usual), Some(field.node)))
+}
+
+/// A vector of three sources as fields.
+fn fields(c: &Call<'_>, parts: [Source; 3]) -> Outcome<Dynamic> {
+    let [x, y, z] = parts;
+    Ok(Dynamic::from(VectorField([x.lower(c.host)?, y.lower(c.host)?, z.lower(c.host)?])))
+}
+
+/// Vectors made of noises, and what is known of a noise.
+fn flows(lib: &mut Library<'_>) {
+    lib.def(
+        "vector_noise(noise)",
+        "A vector of three noises of the same kind, of which none tells anything about another.",
+        "vector_noise(gradient(7).scaled(4.0))",
+        |c| {
+            let source = c.source(0)?;
+            fields(c, [source.clone(), source.clone().unrelated(1), source.unrelated(2)])
+        },
+    );
+    lib.def(
+        "slope(noise)",
+        "The gradient of a noise, or of a plain sum of its octaves, as a vector field. It is C1 where the noise is C2.",
+        "slope(gradient(7).scaled(4.0))",
+        |c| {
+            let source = c.source(0)?;
+            fields(c, [source.clone().slope(0)?, source.clone().slope(1)?, source.slope(2)?])
+        },
+    );
+    lib.def(
+        "bounds(noise)",
+        "What is proven of a noise over all of space: an object map of its largest absolute value `range`, slope `lipschitz`, and second and third derivatives `hessian` and `third` (infinite where there is no bound).",
+        "bounds(gradient(7).scaled(4.0)).lipschitz",
+        |c| {
+            let b = c.source(0)?.bounds()?;
+            let entries = [("range", b.range), ("lipschitz", b.lipschitz), ("hessian", b.hessian), ("third", b.third)];
+            let map: Map = entries.into_iter().map(|(k, v)| (k.into(), Dynamic::from_float(v))).collect();
+            Ok(Dynamic::from(map))
+        },
+    );
 }

@@ -1,0 +1,167 @@
+//! Curves over a common axis.
+
+use super::{FONT, Figure, PlotError, TEXT, TITLE, decimals, drawing, font};
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
+use plotters::prelude::*;
+use std::ops::Range;
+
+/// An axis: what it measures, from where to where.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    /// Name and unit.
+    pub label: String,
+    /// Ends.
+    pub range: (f64, f64),
+    /// Whether equal steps are equal factors.
+    pub logarithmic: bool,
+}
+
+/// A line through points.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// What it is, for the legend; empty for no entry.
+    pub label: String,
+    /// Its points.
+    pub points: Vec<(f64, f64)>,
+    /// Whether it is there for comparison only: thin and grey.
+    pub guide: bool,
+}
+
+/// A figure of curves.
+#[derive(Clone, Debug)]
+pub struct Curves {
+    /// What is shown.
+    pub title: String,
+    /// To the right.
+    pub x: Axis,
+    /// Upwards.
+    pub y: Axis,
+    /// The curves, the first drawn first.
+    pub lines: Vec<Line>,
+}
+
+/// What is drawn on.
+type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
+
+/// Colours of curves: dark enough on white, and told apart by people who see no red or green.
+const COLORS: [RGBColor; 4] =
+    [RGBColor(0, 90, 160), RGBColor(200, 85, 0), RGBColor(0, 130, 95), RGBColor(150, 60, 130)];
+const GUIDE: RGBColor = RGBColor(120, 120, 120);
+
+/// An axis as the drawing library wants it. Its own logarithmic axis leaves out most ticks.
+struct Scale {
+    range: (f64, f64),
+    logarithmic: bool,
+}
+
+impl Scale {
+    fn place(&self, v: f64) -> f64 {
+        let of = |v: f64| if self.logarithmic { libm::log10(v) } else { v };
+        (of(v) - of(self.range.0)) / (of(self.range.1) - of(self.range.0))
+    }
+}
+
+impl Ranged for Scale {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        limit.0 + (self.place(*value) * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        let (low, high) = self.range;
+        if !self.logarithmic {
+            return plotters::coord::types::RangedCoordf64::from(low..high).key_points(hint);
+        }
+        let decade = |v: f64| libm::floor(libm::log10(v)) as i32;
+        let all = (decade(low)..=decade(high))
+            .flat_map(|e| [1.0, 2.0, 5.0].map(|m| m * libm::pow(10.0, f64::from(e))));
+        all.filter(|v| (low..=high).contains(v)).collect()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.range.0..self.range.1
+    }
+}
+
+impl Curves {
+    /// Draws it, four wide to three high.
+    ///
+    /// # Errors
+    /// [`PlotError`]
+    pub fn draw(&self, width: u32) -> Result<Figure, PlotError> {
+        font()?;
+        let height = width * 3 / 4;
+        let mut figure = Figure::blank(width, height);
+        let backend = BitMapBackend::with_buffer(&mut figure.rgb, (width, height));
+        let root = backend.into_drawing_area();
+        self.draw_on(&root)?;
+        root.present().map_err(drawing)?;
+        drop(root);
+        Ok(figure)
+    }
+
+    fn draw_on(&self, root: &Area<'_>) -> Result<(), PlotError> {
+        root.fill(&WHITE).map_err(drawing)?;
+        let scale = |axis: &Axis| Scale { range: axis.range, logarithmic: axis.logarithmic };
+        let mut chart = ChartBuilder::on(root)
+            .caption(&self.title, (FONT, TITLE))
+            .margin(10)
+            .margin_right(18)
+            .x_label_area_size(42)
+            .y_label_area_size(62)
+            .build_cartesian_2d(scale(&self.x), scale(&self.y))
+            .map_err(drawing)?;
+        let format = |axis: &Axis| {
+            let digits = decimals(axis.range.0, axis.range.1);
+            let logarithmic = axis.logarithmic;
+            move |v: &f64| if logarithmic { format!("{v}") } else { format!("{:.digits$}", v + 0.0) }
+        };
+        let (x_format, y_format) = (format(&self.x), format(&self.y));
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.12))
+            .x_desc(&self.x.label)
+            .y_desc(&self.y.label)
+            .x_labels(12)
+            .y_labels(9)
+            .x_label_formatter(&x_format)
+            .y_label_formatter(&y_format)
+            .label_style((FONT, TEXT))
+            .axis_desc_style((FONT, TEXT + 1))
+            .draw()
+            .map_err(drawing)?;
+        let mut colors = COLORS.iter().cycle();
+        for line in &self.lines {
+            let style = match (line.guide, colors.next()) {
+                (false, Some(color)) => color.stroke_width(2),
+                _ => GUIDE.stroke_width(1),
+            };
+            let drawn = chart.draw_series(LineSeries::new(self.visible(line), style)).map_err(drawing)?;
+            if !line.label.is_empty() {
+                drawn.label(&line.label).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+            }
+        }
+        if self.lines.iter().any(|l| !l.label.is_empty()) {
+            chart
+                .configure_series_labels()
+                .position(SeriesLabelPosition::UpperRight)
+                .label_font((FONT, TEXT))
+                .background_style(WHITE.mix(0.85))
+                .border_style(BLACK.mix(0.2))
+                .draw()
+                .map_err(drawing)?;
+        }
+        Ok(())
+    }
+
+    /// The points of a line, kept on the paper: what falls below runs along the lower edge.
+    fn visible(&self, line: &Line) -> Vec<(f64, f64)> {
+        let (x, y) = (self.x.range, self.y.range);
+        let seen = line.points.iter().filter(|p| (x.0..=x.1).contains(&p.0) && p.1.is_finite());
+        seen.map(|p| (p.0, p.1.clamp(y.0, y.1))).collect()
+    }
+}

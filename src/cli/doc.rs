@@ -1,0 +1,235 @@
+//! `orogen doc`: the reference of the scripting language as Markdown, with a picture of everything
+//! that can be seen.
+
+use super::interrupt::Interrupt;
+use super::progress::Progress;
+use super::report::{Failure, Outcome, Terminal, err, plural};
+use crate::diag::Diagnostic;
+use crate::render::{self, Job, Metadata};
+use crate::script::{self, Entry, Request};
+use crate::session::{self, Order};
+use crate::world::atomic;
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Write the reference of the scripting language
+///
+/// Writes FOLDER/reference.md, which explains every function with an example, and a picture of each
+/// example that can be seen to FOLDER/reference/.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  orogen doc                     docs/reference.md and its pictures
+  orogen doc -o site --text      only the text, in a second
+  orogen doc --only cellular     the text, and the pictures of one name")]
+pub struct Args {
+    /// Folder to write to, which must exist
+    #[arg(short, long, value_name = "FOLDER", default_value = "docs")]
+    output: PathBuf,
+
+    /// Writes no pictures
+    #[arg(long)]
+    text: bool,
+
+    /// Makes the pictures of one function alone
+    #[arg(long, value_name = "NAME", conflicts_with = "text")]
+    only: Option<String>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
+    let entries = script::reference();
+    if let Some(only) = &args.only
+        && !entries.iter().any(|e| e.name == *only && is_seen(e))
+    {
+        let error = Diagnostic::error(format!("the reference has no picture of `{only}`"));
+        let names = entries.iter().filter(|e| is_seen(e)).map(|e| e.name.as_str());
+        return Err(Failure::Usage(Box::new(match crate::diag::nearest(only, names) {
+            Some(near) => error.hint(format!("did you mean `{near}`?")),
+            None => error.hint("pictures show noises, fractals, grids and solids"),
+        })));
+    }
+    let text = args.output.join("reference.md");
+    write(&text, page(&entries).as_bytes())?;
+    let mut pictures = 0;
+    if !args.text {
+        pictures = draw_all(&entries, args, terminal)?;
+    }
+    err(format_args!(
+        "{}: {}, {}",
+        text.display(),
+        plural(entries.len() as u64, "function"),
+        plural(pictures, "picture")
+    ));
+    Ok(())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Outcome {
+    atomic::write(path, |f| f.write_all(bytes)).map_err(|e| Diagnostic::error(e.to_string()))?;
+    Ok(())
+}
+
+fn draw_all(entries: &[Entry], args: &Args, terminal: &Terminal) -> Result<u64, Failure> {
+    let folder = args.output.join("reference");
+    std::fs::create_dir_all(&folder).map_err(|e| {
+        Failure::error(
+            format!("cannot create the folder {} ({e})", folder.display()),
+            "choose another with -o",
+        )
+    })?;
+    let wanted = |e: &&Entry| is_seen(e) && args.only.as_ref().is_none_or(|only| *only == e.name);
+    let seen: Vec<&Entry> = entries.iter().filter(wanted).collect();
+    let progress = Progress::new(terminal, &folder.display().to_string());
+    let interrupt = Interrupt::listen(|| {});
+    let flag = interrupt.flag();
+    for (i, entry) in seen.iter().enumerate() {
+        progress.set(i as f64 / seen.len() as f64);
+        let path = folder.join(picture_name(entry));
+        if !draw(entry, &path, &Job::unwatched(&flag))? {
+            progress.finish();
+            let message = format!("stopped after {}", plural(i as u64, "picture"));
+            return Err(Failure::error(message, "start again, or make one with --only NAME"));
+        }
+    }
+    progress.finish();
+    Ok(seen.len() as u64)
+}
+
+/// Renders the picture of an entry; `false` if it was cancelled.
+fn draw(entry: &Entry, path: &Path, job: &Job<'_>) -> Result<bool, Failure> {
+    let text = scene(entry);
+    let compiled = script::compile(&Request::text(text.clone()));
+    let Some(scene) = compiled.scene else {
+        let first = compiled.diagnostics.into_iter().next();
+        return Err(first
+            .unwrap_or_else(|| Diagnostic::error(format!("{} has no scene", entry.name)))
+            .into());
+    };
+    let order = Order { size: Some((SIDE, SIDE)), samples: Some(4), ..Order::default() };
+    let picture = session::render(&scene, &order, job).map_err(Failure::Error)?;
+    if picture.finished {
+        let metadata = Metadata { script: text, params: Vec::new() };
+        render::save(path, &picture, &metadata).map_err(|e| Diagnostic::error(e.to_string()))?;
+    }
+    Ok(picture.finished)
+}
+
+/// Width and height of the pictures in pixels.
+const SIDE: u32 = 240;
+
+/// Headings whose examples are things to look at.
+const SEEN: [&str; 7] = ["Noise", "Grids", "std/fractal", "std/warp", "std/terrain", "std/shapes", "std/csg"];
+
+/// Functions under those headings whose examples are numbers or settings.
+const UNSEEN: [&str; 1] = ["stats"];
+
+fn is_seen(entry: &Entry) -> bool {
+    SEEN.contains(&entry.group.as_str())
+        && !UNSEEN.contains(&entry.name.as_str())
+        && !entry.example.is_empty()
+}
+
+/// The file name of an entry's picture; functions with options have one of their own.
+fn picture_name(entry: &Entry) -> String {
+    let arguments = entry.signature.matches(',').count() + 1;
+    format!("{}-{arguments}.png", entry.name.replace("::", "-"))
+}
+
+/// A script that shows an example: solids as they are, noises in a ball with an octant cut away,
+/// which shows both what they do to a surface and what they are inside.
+fn scene(entry: &Entry) -> String {
+    let imports: BTreeSet<&str> = ["fractal", "warp", "terrain", "color"]
+        .into_iter()
+        .filter(|m| *m == "color" || entry.example.contains(&format!("{m}::")))
+        .collect();
+    let imports: String = imports.iter().map(|m| format!("import \"std/{m}\" as {m};\n")).collect();
+    let scaled = if entry.example.contains(".scaled(") { "" } else { ".scaled(2.5)" };
+    format!(
+        "{imports}let it = {};
+switch type_of(it) {{
+    \"Noise\" => {{
+        let noise = it{scaled};
+        let cut = max(max(-x, -y), -z);
+        let shades = [[-0.6, rgb(\"#12233f\")], [0.0, rgb(\"#7f8790\")], [0.6, rgb(\"#f6e6cc\")]];
+        scene(#{{
+            surface: difference(sphere(1.0) - 0.08 * noise, cut).colored(color::ramp(noise, shades)),
+            camera: orbit(#{{ distance: 4.2, azimuth: 38.0, elevation: 26.0, fov: 32.0 }}),
+            sun: sun(#{{ azimuth: 85.0, elevation: 48.0 }}),
+        }})
+    }},
+    _ => it,
+}}
+",
+        entry.example
+    )
+}
+
+/// The whole reference.
+fn page(entries: &[Entry]) -> String {
+    let mut groups: Vec<&str> = Vec::new();
+    for entry in entries {
+        if !groups.contains(&entry.group.as_str()) {
+            groups.push(&entry.group);
+        }
+    }
+    let mut page = String::from(
+        "# Reference\n\n\
+         Every function of the scripting language. `orogen doc` writes this page; in the REPL,\n\
+         `:help NAME` shows a part of it. Functions of `std/shapes` and `std/csg` are always there; those\n\
+         of other `std/...` modules need an import, such as `import \"std/fractal\" as fractal;`.\n\n",
+    );
+    for group in &groups {
+        page += &format!("- [{group}](#{})\n", anchor(group));
+    }
+    for group in groups {
+        page += &format!("\n## {group}\n");
+        for entry in entries.iter().filter(|e| e.group == group) {
+            page += &section(entry);
+        }
+    }
+    page
+}
+
+fn section(entry: &Entry) -> String {
+    let mut text = format!("\n### `{}`\n\n{}\n", entry.signature, entry.doc.trim());
+    if !entry.example.is_empty() {
+        text += &format!("\n```rhai\n{}\n```\n", entry.example);
+    }
+    if is_seen(entry) {
+        text += &format!("\n![{}](reference/{})\n", entry.name, picture_name(entry));
+    }
+    text
+}
+
+/// The link target that Markdown gives a heading.
+fn anchor(heading: &str) -> String {
+    heading
+        .to_lowercase()
+        .chars()
+        .filter(|c| c.is_alphanumeric() || *c == '-' || *c == ' ')
+        .collect::<String>()
+        .replace(' ', "-")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_picture_has_a_name_of_its_own_and_a_scene() {
+        let entries = script::reference();
+        let seen: Vec<&Entry> = entries.iter().filter(|e| is_seen(e)).collect();
+        let names: BTreeSet<String> = seen.iter().map(|e| picture_name(e)).collect();
+        assert_eq!(names.len(), seen.len());
+        for entry in seen {
+            let compiled = script::compile(&Request::text(scene(entry)));
+            assert!(compiled.scene.is_some(), "{}: {:?}", entry.name, compiled.diagnostics);
+        }
+    }
+
+    #[test]
+    fn headings_are_found() {
+        assert_eq!(anchor("std/fractal"), "stdfractal");
+        assert_eq!(anchor("Two words"), "two-words");
+    }
+}

@@ -1,0 +1,318 @@
+//! Bounds on a spline, over all of space and over any ball, from the differences of its coefficients.
+//!
+//! The derivative of a B-spline by one coordinate is the B-spline of one degree less on that axis
+//! whose coefficients are the differences along it, divided by the spacing. Weights are not negative
+//! and sum to 1. So any derivative lies in the hull of the differences that reach the point, and the
+//! largest of them bounds it:
+//!
+//! ```text
+//! |d^(a+b+c) s / dx^a dy^b dz^c|  <=  max |D_x^a D_y^b D_z^c c| / (hx^a hy^b hz^c),    a, b, c <= 3
+//! ```
+//!
+//! This is done for blocks of cells, each with the coefficients that reach it. Mountains are steep in
+//! few places, and a box is bounded by the blocks that it touches. Over the blocks stands a pyramid
+//! of maxima, so that a box of any size touches a few blocks of the right level.
+
+use super::{Edge, Frame};
+use crate::num::{Bounds, ROUNDOFF};
+use rayon::prelude::*;
+
+/// Bounds of blocks, and of blocks of blocks.
+#[derive(Debug)]
+pub(super) struct Pyramid {
+    levels: Vec<Level>,
+    /// Largest coefficient.
+    magnitude: f64,
+    all: Bounds,
+}
+
+/// Blocks of one size.
+#[derive(Debug)]
+struct Level {
+    /// Cells along the edges of a block.
+    edge: [usize; 3],
+    /// Blocks along each axis.
+    size: [usize; 3],
+    blocks: Vec<Bounds>,
+}
+
+/// Cells beyond the first and the last sample of a clamped grid: two before, where the spline comes
+/// to rest, and as many after.
+const MARGIN: usize = 2;
+
+/// Number of cells along an axis.
+fn cells(n: usize, edge: Edge) -> usize {
+    match edge {
+        _ if n == 1 => 1,
+        Edge::Repeat => n,
+        Edge::Clamp => n + 2 * MARGIN,
+    }
+}
+
+const NOTHING: Bounds = Bounds { range: 0.0, lipschitz: 0.0, hessian: 0.0, third: 0.0 };
+
+fn hull(a: Bounds, b: Bounds) -> Bounds {
+    Bounds {
+        range: a.range.max(b.range),
+        lipschitz: a.lipschitz.max(b.lipschitz),
+        hessian: a.hessian.max(b.hessian),
+        third: a.third.max(b.third),
+    }
+}
+
+impl Pyramid {
+    pub(super) fn new(frame: &Frame, scale: [f64; 3], coefficients: &[f64]) -> Pyramid {
+        let count = frame.size.map(|n| cells(n, frame.edge));
+        // Small blocks where there are few of them: a heightfield.
+        let side = if frame.size.contains(&1) { 4 } else { 8 };
+        let edge = count.map(|n| side.min(n));
+        let size: [usize; 3] = std::array::from_fn(|axis| count[axis].div_ceil(edge[axis]));
+        let [bx, by, bz] = size;
+        let mut blocks = vec![NOTHING; bx * by * bz];
+        blocks.par_iter_mut().enumerate().for_each(|(i, block)| {
+            let at = [i % bx * edge[0], i / bx % by * edge[1], i / (bx * by) * edge[2]];
+            *block = Patch::cut(frame, coefficients, at, edge).bounds(scale);
+        });
+        let all = blocks.iter().copied().fold(NOTHING, hull);
+        let mut levels = vec![Level { edge, size, blocks }];
+        while let Some(coarser) = levels.last().and_then(Level::coarser) {
+            levels.push(coarser);
+        }
+        Pyramid { levels, magnitude: all.range, all }
+    }
+
+    /// Bounds over all of space.
+    #[inline]
+    pub(super) fn all(&self) -> Bounds {
+        self.all
+    }
+
+    /// The largest coefficient.
+    pub(super) fn magnitude(&self) -> f64 {
+        self.magnitude
+    }
+
+    /// Bounds over the ball around a point.
+    pub(super) fn around(&self, frame: &Frame, scale: [f64; 3], at: [f64; 3], radius: f64) -> Bounds {
+        let mut spans = [Span { first: 0, count: 1 }; 3];
+        for axis in 0..3 {
+            let n = frame.size[axis];
+            if n == 1 {
+                continue;
+            }
+            let u = (at[axis] - frame.origin[axis]) * scale[axis];
+            // The cells that the true point may be in, rounded or not.
+            let reach = radius * scale[axis]
+                + 1e-12
+                + 16.0 * ROUNDOFF * (at[axis].abs() + frame.origin[axis].abs()) * scale[axis];
+            match Span::new(u, reach, n, frame.edge) {
+                Some(span) => spans[axis] = span,
+                None => return self.all,
+            }
+        }
+        let coarse = |level: &Level| (0..3).all(|axis| spans[axis].count <= 2 * level.edge[axis] + 1);
+        match self.levels.iter().find(|l| coarse(l)) {
+            Some(level) => level.over(&spans, frame),
+            None => self.all,
+        }
+    }
+}
+
+/// Cells along an axis that repeats, or not.
+#[derive(Clone, Copy)]
+struct Span {
+    first: usize,
+    count: usize,
+}
+
+impl Span {
+    /// The cells within `reach` of `u`; `None` for all of them.
+    #[inline]
+    fn new(u: f64, reach: f64, n: usize, edge: Edge) -> Option<Span> {
+        let (lo, hi) = ((u - reach).floor(), (u + reach).floor());
+        let all = cells(n, edge);
+        match edge {
+            Edge::Clamp => {
+                // Not a number is clamped to one that is not either, and becomes 0.
+                let within = |v: f64| (v + MARGIN as f64).clamp(0.0, (all - 1) as f64) as usize;
+                let (lo, hi) = (within(lo), within(hi));
+                (lo <= hi).then_some(Span { first: lo, count: hi - lo + 1 })
+            }
+            Edge::Repeat => {
+                let size = n as f64;
+                if !(hi - lo < size - 1.0 && lo.abs() < 4e15) {
+                    return None;
+                }
+                let first = lo - size * (lo / size).floor();
+                let first = if first < 0.0 { first + size } else { first };
+                Some(Span { first: (first as usize).min(n - 1), count: (hi - lo) as usize + 1 })
+            }
+        }
+    }
+}
+
+impl Level {
+    /// Blocks of twice the size; `None` for a single block.
+    fn coarser(&self) -> Option<Level> {
+        if self.blocks.len() == 1 {
+            return None;
+        }
+        let edge = std::array::from_fn(|axis| self.edge[axis] * if self.size[axis] > 1 { 2 } else { 1 });
+        let half = self.size.map(|n| n.div_ceil(2));
+        let mut blocks = vec![NOTHING; half.iter().product()];
+        for (i, block) in self.blocks.iter().enumerate() {
+            let [x, y, z] =
+                [i % self.size[0], i / self.size[0] % self.size[1], i / (self.size[0] * self.size[1])];
+            let to = &mut blocks[(z / 2 * half[1] + y / 2) * half[0] + x / 2];
+            *to = hull(*to, *block);
+        }
+        Some(Level { edge, size: half, blocks })
+    }
+
+    fn over(&self, spans: &[Span; 3], frame: &Frame) -> Bounds {
+        let ranges: [(usize, usize); 3] = std::array::from_fn(|axis| {
+            let Span { first, count } = spans[axis];
+            let all = cells(frame.size[axis], frame.edge);
+            let (block, last) = (first / self.edge[axis], first + count - 1);
+            let blocks = if last < all {
+                last / self.edge[axis] - block + 1
+            } else {
+                self.size[axis] - block + (last - all) / self.edge[axis] + 1
+            };
+            (block, blocks.min(self.size[axis]))
+        });
+        let wrap = |axis: usize, k: usize| {
+            let i = ranges[axis].0 + k;
+            if i < self.size[axis] { i } else { i - self.size[axis] }
+        };
+        let mut found = NOTHING;
+        for k in 0..ranges[2].1 {
+            for j in 0..ranges[1].1 {
+                let row = (wrap(2, k) * self.size[1] + wrap(1, j)) * self.size[0];
+                for i in 0..ranges[0].1 {
+                    found = hull(found, self.blocks[row + wrap(0, i)]);
+                }
+            }
+        }
+        found
+    }
+}
+
+/// A box of coefficients or of their differences.
+#[derive(Clone)]
+struct Patch {
+    size: [usize; 3],
+    values: Vec<f64>,
+}
+
+impl Patch {
+    /// The coefficients that reach a block of cells.
+    fn cut(frame: &Frame, coefficients: &[f64], at: [usize; 3], edge: [usize; 3]) -> Patch {
+        let [nx, ny, nz] = frame.size;
+        let index = |axis: usize, n: usize| -> Vec<usize> {
+            if n == 1 {
+                return vec![0];
+            }
+            let before = 1 + if frame.edge == Edge::Clamp { MARGIN } else { 0 };
+            let count = edge[axis].min(cells(n, frame.edge) - at[axis]) + 3;
+            (0..count).map(|k| frame.neighbour(at[axis] + k, -(before as isize), n)).collect()
+        };
+        let [xs, ys, zs] = [index(0, nx), index(1, ny), index(2, nz)];
+        let mut values = Vec::with_capacity(xs.len() * ys.len() * zs.len());
+        for z in &zs {
+            for y in &ys {
+                let row = (z * ny + y) * nx;
+                values.extend(xs.iter().map(|x| coefficients[row + x]));
+            }
+        }
+        Patch { size: [xs.len(), ys.len(), zs.len()], values }
+    }
+
+    /// Differences along an axis; none along one where nothing changes.
+    fn difference(&self, axis: usize) -> Patch {
+        let mut size = self.size;
+        if size[axis] < 2 {
+            return Patch { size: [0; 3], values: Vec::new() };
+        }
+        size[axis] -= 1;
+        let [nx, ny, _] = self.size;
+        let step = [1, nx, nx * ny][axis];
+        let mut values = Vec::with_capacity(size.iter().product());
+        for z in 0..size[2] {
+            for y in 0..size[1] {
+                let row = (z * ny + y) * nx;
+                values.extend((row..row + size[0]).map(|i| self.values[i + step] - self.values[i]));
+            }
+        }
+        Patch { size, values }
+    }
+
+    fn largest(&self) -> f64 {
+        self.values.iter().fold(0.0, |most, v| most.max(v.abs()))
+    }
+
+    fn bounds(&self, scale: [f64; 3]) -> Bounds {
+        let range = self.largest();
+        // A difference of order k has 2^k terms and k roundings of each.
+        let bound = |patch: &Patch, order: i32, scale: f64| {
+            if patch.values.is_empty() {
+                0.0
+            } else {
+                (patch.largest() + 32.0 * f64::from(order) * ROUNDOFF * range) * scale
+            }
+        };
+        let mut first = [0.0; 3];
+        let mut second = [[0.0; 3]; 3];
+        let mut third = [[[0.0; 3]; 3]; 3];
+        for i in 0..3 {
+            let d = self.difference(i);
+            first[i] = bound(&d, 1, scale[i]);
+            for j in i..3 {
+                let d = d.difference(j);
+                second[i][j] = bound(&d, 2, scale[i] * scale[j]);
+                second[j][i] = second[i][j];
+                for k in j..3 {
+                    let b = bound(&d.difference(k), 3, scale[i] * scale[j] * scale[k]);
+                    for [p, q, r] in [[i, j, k], [i, k, j], [j, i, k], [j, k, i], [k, i, j], [k, j, i]] {
+                        third[p][q][r] = b;
+                    }
+                }
+            }
+        }
+        Bounds {
+            range,
+            lipschitz: length(first),
+            hessian: spectral(second),
+            // |T(u, u, .)| for unit u has the components u^T T_i u.
+            third: length(third.map(spectral)),
+        }
+    }
+}
+
+/// Covers the roundings of a norm.
+const ROUND_UP: f64 = 1.0 + 64.0 * ROUNDOFF;
+
+fn length([x, y, z]: [f64; 3]) -> f64 {
+    (x * x + y * y + z * z).sqrt() * ROUND_UP
+}
+
+/// Bound on the spectral norm of every symmetric matrix whose entries are no larger than those of
+/// `m`, which is the largest eigenvalue of `m` (Perron and Frobenius): for any positive `v` it is at
+/// most the largest of `(m v)_i / v_i` (Collatz and Wielandt), and close to that for a `v` near the
+/// eigenvector, which a few multiplications find.
+fn spectral(m: [[f64; 3]; 3]) -> f64 {
+    let times = |v: [f64; 3]| m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
+    let most = m.iter().flatten().fold(0.0, |most: f64, v| most.max(*v));
+    if most == 0.0 {
+        return 0.0;
+    }
+    let mut v = [1.0; 3];
+    for _ in 0..6 {
+        let image = times(v);
+        let largest = image[0].max(image[1]).max(image[2]);
+        // Positive everywhere, or the quotient says nothing.
+        v = std::array::from_fn(|i| image[i] / largest + 1e-3);
+    }
+    let image = times(v);
+    (0..3).map(|i| image[i] / v[i]).fold(0.0, f64::max) * ROUND_UP
+}
