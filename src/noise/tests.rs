@@ -74,7 +74,7 @@ fn within(i: Interval, x: f64, slack: f64) -> bool {
 
 /// Checks all enclosures of `f` over a box against samples, with a footprint and an exponent that
 /// vary, or without.
-fn check_box(f: &Fractal, [footprint, hurst]: [bool; 2], random: &mut Random) {
+pub(super) fn check_box(f: &Fractal, [footprint, hurst]: [bool; 2], random: &mut Random) {
     let (c, r) = random_box(random);
     // A footprint that varies over the box and meets all parts of the fade.
     let (base, rate) = (10_f64.powf(random.unit() * 3.0 - 3.0), if random.unit() < 0.5 { 0.0 } else { 0.05 });
