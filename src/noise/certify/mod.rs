@@ -37,6 +37,7 @@ mod node;
 mod scattered;
 mod search;
 mod simplex;
+mod wavelet;
 
 use super::{Directions, Gradient, Kind, Simplex, Value, ValueGradient};
 use lattice::Cube;
@@ -125,6 +126,7 @@ const LATTICES: &[&dyn Subject] = &[
         content: Content { value: false, directions: Some(Directions::Sphere) },
         beyond: [17_500.0, 420_000.0],
     },
+    &wavelet::Tiled,
 ];
 
 fn unit(p: [f64; 3]) -> [f64; 3] {
