@@ -38,6 +38,25 @@ const KNOWN: &[Known] = &[
         low_pass: true,
         power: &[(0.25, -6.1), (0.5, -10.2), (0.75, -18.0), (1.5, -39.8)],
     },
+    Known {
+        // Two independent noises: variances and powers add up.
+        noise: "value_gradient",
+        variance: 0.2333,
+        stationary: false,
+        isotropic: false,
+        low_pass: true,
+        power: &[(0.25, -5.8), (0.5, -8.9), (0.75, -14.6), (1.5, -36.6)],
+    },
+    Known {
+        // The distance to the nearest node of a Poisson process has a Gamma law; its spectrum has no
+        // closed form.
+        noise: "cellular",
+        variance: 0.04053,
+        stationary: true,
+        isotropic: true,
+        low_pass: true,
+        power: &[],
+    },
 ];
 
 fn noise(name: &str) -> Noise {
