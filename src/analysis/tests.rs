@@ -57,6 +57,16 @@ const KNOWN: &[Known] = &[
         low_pass: true,
         power: &[],
     },
+    Known {
+        // Its spectrum in space is the kernel's transform squared; that of a plane, its integral
+        // across the plane.
+        noise: "sparse",
+        variance: 0.37313,
+        stationary: true,
+        isotropic: true,
+        low_pass: true,
+        power: &[(0.25, -4.07), (0.5, -7.38), (0.75, -13.52), (1.0, -24.33), (1.5, -36.55)],
+    },
 ];
 
 fn noise(name: &str) -> Noise {
