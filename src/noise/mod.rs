@@ -43,6 +43,7 @@ mod sum;
 mod tests;
 mod value;
 mod value_gradient;
+mod wavelet;
 mod waves;
 mod weierstrass;
 
@@ -61,6 +62,7 @@ pub use simplex::Simplex;
 pub use sparse::Sparse;
 pub use value::Value;
 pub use value_gradient::ValueGradient;
+pub use wavelet::Wavelet;
 pub use waves::Waves;
 pub use weierstrass::Weierstrass;
 
@@ -351,7 +353,8 @@ macro_rules! noises {
                 match self { $(Kind::$noise(noise) => noise.displacement(),)* }
             }
 
-            fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
+            /// Jets at a batch of points at unit frequency.
+            pub fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
                 match self { $(Kind::$noise(noise) => noise.jets(lattice, at, out),)* }
             }
 
@@ -369,6 +372,7 @@ macro_rules! noises {
 noises! {
     Gradient, "gradient", "Gradient noise: smooth bumps of about two cells, zero at every node of its lattice; C2.";
     Cellular, "cellular", "Cellular noise: distances to the nearest of random nodes, pebbles or walls or facets; C0.";
+    Wavelet, "wavelet", "Wavelet noise: one octave and nothing of the coarser ones, from splines in tiles; C1.";
     Waves, "waves", "Plane waves of one length in all directions: a smooth swell; in sums, Weierstrass-Mandelbrot; C2.";
     Weierstrass, "weierstrass", "Separable Weierstrass-Mandelbrot sum, a whole fractal: products of cosines along the axes; C2.";
     Value, "value", "Value noise: soft blotches of all sizes above a cell, its extrema on the nodes of its lattice; C2.";
