@@ -39,7 +39,8 @@
 //! M_k(S) <= (1 - l) M_k(S_0) + l M_k(S_1) + l (1 - l) / 2 (S_1 - S_0)^2 k (k - 1) M_(k-2)(S_1)
 //! ```
 //!
-//! At the frequencies of the net, of which the default is one, the bounds are within a tenth of what
+//! which grows with `S`, as a bound for all `|s| <= S` has to; see the tests. At the frequencies of the
+//! net, of which the default is one, the bounds are within a tenth of what
 //! a search finds; between them the Lipschitz bound is as good, and the third derivative's may be
 //! half too large.
 
