@@ -179,7 +179,7 @@ pub(in crate::noise) fn local<S: Spot>(
 ) -> Local {
     // Rounding moves a node by less than 1e-14, and sums by less than a part in 1e12.
     let wide = radius * (1.0 + 1e-12) + 1e-14;
-    if !(wide <= LARGEST) {
+    if wide > LARGEST || wide.is_nan() {
         return Local::uniform(jet(scatter, spot, lattice, order, at), global);
     }
     let draw = scatter.draw(lattice);
