@@ -127,6 +127,16 @@ fn bound(net: &Net, order: usize) -> f64 {
     (0..27).map(|n| size(order, component(net, n))).fold(0.0, f64::max)
 }
 
+/// The same, cheaper and larger: matrices by their Frobenius norm.
+fn loose(net: &Net, order: usize) -> f64 {
+    let square = |n: usize| {
+        let [a, b, c, d, e, f] = component(net, n).map(|x| x * x);
+        let twice = if order == 2 { 2.0 } else { 1.0 };
+        a + b + c + twice * (d + e + f)
+    };
+    (0..27).map(square).fold(0.0, f64::max).sqrt()
+}
+
 /// The net of one half of the cell.
 fn half(net: &Net, axis: usize, upper: bool) -> Net {
     net.map(|n| {
@@ -147,7 +157,7 @@ pub fn prove(order: usize, target: f64, budget: u64) -> Option<u64> {
         let mut visited = 0;
         while let Some((net, depth)) = open.pop() {
             visited += 1;
-            if bound(&net, order) <= room {
+            if loose(&net, order) <= room || bound(&net, order) <= room {
                 continue;
             }
             // A corner of the net is a value of the polynomial.
@@ -187,7 +197,7 @@ fn at(cell: &Cell, order: usize, t: [f64; 3]) -> f64 {
 /// farthest, each searched with shrinking random steps.
 pub fn search(order: usize, starts: usize) -> f64 {
     let mut ranked: Vec<(f64, usize)> =
-        (0..cells()).into_par_iter().map(|n| (bound(&net(&cell(n), order), order), n)).collect();
+        (0..cells()).into_par_iter().map(|n| (loose(&net(&cell(n), order), order), n)).collect();
     ranked.par_sort_by(|a, b| b.0.total_cmp(&a.0));
     let climb = |&(_, n): &(f64, usize)| {
         let cell = cell(n);
@@ -217,7 +227,7 @@ mod tests {
     #[test]
     fn no_search_exceeds_the_constants_and_none_is_far() {
         for claim in Tiled.claims() {
-            let found = search(claim.order, 100);
+            let found = search(claim.order, 1000);
             assert!(found <= claim.bound && found >= 0.9 * claim.bound, "{} {found}", claim.name);
             assert!(prove(claim.order, claim.bound, 1 << 16).is_some(), "{}", claim.name);
             assert!(prove(claim.order, 0.95 * found, 1 << 10).is_none(), "{}", claim.name);
