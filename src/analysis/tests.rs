@@ -75,12 +75,10 @@ fn noises_are_what_is_known_of_them() {
 
 #[test]
 fn the_covariance_of_gradient_noise_is_exact() {
-    let found = measure(
-        &Ensemble::of_noise(noise("gradient"), 400, 4.0).unwrap(),
-        Plan { side: 4, samples: 4, solid: false },
-    );
+    let plan = Plan { side: 32, samples: 2, solid: false };
+    let found = measure(&Ensemble::of_noise(noise("gradient"), 400, 32.0).unwrap(), plan);
     let c = &found.covariance;
-    let near = |got: f64, wanted: f64| assert!((got - wanted).abs() < 0.004, "{got} is not {wanted}");
+    let near = |got: f64, wanted: f64| assert!((got - wanted).abs() < 0.006, "{got} is not {wanted}");
     for (place, wanted) in [(0, 0.0), (2, 0.0102), (4, 0.0375), (8, 0.0833)] {
         (0..covariance::SPAN).for_each(|cell| near(c.at(16 * cell + place, 16 * cell + place), wanted));
     }

@@ -158,14 +158,13 @@ pub fn deviation(frame: &Frame, mut density: impl FnMut([f64; 3]) -> f64) -> Res
     for (i, power) in power.iter_mut().enumerate().skip(1) {
         let index = frame.index(i);
         let k = std::array::from_fn(|axis| signed(index[axis], frame.size[axis]) as f64 * step[axis]);
-        *power = density(k) * measure;
+        let s = density(k);
+        if !(s >= 0.0 && s.is_finite()) {
+            return Err(Failure::Spectrum { value: s, at: k });
+        }
+        *power = s * measure;
     }
-    let variance = super::total(&power);
-    if variance.is_finite() {
-        Ok(variance.sqrt())
-    } else {
-        Err(Failure::Spectrum { value: variance, at: [0.0; 3] })
-    }
+    Ok(super::total(&power).sqrt())
 }
 
 /// Fractional Brownian motion of `axes` dimensions (thesis, 3.26): `|k|^-beta` with

@@ -27,7 +27,9 @@ impl<'a, 'b> Options<'a, 'b> {
 
     /// The value of a key, if it is given.
     pub fn get(&mut self, key: &'static str) -> Option<Dynamic> {
-        self.known.push(key);
+        if !self.known.contains(&key) {
+            self.known.push(key);
+        }
         self.map.get(key).map(Dynamic::flatten_clone)
     }
 

@@ -1,0 +1,75 @@
+#!/bin/sh
+# Makes the figures of docs/figures, which follow those of Gamito (2009) by number.
+#
+#     scripts/figures/make.sh             all of them
+#     scripts/figures/make.sh 4.05 4.06   some of them
+#
+# A figure of a noise is made by `orogen noise`, a picture by `orogen render` of the script with its
+# number, a curve of a formula by examples/profiles.rs. Figures that need what this version does not
+# have are named and left out.
+set -u
+cd "$(dirname "$0")/../.."
+orogen=${OROGEN:-target/release/orogen}
+out=${OUT:-docs/figures}
+wanted=" $* "
+mkdir -p "$out"
+
+is_wanted() { [ "$wanted" = "  " ] || case $wanted in *" $1 "*) true ;; *) false ;; esac; }
+left_out() { echo "$1: left out; $orogen could not make it" >&2; }
+
+# noise NUMBER KIND OPTION...
+noise() {
+    number=$1
+    shift
+    is_wanted "$number" || return 0
+    echo "$number: orogen noise $*"
+    "$orogen" noise "$@" --seed 1 -o "$out/$number" || { rmdir "$out/$number" 2>/dev/null; left_out "$number"; }
+}
+
+# picture NUMBER SCRIPT OPTION...
+picture() {
+    number=$1
+    script=scripts/figures/$2.rhai
+    shift 2
+    is_wanted "$number" || return 0
+    echo "$number: orogen render $script $*"
+    "$orogen" render "$script" -o "$out/$number.png" "$@" || left_out "$number"
+}
+
+# Models: terrain by rescale-and-add and by the two models with statistics by altitude, ridges plain
+# and deformed, ridges on a sphere.
+picture 3.14a 3.14a
+picture 3.14b 3.14b
+picture 3.14c 3.14c
+picture 3.15a 3.15a
+picture 3.15b 3.15b
+picture 3.17a 3.17 --set octaves=2
+picture 3.17b 3.17 --set octaves=5
+picture 3.17c 3.17 --set octaves=8
+
+# The kernels: 4.4 the quintic fade, 4.9 the kernels of sparse convolution.
+if is_wanted 4.04 || is_wanted 4.09; then
+    cargo run --quiet --release --example profiles -- "$out"
+fi
+
+# Gradient noise: sample, covariance and spectrum, radial power and anisotropy.
+noise 4.05 gradient --seeds 2 --only sample --only sphere
+noise 4.06 gradient --only autocovariance --only spectrum
+noise 4.07 gradient --only radial --only anisotropy
+
+# Sparse convolution noise, one node a cell. Its spectrum is shown in space: that of a plane is
+# summed up across the plane, which fills the dark rings.
+sparse="sparse --set nodes=1 --set kernel=quintic"
+noise 4.10 $sparse --seeds 2 --only sample --only sphere
+noise 4.11 $sparse --solid --cells 16 --samples 8 --only autocovariance --only spectrum
+noise 4.12 $sparse --solid --cells 16 --samples 8 --only radial --only anisotropy
+
+# Cellular noise: the nearest node; then the two nearest, by Euclidean and by Manhattan distance.
+noise 4.15 cellular --set weights=[1,0,0,0] --set centred=false --seeds 2 --only sample --only sphere
+noise 4.16 cellular --set weights=[1,0,0,0] --set centred=false --only autocovariance --only spectrum
+noise 4.17 cellular --set weights=[1,0,0,0] --set centred=false --only radial --only anisotropy
+noise 4.18 cellular --set weights=[1,1,0,0] --amplitude 0.05 --only sphere
+noise 4.19 cellular --set weights=[1,1,0,0] --set norm=manhattan --amplitude 0.03 --only sphere
+
+# Not among the figures of the source, for comparison.
+noise wavelet wavelet --only sample --only spectrum --only radial
