@@ -17,7 +17,7 @@ fn alone_it_shows_help() {
 #[test]
 fn every_command_has_help_with_examples() {
     let bench = Bench::new(&[]);
-    for command in ["render", "watch", "check", "repl", "new"] {
+    for command in ["render", "watch", "check", "repl", "new", "noise"] {
         let help = stdout(&bench.run(&format!("{command} --help")).success());
         has(&help, &["Usage: orogen", "Examples:", &format!("orogen {command}")]);
         assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
@@ -49,6 +49,15 @@ fn usage_errors_exit_with_2_and_show_how() {
         ("render a.rhai b.rhai", &["b.rhai"]),
         ("render a.rhai --color green", &["green", "auto"]),
         ("new a.png", &["orogen new a"]),
+        ("noise", &["KIND"]),
+        ("noise gradient", &["--output"]),
+        ("noise gradiant -o out", &["no noise called `gradiant`", "did you mean `gradient`", "fbm"]),
+        ("noise fbm --of gradeint -o out", &["did you mean `gradient`"]),
+        ("noise gradient --octaves 3 -o out", &["--octaves", "sums of octaves", "fbm"]),
+        ("noise gradient --cells 30 -o out", &["cells is 30", "power of two"]),
+        ("noise gradient --seeds 1 -o out", &["--seeds"]),
+        ("noise gradient --only spektrum -o out", &["spektrum", "spectrum"]),
+        ("noise gradient --set kernel -o out", &["--set kernel=quintic"]),
     ] {
         let message = stderr(&bench.run(arguments).code(2));
         has(&message, pieces);

@@ -350,12 +350,27 @@ mod composites {
     use orogen::expr::{Graph, Input, NodeId};
     use orogen::field::Field;
     use orogen::grid::{Edge, Frame, Grid, Samples};
-    use orogen::noise::{Fractal, Gradient, Kind, Model, Noise, Recipe, Signal};
+    use orogen::noise::{Allowed, Fractal, Kind, Model, Noise, Recipe, Setting, Settings, Signal};
     use orogen::num::{Affine, Dual, Interval, Jet, Many, Reduced};
     use orogen::op::Op;
     use orogen::tape::{Evaluator, Tape};
     use rand::{RngExt, rngs::StdRng};
     use std::sync::Arc;
+
+    /// Any noise, now and then told to be other than it is by itself.
+    fn any_noise(rng: &mut StdRng) -> Kind {
+        let listing = &Kind::ALL[rng.random_range(0..Kind::ALL.len())];
+        let mut settings = Settings::new(listing.parameters);
+        for parameter in listing.parameters {
+            let setting = match parameter.allowed {
+                Allowed::Choice(names) => Setting::Name(names[rng.random_range(0..names.len())]),
+                Allowed::Flag { .. } => Setting::Flag(rng.random()),
+                _ => continue,
+            };
+            settings.set(parameter.name, setting).expect("a value from the table");
+        }
+        (listing.build)(&settings)
+    }
 
     /// A random expression over the coordinates.
     fn grow(g: &mut Graph, rng: &mut StdRng, depth: u32) -> NodeId {
@@ -375,14 +390,12 @@ mod composites {
             0 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
                 let frequency = rng.random_range(0.2..6.0);
-                let noise = Noise::new(Kind::Gradient(Gradient::EDGES), rng.random_range(0..9))
-                    .at_frequency(frequency);
+                let noise = Noise::new(any_noise(rng), rng.random_range(0..9)).at_frequency(frequency);
                 g.noise(noise, p).expect("room")
             }
             1 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
-                let noise =
-                    Noise::new(Kind::Gradient(Gradient::EDGES), 3).at_frequency(rng.random_range(0.3..3.0));
+                let noise = Noise::new(any_noise(rng), 3).at_frequency(rng.random_range(0.3..3.0));
                 let model = Model::NAMED[rng.random_range(0..Model::NAMED.len())];
                 let octaves = rng.random_range(1..6);
                 let signal = Signal::ALL[rng.random_range(0..Signal::ALL.len())];

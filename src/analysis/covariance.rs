@@ -1,7 +1,7 @@
 //! Autocovariance along a line, and how far it is from depending on distance alone.
 //!
 //! The line is the x axis, 8 units long with 16 samples to a unit, and it is looked at in every
-//! realisation at [`LINES`] places, several whole cells apart along y: to a field on a lattice they
+//! realisation at up to [`LINES`] places, several whole cells apart along y: to a field on a lattice they
 //! are all alike, and more lines make a clearer picture.
 
 use serde::Serialize;
@@ -12,7 +12,7 @@ pub const SPAN: usize = 8;
 pub const SAMPLES: usize = 16;
 /// Samples on the line.
 pub const POINTS: usize = SPAN * SAMPLES;
-/// Lines in a realisation.
+/// Lines in a realisation, at most.
 pub const LINES: usize = 8;
 
 /// Autocovariance of a random field at pairs of points on a line.

@@ -140,8 +140,10 @@ impl Job<'_> {
         let tape = &self.tapes[index];
         // Whole cells, about as many as make a few units of length.
         let apart = self.ensemble.cell * (4.0 / self.ensemble.cell).ceil().max(1.0);
+        // No more than have room side by side: beyond that a field that repeats has the same again.
+        let count = (f64::from(self.plan.side) / apart) as usize;
         let mut rows = Rows::new(tape);
-        let mut lines = vec![0.0; covariance::LINES * covariance::POINTS];
+        let mut lines = vec![0.0; count.clamp(1, covariance::LINES) * covariance::POINTS];
         for (l, line) in lines.chunks_exact_mut(covariance::POINTS).enumerate() {
             rows.add(0.0, 1.0 / covariance::SAMPLES as f64, [l as f64 * apart, 0.0], 1.0, line);
         }

@@ -7,7 +7,7 @@
 //! depend on those of the directions alone.
 
 use super::basis::Basis;
-use super::blend::Blended;
+use super::blend::{self, Blended};
 use super::bulk;
 use super::lattice::Lattice;
 use super::node::{Directions, OnEdges, OnSphere};
@@ -52,6 +52,14 @@ impl Basis for Gradient {
 
     fn band(&self) -> f64 {
         1.25
+    }
+
+    /// With the twelve directions, half of what other nodes are charged: the differences to the three
+    /// neighbours of a node are 1 at most.
+    #[inline(always)]
+    fn rounding(&self) -> [f64; 3] {
+        let errors = blend::rounding(&self.bounds());
+        if self.directions == Directions::Edges { errors.map(|e| 0.5 * e) } else { errors }
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {

@@ -23,6 +23,7 @@ mod cascade;
 mod cellular;
 pub mod certify;
 mod fractal;
+mod gabor;
 mod gradient;
 mod lattice;
 mod limits;
@@ -32,20 +33,24 @@ mod node;
 mod octave;
 mod parameter;
 mod recipe;
+mod scatter;
 mod shape;
 mod simplex;
 mod slope;
+mod sparse;
 mod sum;
 #[cfg(test)]
 mod tests;
 mod value;
 mod value_gradient;
+mod wavelet;
 mod waves;
 mod weierstrass;
 
 pub use basis::Basis;
 pub use cellular::Cellular;
 pub use fractal::{Fractal, Given};
+pub use gabor::Gabor;
 pub use gradient::Gradient;
 pub use lattice::Lattice;
 pub use limits::Surroundings;
@@ -54,8 +59,10 @@ pub use node::Directions;
 pub use parameter::{Allowed, Exact, Parameter, Setting, Settings};
 pub use recipe::{Hurst, Invalid, Recipe};
 pub use simplex::Simplex;
+pub use sparse::Sparse;
 pub use value::Value;
 pub use value_gradient::ValueGradient;
+pub use wavelet::Wavelet;
 pub use waves::Waves;
 pub use weierstrass::Weierstrass;
 
@@ -346,7 +353,8 @@ macro_rules! noises {
                 match self { $(Kind::$noise(noise) => noise.displacement(),)* }
             }
 
-            fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
+            /// Jets at a batch of points at unit frequency.
+            pub fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
                 match self { $(Kind::$noise(noise) => noise.jets(lattice, at, out),)* }
             }
 
@@ -364,9 +372,12 @@ macro_rules! noises {
 noises! {
     Gradient, "gradient", "Gradient noise: smooth bumps of about two cells, zero at every node of its lattice; C2.";
     Cellular, "cellular", "Cellular noise: distances to the nearest of random nodes, pebbles or walls or facets; C0.";
+    Wavelet, "wavelet", "Wavelet noise: one octave and nothing of the coarser ones, from splines in tiles; C1.";
     Waves, "waves", "Plane waves of one length in all directions: a smooth swell; in sums, Weierstrass-Mandelbrot; C2.";
     Weierstrass, "weierstrass", "Separable Weierstrass-Mandelbrot sum, a whole fractal: products of cosines along the axes; C2.";
     Value, "value", "Value noise: soft blotches of all sizes above a cell, its extrema on the nodes of its lattice; C2.";
     ValueGradient, "value_gradient", "Value-gradient noise: value noise and gradient noise on one lattice, added; C2.";
     Simplex, "simplex", "Simplex noise: bumps like those of gradient noise on a denser lattice that shows less; C2.";
+    Sparse, "sparse", "Sparse convolution noise: random round bumps on random nodes, alike in all directions; C2, or C1 with kernel \"lewis\".";
+    Gabor, "gabor", "Gabor noise: waves of one frequency under round bumps on random nodes, in all directions or about one; C2.";
 }

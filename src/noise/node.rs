@@ -191,3 +191,111 @@ impl Node<4> for LevelAnd<OnSphere> {
         raised(level, OnSphere::corner([x, y, z], d))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::lattice::{Lattice, STEP, hash};
+
+    /// Hashes of a cube of nodes.
+    fn hashes() -> impl Iterator<Item = u32> {
+        let key = Lattice::new(3).key();
+        (0..1 << 18).map(move |i: u32| {
+            let cell = [i & 63, i >> 6 & 63, i >> 12];
+            hash(
+                cell[0].wrapping_mul(STEP[0]) ^ cell[1].wrapping_mul(STEP[1]) ^ cell[2].wrapping_mul(STEP[2]),
+                key,
+            )
+        })
+    }
+
+    /// Chi-square of counts that should be equal, in deviations from its mean.
+    fn excess(counts: &[u32]) -> f64 {
+        let (n, k) = (counts.iter().sum::<u32>() as f64, counts.len() as f64);
+        let mean = n / k;
+        let chi: f64 = counts.iter().map(|&c| (f64::from(c) - mean).powi(2) / mean).sum();
+        (chi - (k - 1.0)) / (2.0 * (k - 1.0)).sqrt()
+    }
+
+    fn direction<const W: usize, N: Node<W>>(hash: u32) -> [f64; 3] {
+        N::corner(N::words(hash), [0.0; 3]).g
+    }
+
+    #[test]
+    fn all_edges_are_equally_likely() {
+        let mut seen = std::collections::BTreeMap::new();
+        for h in hashes() {
+            let g = direction::<1, OnEdges>(h);
+            assert!(g.iter().filter(|g| **g == 0.0).count() == 1);
+            assert!(g.iter().all(|g| *g == 0.0 || g.abs() == 1.0));
+            *seen.entry(g.map(|g| g as i32)).or_insert(0) += 1;
+        }
+        assert_eq!(seen.len(), 12);
+        assert!(excess(&seen.into_values().collect::<Vec<_>>()).abs() < 4.0);
+    }
+
+    #[test]
+    fn directions_are_uniform_on_the_sphere() {
+        // Cells of equal area about each of the three axes in turn: 16 heights by 32 longitudes.
+        for axis in 0..3 {
+            let mut counts = [0; 512];
+            for h in hashes() {
+                let g = direction::<3, OnSphere>(h);
+                let [x, y, z] = [1, 2, 3].map(|i| g[(axis + i) % 3]);
+                let height = (z / OnSphere::LENGTH + 1.0) * 8.0;
+                let turn = (libm::atan2(y, x) / std::f64::consts::TAU + 0.5) * 32.0;
+                counts[(height as usize).min(15) * 32 + (turn as usize).min(31)] += 1;
+            }
+            assert!(excess(&counts).abs() < 4.0, "{axis} {}", excess(&counts));
+        }
+        // Second moments, by all 2^16 heights and all 2^16 longitudes.
+        let mut moments = [0.0; 9];
+        for i in 0..1_u32 << 16 {
+            // What becomes of `hash` has its low half xored with the high one.
+            for word in [(i << 16) | (i ^ 0x1234), i ^ 0x8000] {
+                let g = direction::<3, OnSphere>(word);
+                let length = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).sqrt();
+                assert!((length / 2_f64.sqrt() - 1.0).abs() < 9e-7 && length <= OnSphere::LENGTH);
+            }
+            let g = direction::<3, OnSphere>((i << 16) | (i ^ (i.wrapping_mul(40_503) & 0xffff)));
+            (0..9).for_each(|k| moments[k] += g[k / 3] * g[k % 3] / 65_536.0);
+        }
+        for (k, m) in moments.into_iter().enumerate() {
+            let expected = if k % 4 == 0 { 2.0 / 3.0 } else { 0.0 };
+            assert!((m - expected).abs() < 0.01, "{k} {m}");
+        }
+    }
+
+    #[test]
+    fn values_are_uniform_and_independent_of_directions() {
+        let (mut counts, mut mixed) = ([0; 256], [0.0; 3]);
+        for h in hashes() {
+            let value = Level::corner(Level::words(h), [0.0; 3]).p;
+            assert!(value.abs() < 1.0);
+            counts[((value + 1.0) * 128.0) as usize] += 1;
+            let both = LevelAnd::<OnSphere>::corner(LevelAnd::<OnSphere>::words(h), [0.0; 3]);
+            (0..3).for_each(|k| mixed[k] += both.p * both.g[k]);
+        }
+        assert!(excess(&counts).abs() < 4.0);
+        // Means of products with deviation sqrt(1/3 2/3 / n).
+        assert!(mixed.iter().all(|m| (m / 262_144.0).abs() < 4.0 * 0.4715 / 512.0), "{mixed:?}");
+    }
+
+    #[test]
+    fn neighbouring_nodes_are_uncorrelated() {
+        let all: Vec<[f64; 4]> = hashes()
+            .map(|h| {
+                let node = LevelAnd::<OnEdges>::corner(LevelAnd::<OnEdges>::words(h), [0.0; 3]);
+                [node.p, node.g[0], node.g[1], node.g[2]]
+            })
+            .collect();
+        for step in [1, 1 << 6, 1 << 12, 1 + (1 << 6), 2 + (3 << 6) + (1 << 12)] {
+            let pairs = all.len() - step;
+            for k in 0..16 {
+                let mean =
+                    (0..pairs).map(|i| all[i][k / 4] * all[i + step][k % 4]).sum::<f64>() / pairs as f64;
+                assert!(mean.abs() < 5.0 * (2.0 / 3.0) / (pairs as f64).sqrt(), "{step} {k} {mean}");
+            }
+        }
+    }
+}

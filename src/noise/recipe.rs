@@ -157,7 +157,7 @@ impl Recipe {
         if self.rotate {
             return Err(("rotate", "octaves that are turned do not repeat: set rotate to false"));
         }
-        if self.lacunarity.fract() != 0.0 {
+        if self.lacunarity.fract() != 0.0 && (self.first, self.octaves) != (0, 1) {
             let whole = "octaves repeat together if the lacunarity is a whole number, such as 2";
             return Err(("lacunarity", whole));
         }

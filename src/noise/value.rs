@@ -7,7 +7,7 @@
 //! seeds it has mean 0 and variance `(181/231)^3 / 3`, which is 0.16036.
 
 use super::basis::Basis;
-use super::blend::Blended;
+use super::blend::{self, Blended};
 use super::bulk;
 use super::lattice::Lattice;
 use super::node::Level;
@@ -31,11 +31,16 @@ impl Basis for Value {
     /// themselves are 1, 15/4, 225/16 and 120.
     #[inline]
     fn bounds(&self) -> Bounds {
-        Bounds { range: 1.0, lipschitz: 3.751, hessian: 14.12, third: 120.2 }
+        Bounds { range: 1.0, lipschitz: 3.751, hessian: 14.2, third: 121.2 }
     }
 
     fn band(&self) -> f64 {
         1.0
+    }
+
+    #[inline(always)]
+    fn rounding(&self) -> [f64; 3] {
+        blend::rounding(&self.bounds())
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {

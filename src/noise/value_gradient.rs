@@ -6,7 +6,7 @@
 //! to 0.23328.
 
 use super::basis::Basis;
-use super::blend::Blended;
+use super::blend::{self, Blended};
 use super::bulk;
 use super::lattice::Lattice;
 use super::node::{Directions, LevelAnd, OnEdges, OnSphere};
@@ -35,13 +35,18 @@ impl Basis for ValueGradient {
     #[inline]
     fn bounds(&self) -> Bounds {
         match self.directions {
-            Directions::Edges => Bounds { range: 2.0365, lipschitz: 7.503, hessian: 28.4, third: 271.2 },
-            Directions::Sphere => Bounds { range: 2.2249, lipschitz: 7.703, hessian: 29.25, third: 284.5 },
+            Directions::Edges => Bounds { range: 2.0365, lipschitz: 7.503, hessian: 28.55, third: 272.5 },
+            Directions::Sphere => Bounds { range: 2.2249, lipschitz: 7.703, hessian: 29.4, third: 286.0 },
         }
     }
 
     fn band(&self) -> f64 {
         1.0
+    }
+
+    #[inline(always)]
+    fn rounding(&self) -> [f64; 3] {
+        blend::rounding(&self.bounds())
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {

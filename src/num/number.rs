@@ -74,6 +74,18 @@ impl Bounds {
             third: self.third * k * k * k,
         }
     }
+
+    /// Bounds of `k N(x)`.
+    #[inline]
+    pub fn times(self, k: f64) -> Bounds {
+        let k = k.abs();
+        Bounds {
+            range: self.range * k,
+            lipschitz: self.lipschitz * k,
+            hessian: self.hessian * k,
+            third: self.third * k,
+        }
+    }
 }
 
 /// What a kernel says about the ball of points within a radius of a point.

@@ -148,7 +148,7 @@ impl Curves {
         if self.lines.iter().any(|l| !l.label.is_empty()) {
             chart
                 .configure_series_labels()
-                .position(SeriesLabelPosition::UpperRight)
+                .position(self.legend())
                 .label_font((FONT, TEXT))
                 .background_style(WHITE.mix(0.85))
                 .border_style(BLACK.mix(0.2))
@@ -156,6 +156,15 @@ impl Curves {
                 .map_err(drawing)?;
         }
         Ok(())
+    }
+
+    /// The corner at the right that the first line leaves free.
+    fn legend(&self) -> SeriesLabelPosition {
+        let middle = 0.5 * (self.x.range.0 + self.x.range.1);
+        let right = self.lines.iter().take(1).flat_map(|l| &l.points).filter(|p| p.0 > middle);
+        let (sum, count) = right.fold((0.0, 0.0), |(s, n), p| (s + p.1, n + 1.0));
+        let high = sum / f64::max(count, 1.0) > 0.5 * (self.y.range.0 + self.y.range.1);
+        if high { SeriesLabelPosition::LowerRight } else { SeriesLabelPosition::UpperRight }
     }
 
     /// The points of a line, kept on the paper: what falls below runs along the lower edge.

@@ -108,7 +108,8 @@ fn io_error(error: EncodingError) -> io::Error {
 /// Decimals that tell the ticks of an axis apart, of which there are at most nine.
 fn decimals(low: f64, high: f64) -> usize {
     let step = ((high - low).abs() / 9.0).max(1e-9);
-    libm::ceil(-libm::log10(step)).clamp(0.0, 9.0) as usize
+    // Steps are 1, 2 or 5 of a decimal, and a little longer than that.
+    libm::ceil(-libm::log10(step) - 0.1).clamp(0.0, 9.0) as usize
 }
 
 #[cfg(test)]
@@ -119,7 +120,7 @@ mod tests {
     fn ticks_are_told_apart() {
         assert_eq!(
             [(0.0, 8.0), (-90.0, -10.0), (-0.7, 0.6), (0.0, 0.13)].map(|(a, b)| decimals(a, b)),
-            [1, 0, 1, 2]
+            [0, 0, 1, 2]
         );
     }
 

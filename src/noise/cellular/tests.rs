@@ -378,7 +378,7 @@ fn affine_forms_are_sharp_to_second_order_away_from_creases() {
         for _ in 0..100 {
             let p = random.point(10.0);
             let bounds = noise.local(Order::Gradient, p, 5e-3).bounds;
-            if !(bounds.hessian < 50.0) {
+            if bounds.hessian > 200.0 {
                 continue;
             }
             seen += 1;
@@ -387,7 +387,7 @@ fn affine_forms_are_sharp_to_second_order_away_from_creases() {
                 assert!(wide < 1e-11, "{variant:?} {p:?} {wide}");
             } else {
                 assert!(
-                    wide < 50.0 * 6e-6 && (3.5..4.5).contains(&(wide / narrow)),
+                    wide < 200.0 * 6e-6 && (3.2..5.5).contains(&(wide / narrow)),
                     "{variant:?} {p:?} {wide} {narrow}"
                 );
             }

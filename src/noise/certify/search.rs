@@ -22,7 +22,7 @@ pub(super) struct Witness {
 /// Steps of a short climb and of a long one.
 const SHORT: u64 = 32;
 const LONG: u64 = 3000;
-/// Climbs that are continued.
+/// Climbs that are continued: one in a hundred, but not more than these.
 const BEST: usize = 1000;
 /// Starts looked at together, which bounds the memory.
 const TOGETHER: u64 = 1 << 16;
@@ -40,7 +40,7 @@ pub(super) fn search<S: Shape>(family: &Family<S>, k: usize, starts: u64) -> Wit
             climb(family, k, start_at, mix(start), SHORT, 0.4, 0.88)
         }));
         best.sort_unstable_by(|a, b| b.value.total_cmp(&a.value));
-        best.truncate(BEST);
+        best.truncate(BEST.min(16 + starts as usize / 100));
     }
     best.par_iter()
         .enumerate()

@@ -1,0 +1,71 @@
+#!/bin/sh
+# Makes the figures of docs/figures, which follow those of Gamito (2009) by number.
+#
+#     scripts/figures/make.sh                  all of them
+#     scripts/figures/make.sh gradient 3.14a   some of them
+#
+# Figures of a noise are made by `orogen noise` and share a folder, a picture is made by `orogen render`
+# of the script with its number, a curve of a formula by examples/profiles.rs. Figures that need what
+# this version does not have are named and left out.
+set -u
+cd "$(dirname "$0")/../.."
+orogen=${OROGEN:-target/release/orogen}
+out=${OUT:-docs/figures}
+wanted=" $* "
+mkdir -p "$out"
+
+is_wanted() { [ "$wanted" = "  " ] || case $wanted in *" $1 "*) true ;; *) false ;; esac; }
+left_out() { echo "$1: left out; $orogen could not make it" >&2; }
+
+averages="--only autocovariance --only spectrum --only radial --only anisotropy"
+plates="--only sample --only sphere $averages"
+
+# noise NAME KIND OPTION...
+noise() {
+    number=$1
+    shift
+    is_wanted "$number" || return 0
+    echo "$number: orogen noise $*"
+    "$orogen" noise "$@" --seed 1 -o "$out/$number" || { rmdir "$out/$number" 2>/dev/null; left_out "$number"; }
+}
+
+# picture NUMBER SCRIPT OPTION...
+picture() {
+    number=$1
+    script=scripts/figures/$2.rhai
+    shift 2
+    is_wanted "$number" || return 0
+    echo "$number: orogen render $script $*"
+    "$orogen" render "$script" -o "$out/$number.png" "$@" || left_out "$number"
+}
+
+# Models: terrain by rescale-and-add and by the two models with statistics by altitude, ridges plain
+# and deformed, ridges on a sphere.
+picture 3.14a 3.14a
+picture 3.14b 3.14b
+picture 3.14c 3.14c
+picture 3.15a 3.15a
+picture 3.15b 3.15b
+picture 3.17a 3.17 --set octaves=2
+picture 3.17b 3.17 --set octaves=5
+picture 3.17c 3.17 --set octaves=8
+
+# The kernels: 4.4 the quintic fade, 4.9 the kernels of sparse convolution.
+if is_wanted 4.04 || is_wanted 4.09; then
+    cargo run --quiet --release --example profiles -- "$out"
+fi
+
+# 4.5 to 4.7, gradient noise: samples, covariance and spectrum, radial power and anisotropy.
+noise gradient gradient $plates
+
+# 4.10 to 4.12, sparse convolution noise, one node a cell. Its spectrum is shown in space: that of a
+# plane is summed up across the plane, which fills the dark rings.
+sparse="sparse --set nodes=1 --set kernel=quintic"
+noise sparse $sparse --seeds 2 --only sample --only sphere
+noise sparse $sparse --solid --cells 16 --samples 8 $averages
+
+# 4.15 to 4.17, cellular noise of the nearest node; 4.18 and 4.19, of the two nearest, by Euclidean
+# and by Manhattan distance.
+noise cellular cellular --set weights=[1,0,0,0] --set centred=false $plates
+noise cellular-two cellular --set weights=[1,1,0,0] --amplitude 0.05 --only sphere
+noise cellular-manhattan cellular --set weights=[1,1,0,0] --set norm=manhattan --amplitude 0.03 --only sphere

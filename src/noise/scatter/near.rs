@@ -1,0 +1,208 @@
+//! Sums of spots at one point, and bounds in a ball around it: the lanes are cells.
+
+use super::{BEYOND, Draw, Scatter, Spot};
+use crate::noise::bulk::{GRADIENT, HESSIAN, VALUE};
+use crate::noise::lattice::{Lattice, STEP, split};
+use crate::num::{Bounds, Interval, Local, Order, Point, widest};
+
+/// Most cells that spots of nodes in reach of a ball can lie in: four along an axis.
+const CELLS: usize = 64;
+
+/// Largest radius of a ball whose nodes are looked at one by one.
+const LARGEST: f64 = 0.5;
+
+/// The cells in reach of a ball, in the order of their numbers.
+struct Cells {
+    count: usize,
+    words: [u32; CELLS],
+    reach: [[f64; CELLS]; 3],
+    /// Zero, or NaN where there is no place.
+    start: f64,
+}
+
+/// What one axis knows of the cells along it.
+#[derive(Clone, Copy, Default)]
+struct Step {
+    word: u32,
+    reach: f64,
+    /// Square of the distance along the axis.
+    distance: f64,
+}
+
+impl Cells {
+    #[inline(always)]
+    fn around(draw: &Draw, lattice: &Lattice, at: [f64; 3], radius: f64) -> Cells {
+        let places = at.map(split);
+        let start = 0.0 * (places[0].1 * places[0].1 + places[1].1 * places[1].1 + places[2].1 * places[2].1);
+        // Padding is out of reach.
+        let mut cells = Cells { count: 0, words: [0; CELLS], reach: [[8.0; CELLS]; 3], start };
+        let limit = (1.0 + radius) * (1.0 + radius) * BEYOND;
+        let along = |axis: usize| {
+            let (cell, t) = places[axis];
+            let mut steps = [Step::default(); 5];
+            for (i, step) in steps.iter_mut().enumerate() {
+                let reach = t - (i as f64 - 2.0) - draw.margin;
+                let word = lattice.wrap(axis, cell.wrapping_add(i as u32).wrapping_sub(2));
+                *step = Step { word: word.wrapping_mul(STEP[axis]), reach, distance: draw.distance(reach) };
+            }
+            steps
+        };
+        let [x, y, z] = [along(0), along(1), along(2)];
+        for w in z.iter().filter(|w| w.distance < limit) {
+            for v in y.iter().filter(|v| v.distance + w.distance < limit) {
+                for u in &x {
+                    if u.distance + (v.distance + w.distance) < limit && cells.count < CELLS {
+                        let n = cells.count;
+                        cells.words[n] = u.word ^ v.word ^ w.word;
+                        cells.reach[0][n] = u.reach;
+                        cells.reach[1][n] = v.reach;
+                        cells.reach[2][n] = w.reach;
+                        cells.count = n + 1;
+                    }
+                }
+            }
+        }
+        cells
+    }
+}
+
+/// Cells a step of a single point, as lanes.
+const LANES: usize = 8;
+
+/// Sums over the nodes of some cells: the jet at the centre, and bounds on the derivatives of order 0
+/// to 3 within `radius` of it if that is asked for.
+#[inline(always)]
+fn sums<const ORDER: u8, const SIZES: bool, S: Spot>(
+    draw: &Draw,
+    spot: &S,
+    cells: &Cells,
+    radius: f64,
+) -> (Point, [f64; 4]) {
+    let parts = [1, 4, 10][usize::from(ORDER)];
+    let mut sum = [cells.start; 10];
+    sum[parts..].fill(0.0);
+    let mut sizes = [[0.0; LANES]; 4];
+    for slot in 0..draw.slots {
+        for first in (0..cells.count).step_by(LANES) {
+            let mut terms = [[0.0; LANES]; 10];
+            lanes::<ORDER, SIZES, S>(draw, spot, cells, (slot, first, radius), &mut terms, &mut sizes);
+            for i in 0..LANES.min(cells.count - first) {
+                for k in 0..parts {
+                    sum[k] += terms[k][i];
+                }
+            }
+        }
+    }
+    let [value, x, y, z, xx, yy, zz, xy, xz, yz] = sum;
+    (Point { value, grad: [x, y, z], hess: [xx, yy, zz, xy, xz, yz] }, sizes.map(|s| s.iter().sum()))
+}
+
+/// The loop that the compiler vectorises: one node of each of some cells.
+#[inline(always)]
+fn lanes<const ORDER: u8, const SIZES: bool, S: Spot>(
+    draw: &Draw,
+    spot: &S,
+    cells: &Cells,
+    (slot, first, radius): (usize, usize, f64),
+    terms: &mut [[f64; LANES]; 10],
+    sizes: &mut [[f64; LANES]; 4],
+) {
+    let (mut words, mut reach, mut present) = ([0; LANES], [[0.0; LANES]; 3], [true; LANES]);
+    words.copy_from_slice(&cells.words[first..first + LANES]);
+    for axis in 0..3 {
+        reach[axis].copy_from_slice(&cells.reach[axis][first..first + LANES]);
+    }
+    if let Some(tail) = draw.tail {
+        for i in 0..LANES {
+            present[i] = draw.count(words[i]) < tail[slot];
+        }
+    }
+    for i in 0..LANES {
+        let mut node = draw.node(words[i], slot, [reach[0][i], reach[1][i], reach[2][i]]);
+        node.weight = if present[i] { node.weight } else { 0.0 };
+        let p = spot.jet::<ORDER>(&node);
+        terms[0][i] = p.value;
+        if ORDER >= GRADIENT {
+            for k in 0..3 {
+                terms[1 + k][i] = p.grad[k];
+            }
+        }
+        if ORDER >= HESSIAN {
+            for k in 0..6 {
+                terms[4 + k][i] = p.hess[k];
+            }
+        }
+        if SIZES {
+            let [x, y, z] = node.d;
+            let r = (x * x + y * y + z * z).sqrt();
+            let near = if r > radius { r - radius } else { 0.0 };
+            let weight = node.weight.abs();
+            let counts = near < 1.0 && weight > 0.0;
+            let own = spot.sizes(if counts { near } else { 0.0 }, r + radius);
+            for k in 0..4 {
+                sizes[k][i] += if counts { weight * own[k] } else { 0.0 };
+            }
+        }
+    }
+}
+
+/// [`Basis::jet`](crate::noise::Basis::jet) for spots.
+pub(in crate::noise) fn jet<S: Spot>(
+    scatter: &Scatter,
+    spot: &S,
+    lattice: &Lattice,
+    order: Order,
+    at: [f64; 3],
+) -> Point {
+    let draw = scatter.draw(lattice);
+    widest(
+        #[inline(always)]
+        || {
+            let cells = Cells::around(&draw, lattice, at, 0.0);
+            match order {
+                Order::Value => sums::<VALUE, false, S>(&draw, spot, &cells, 0.0).0,
+                Order::Gradient => sums::<GRADIENT, false, S>(&draw, spot, &cells, 0.0).0,
+                Order::Hessian => sums::<HESSIAN, false, S>(&draw, spot, &cells, 0.0).0,
+            }
+        },
+    )
+}
+
+/// [`Basis::local`](crate::noise::Basis::local) for spots, from the global bounds and the rounding of jets.
+pub(in crate::noise) fn local<S: Spot>(
+    scatter: &Scatter,
+    spot: &S,
+    lattice: &Lattice,
+    (order, at, radius): (Order, [f64; 3], f64),
+    global: Bounds,
+    rounding: [f64; 3],
+) -> Local {
+    // Rounding moves a node by less than 1e-14, and sums by less than a part in 1e12.
+    let wide = radius * (1.0 + 1e-12) + 1e-14;
+    if wide > LARGEST || wide.is_nan() {
+        return Local::uniform(jet(scatter, spot, lattice, order, at), global);
+    }
+    let draw = scatter.draw(lattice);
+    let (jet, sizes) = widest(
+        #[inline(always)]
+        || {
+            let cells = Cells::around(&draw, lattice, at, wide);
+            sums::<HESSIAN, true, S>(&draw, spot, &cells, wide)
+        },
+    );
+    if !jet.value.is_finite() {
+        return Local::uniform(jet, global);
+    }
+    let up = |x: f64| x * (1.0 + 1e-9) + 1e-9;
+    let norm = |parts: &[f64], error: f64| {
+        parts.iter().map(|p| p * p).sum::<f64>().sqrt() + parts.len() as f64 * error
+    };
+    let [xx, yy, zz, xy, xz, yz] = jet.hess;
+    let third = up(sizes[3]).min(global.third);
+    // The Frobenius norm of the Hessian at the centre, and what can be gained on the way.
+    let bent = norm(&[xx, yy, zz, xy, xy, xz, xz, yz, yz], rounding[2]) + third * wide;
+    let hessian = up(sizes[2]).min(up(bent)).min(global.hessian);
+    let lipschitz = up(sizes[1]).min(up(norm(&jet.grad, rounding[1]) + hessian * wide)).min(global.lipschitz);
+    let range = up(sizes[0]).min(up(jet.value.abs() + rounding[0] + lipschitz * wide)).min(global.range);
+    Local { jet, bounds: Bounds { range, lipschitz, hessian, third }, bow: Interval::ENTIRE }
+}
