@@ -730,6 +730,9 @@ const VARIANCES: &[(&str, f64)] = &[
     ("value_gradient Name(\"sphere\")", 0.23328),
     ("simplex", 0.15401),
     ("simplex Name(\"sphere\")", 0.15098),
+    ("cellular", 0.040534),
+    ("waves", 1.0),
+    ("weierstrass", 1.0),
 ];
 
 #[test]
@@ -780,7 +783,8 @@ fn distant_places_and_different_seeds_are_uncorrelated() {
     let n = 20_000;
     // Five deviations of the correlation of independent samples.
     let chance = 5.0 / (n as f64).sqrt();
-    for (name, kind) in kinds() {
+    // Waves along the axes, with the same wavenumbers for all seeds, agree at any distance.
+    for (name, kind) in kinds().into_iter().filter(|(_, kind)| !matches!(kind, Kind::Weierstrass(_))) {
         let mut random = Random::new(9);
         let at = |seed: u64, p: [f64; 3]| Noise::new(kind, seed).jet(Order::Value, p).value;
         let steps = [

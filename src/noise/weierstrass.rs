@@ -61,8 +61,8 @@ impl Basis for Weierstrass {
         },
         Parameter {
             name: "lacunarity",
-            doc: "Ratio of successive frequencies.",
-            allowed: Allowed::Number { least: 1.01, most: 8.0, default: 2.0 },
+            doc: "Ratio of successive frequencies; a whole number makes the function repeat in every cell.",
+            allowed: Allowed::Number { least: 1.01, most: 8.0, default: 2.07 },
         },
         Parameter {
             name: "hurst",
