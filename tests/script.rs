@@ -125,6 +125,8 @@ fn every_entry_of_the_reference_is_documented_and_its_example_runs() {
     value(&mut i, "import \"std/fractal\" as fractal; ");
     value(&mut i, "import \"std/color\" as color;");
     value(&mut i, "import \"std/planet\" as planet; ");
+    value(&mut i, "import \"std/terrain\" as terrain;");
+    value(&mut i, "import \"std/warp\" as warp;");
     value(&mut i, "let ground = sphere(1.0);");
     for entry in reference() {
         assert!(!entry.doc.is_empty(), "{} has no documentation", entry.name);

@@ -1,12 +1,12 @@
 #!/bin/sh
 # Makes the figures of docs/figures, which follow those of Gamito (2009) by number.
 #
-#     scripts/figures/make.sh             all of them
-#     scripts/figures/make.sh 4.05 4.06   some of them
+#     scripts/figures/make.sh                  all of them
+#     scripts/figures/make.sh gradient 3.14a   some of them
 #
-# A figure of a noise is made by `orogen noise`, a picture by `orogen render` of the script with its
-# number, a curve of a formula by examples/profiles.rs. Figures that need what this version does not
-# have are named and left out.
+# Figures of a noise are made by `orogen noise` and share a folder, a picture is made by `orogen render`
+# of the script with its number, a curve of a formula by examples/profiles.rs. Figures that need what
+# this version does not have are named and left out.
 set -u
 cd "$(dirname "$0")/../.."
 orogen=${OROGEN:-target/release/orogen}
@@ -17,7 +17,10 @@ mkdir -p "$out"
 is_wanted() { [ "$wanted" = "  " ] || case $wanted in *" $1 "*) true ;; *) false ;; esac; }
 left_out() { echo "$1: left out; $orogen could not make it" >&2; }
 
-# noise NUMBER KIND OPTION...
+averages="--only autocovariance --only spectrum --only radial --only anisotropy"
+plates="--only sample --only sphere $averages"
+
+# noise NAME KIND OPTION...
 noise() {
     number=$1
     shift
@@ -52,24 +55,17 @@ if is_wanted 4.04 || is_wanted 4.09; then
     cargo run --quiet --release --example profiles -- "$out"
 fi
 
-# Gradient noise: sample, covariance and spectrum, radial power and anisotropy.
-noise 4.05 gradient --seeds 2 --only sample --only sphere
-noise 4.06 gradient --only autocovariance --only spectrum
-noise 4.07 gradient --only radial --only anisotropy
+# 4.5 to 4.7, gradient noise: samples, covariance and spectrum, radial power and anisotropy.
+noise gradient gradient $plates
 
-# Sparse convolution noise, one node a cell. Its spectrum is shown in space: that of a plane is
-# summed up across the plane, which fills the dark rings.
+# 4.10 to 4.12, sparse convolution noise, one node a cell. Its spectrum is shown in space: that of a
+# plane is summed up across the plane, which fills the dark rings.
 sparse="sparse --set nodes=1 --set kernel=quintic"
-noise 4.10 $sparse --seeds 2 --only sample --only sphere
-noise 4.11 $sparse --solid --cells 16 --samples 8 --only autocovariance --only spectrum
-noise 4.12 $sparse --solid --cells 16 --samples 8 --only radial --only anisotropy
+noise sparse $sparse --seeds 2 --only sample --only sphere
+noise sparse $sparse --solid --cells 16 --samples 8 $averages
 
-# Cellular noise: the nearest node; then the two nearest, by Euclidean and by Manhattan distance.
-noise 4.15 cellular --set weights=[1,0,0,0] --set centred=false --seeds 2 --only sample --only sphere
-noise 4.16 cellular --set weights=[1,0,0,0] --set centred=false --only autocovariance --only spectrum
-noise 4.17 cellular --set weights=[1,0,0,0] --set centred=false --only radial --only anisotropy
-noise 4.18 cellular --set weights=[1,1,0,0] --amplitude 0.05 --only sphere
-noise 4.19 cellular --set weights=[1,1,0,0] --set norm=manhattan --amplitude 0.03 --only sphere
-
-# Not among the figures of the source, for comparison.
-noise wavelet wavelet --only sample --only spectrum --only radial
+# 4.15 to 4.17, cellular noise of the nearest node; 4.18 and 4.19, of the two nearest, by Euclidean
+# and by Manhattan distance.
+noise cellular cellular --set weights=[1,0,0,0] --set centred=false $plates
+noise cellular-two cellular --set weights=[1,1,0,0] --amplitude 0.05 --only sphere
+noise cellular-manhattan cellular --set weights=[1,1,0,0] --set norm=manhattan --amplitude 0.03 --only sphere

@@ -38,6 +38,35 @@ const KNOWN: &[Known] = &[
         low_pass: true,
         power: &[(0.25, -6.1), (0.5, -10.2), (0.75, -18.0), (1.5, -39.8)],
     },
+    Known {
+        // Two independent noises: variances and powers add up.
+        noise: "value_gradient",
+        variance: 0.2333,
+        stationary: false,
+        isotropic: false,
+        low_pass: true,
+        power: &[(0.25, -5.8), (0.5, -8.9), (0.75, -14.6), (1.5, -36.6)],
+    },
+    Known {
+        // The distance to the nearest node of a Poisson process has a Gamma law; its spectrum has no
+        // closed form.
+        noise: "cellular",
+        variance: 0.04053,
+        stationary: true,
+        isotropic: true,
+        low_pass: true,
+        power: &[],
+    },
+    Known {
+        // Its spectrum in space is the kernel's transform squared; that of a plane, its integral
+        // across the plane.
+        noise: "sparse",
+        variance: 0.37313,
+        stationary: true,
+        isotropic: true,
+        low_pass: true,
+        power: &[(0.25, -4.07), (0.5, -7.38), (0.75, -13.52), (1.0, -24.33), (1.5, -36.55)],
+    },
 ];
 
 fn noise(name: &str) -> Noise {

@@ -157,6 +157,17 @@ switch type_of(it) {{
             sun: sun(#{{ azimuth: 85.0, elevation: 48.0 }}),
         }})
     }},
+    \"Grid\" => {{
+        // Heights over their square, none of them towering.
+        let half = 0.5 * it.extent.x;
+        let flat = min(1.0, 0.5 * half / (it.high - it.low));
+        scene(#{{
+            surface: y - flat * it,
+            bounds: [vec3(-half, flat * it.low - 0.2 * half, -half), vec3(half, flat * it.high + 0.01 * half, half)],
+            camera: orbit(#{{ distance: 5.0 * half, azimuth: 35.0, elevation: 32.0, fov: 34.0 }}),
+            sun: sun(#{{ azimuth: 110.0, elevation: 30.0, strength: 3.5 }}),
+        }})
+    }},
     _ => it,
 }}
 ",

@@ -14,7 +14,7 @@ use crate::op::Op;
 ///
 /// # Errors
 /// A diagnostic at the expression that makes it less, with a remedy.
-pub fn smooth(graph: &Graph, root: NodeId) -> Result<(), Diagnostic> {
+pub fn smooth(graph: &Graph, root: NodeId) -> Result<(), Box<Diagnostic>> {
     let Some(culprit) = graph.first_below(root, Class::C2) else { return Ok(()) };
     let what = match graph.class(culprit) {
         Class::Jump => "jumps, so the field has no critical points to analyse",
@@ -25,7 +25,7 @@ pub fn smooth(graph: &Graph, root: NodeId) -> Result<(), Diagnostic> {
     // A noise is placed by the first operation that uses it.
     let rough = |id: &NodeId| graph.class(*id) < Class::C2;
     let place = graph.reachable(&[root]).into_iter().filter(rough).find_map(|id| graph.place(id).cloned());
-    Err(Diagnostic::error(format!("{name} {what}")).at(place).hint(remedy))
+    Err(Box::new(Diagnostic::error(format!("{name} {what}")).at(place).hint(remedy)))
 }
 
 /// What to call a node that is not smooth, and what to put in its place.

@@ -46,6 +46,7 @@ impl<'a> Bundle<'a> {
 }
 
 /// What a footprint leaves of an octave, lane by lane.
+#[allow(clippy::large_enum_variant)] // one at a time, on the stack of a loop
 enum Share {
     Whole,
     Gone,

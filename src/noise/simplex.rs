@@ -74,8 +74,10 @@ impl Basis for Simplex {
         }
     }
 
+    /// The mean power spectrum is isotropic, as the kernel's weight is: the square of the slope of its
+    /// Fourier transform. It peaks at 0.85 cycles a unit and is 20 dB down at 2.06 (1.98 in planes).
     fn band(&self) -> f64 {
-        1.5
+        2.05
     }
 
     /// An offset is off by half a roundoff and so `1/2 - |d|^2` by 3; of its fourth power times `|d|`

@@ -34,8 +34,10 @@ impl Basis for Value {
         Bounds { range: 1.0, lipschitz: 3.751, hessian: 14.2, third: 121.2 }
     }
 
+    /// The mean power spectrum is that of the weight, since nodes are independent: greatest at zero,
+    /// and, averaged over shells of wave vectors, 20 dB below that at 0.90 cycles a cell (0.88 in planes).
     fn band(&self) -> f64 {
-        1.0
+        0.9
     }
 
     #[inline(always)]

@@ -40,8 +40,10 @@ impl Basis for ValueGradient {
         }
     }
 
+    /// The power spectra of value noise and gradient noise add up: greatest at zero, and 20 dB below
+    /// that at 1.02 cycles a cell, averaged over shells of wave vectors (1.00 in planes).
     fn band(&self) -> f64 {
-        1.0
+        1.05
     }
 
     #[inline(always)]

@@ -177,7 +177,7 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
                 };
                 let p = p.map(|p| &p.0[i]);
                 // Every exact number knows the chain rule.
-                T::compose(&jet, p, with.map(|s| &s.0[i])).unwrap_or_else(|| p[0].clone())
+                T::compose(&jet, p, with.map(|s| &s.0[i])).unwrap_or(*p[0])
             },
         ))
     }

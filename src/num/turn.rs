@@ -16,12 +16,14 @@
 //! [`TURN_ERROR`]. There are no branches, no table and no fused operation, so a loop of these runs
 //! in vectors and gives the same bits at every width.
 
+use std::f64::consts::TAU;
+
 /// Absolute error of [`cos_turns`] and [`sin_turns`].
 pub const TURN_ERROR: f64 = 4e-16;
 
 /// Coefficients of `P`, lowest first.
 const P: [f64; 9] = [
-    6.283185307179586,
+    TAU,
     -41.341702240399755,
     81.60524927607362,
     -76.70585975282492,
@@ -94,7 +96,7 @@ mod tests {
             Two(q, rest / n)
         }
         // 2 pi to 107 bits.
-        let tau = Two(6.283185307179586, 2.4492935982947064e-16);
+        let tau = Two(TAU, 2.4492935982947064e-16);
         let x = mul(tau, Two(t - t.round(), 0.0));
         let (mut sin, mut cos, mut term) = (Two(0.0, 0.0), Two(0.0, 0.0), Two(1.0, 0.0));
         for n in 0..40 {

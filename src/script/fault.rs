@@ -19,7 +19,7 @@ pub struct Fault {
     /// The key of an object map that is meant, if one is.
     pub key: Option<String>,
     /// Where the blame lies, if that is not where the function was called.
-    pub place: Option<Place>,
+    pub place: Option<Box<Place>>,
 }
 
 /// Result of a native function.
@@ -45,7 +45,7 @@ impl Fault {
 
     /// Sets where the blame lies.
     pub fn at(mut self, place: Option<Place>) -> Self {
-        self.place = place;
+        self.place = place.map(Box::new);
         self
     }
 

@@ -105,7 +105,9 @@ impl Map<'_> {
             .set_label_area_size(LabelAreaPosition::Right, BAR_LABELS)
             .build_cartesian_2d(0.0..1.0, self.shades.0..self.shades.1)
             .map_err(drawing)?;
-        let format = ticks(self.shades);
+        // Apart from the tick in front of it, which would look like a minus sign.
+        let plain = ticks(self.shades);
+        let format = |v: &f64| format!("  {}", plain(v));
         chart
             .configure_mesh()
             .disable_mesh()

@@ -168,7 +168,7 @@ impl Spots {
 
     /// Suprema of `|h_j|`.
     fn peaks(&self) -> [f64; 4] {
-        if self.lewis { [1.0, 1.5708, 4.9349, f64::INFINITY] } else { [1.0, 1.875, 5.773_51, 60.0] }
+        if self.lewis { [1.0, 0.5 * PI, 0.5 * PI * PI, f64::INFINITY] } else { [1.0, 1.875, 5.773_51, 60.0] }
     }
 
     /// Upper bound of `g_k` in the voxel of side `e` at `low`.
