@@ -59,7 +59,7 @@ impl Source {
 
     /// Whether the file is unit tests as a whole.
     fn is_tests(&self) -> bool {
-        self.path.ends_with("tests.rs")
+        self.path.ends_with("tests.rs") || self.path.components().any(|c| c.as_os_str() == "tests")
     }
 
     /// The module of the table that the file belongs to; `None` for `lib.rs` and `main.rs`.

@@ -1,3 +1,5 @@
+//! Cellular noise against plain searches, exact means, and samples of balls.
+
 use super::*;
 use crate::noise::tests::Random;
 use crate::noise::{Kind, Noise, Setting};
