@@ -38,7 +38,7 @@ use super::bulk::{self, GRADIENT, HESSIAN, Lanes};
 use super::lattice::{Lattice, STEP, hash};
 use super::parameter::Settings;
 use crate::num::{
-    Bounds, Class, Jets, Order, Point, ROUNDOFF, cos_turns, mix, quadratic, sin_turns, uniform,
+    Bounds, Class, Jets, Local, Order, Point, ROUNDOFF, cos_turns, mix, quadratic, sin_turns, uniform,
 };
 use rayon::prelude::*;
 use std::sync::OnceLock;
@@ -98,6 +98,23 @@ impl Basis for Wavelet {
 
     fn jet(&self, lattice: &Lattice, order: Order, at: [f64; 3]) -> Point {
         bulk::jet(Blocks::new(lattice), order, at)
+    }
+
+    fn is_uniform(&self) -> bool {
+        false
+    }
+
+    fn local(&self, lattice: &Lattice, order: Order, at: [f64; 3], radius: f64) -> Local {
+        let blocks = Blocks::new(lattice);
+        let jet = bulk::jet(blocks, order, at);
+        let global = self.bounds();
+        let Some(hessian) = blocks.hessian(at, radius) else { return Local::uniform(jet, global) };
+        let hessian = if hessian < global.hessian { hessian } else { global.hessian };
+        let [x, y, z] = jet.grad;
+        let slope = (x * x + y * y + z * z).sqrt() + hessian * radius + 2.0 * self.rounding()[1];
+        let known = order >= Order::Gradient && slope < global.lipschitz;
+        let lipschitz = if known { slope * (1.0 + 64.0 * ROUNDOFF) } else { global.lipschitz };
+        Local::uniform(jet, Bounds { lipschitz, hessian, ..global })
     }
 
     /// Coordinates within a cell are exact. Weights are off by a few roundoffs, and so are the sums,
@@ -243,6 +260,78 @@ impl Blocks {
     }
 }
 
+/// Most cells along an axis whose coefficients a local bound looks at.
+const NEAR: usize = 3;
+
+impl Blocks {
+    /// Bounds the Hessian within a ball, if it spans few cells, and those of one tile.
+    ///
+    /// The derivatives of a spline are splines of the differences of its coefficients, and lie in
+    /// their hull: second differences along an axis bound the second derivative, and differences
+    /// along two axes the mixed one. The largest row sum bounds the spectral norm.
+    fn hessian(&self, at: [f64; 3], radius: f64) -> Option<f64> {
+        let mut first = [0; 3];
+        let mut count = [0; 3];
+        let mut word = 0;
+        for axis in 0..3 {
+            // Outward by more than the sums are rounded.
+            let reach = radius + 4.0 * ROUNDOFF * (at[axis].abs() + radius);
+            let (low, high) = (self.spot(axis, at[axis] - reach), self.spot(axis, at[axis] + reach));
+            let span = (RATE * (at[axis] + reach)).floor() - (RATE * (at[axis] - reach)).floor();
+            if low.word != high.word || span >= NEAR as f64 || high.index < low.index {
+                return None;
+            }
+            (first[axis], count[axis]) = (low.index, high.index - low.index + 3);
+            word ^= low.word;
+        }
+        let tile = self.tile(word);
+        const SIDE: usize = NEAR + 2;
+        let mut c = [[[0.0; SIDE]; SIDE]; SIDE];
+        for k in 0..count[2] {
+            for j in 0..count[1] {
+                for i in (0..count[0] - 2).step_by(3).chain([count[0] - 3]) {
+                    let [x, y, z] = first;
+                    c[k][j][i..i + 3].copy_from_slice(&self.tiles.row(tile, [x + i, y, z], j, k));
+                }
+            }
+        }
+        let [nx, ny, nz] = count;
+        let at = |[i, j, k]: [usize; 3]| c[k][j][i];
+        let mut most = [0.0_f64; 6];
+        for (k, j, i) in (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| (k, j, i)))) {
+            let (here, n) = ([i, j, k], [nx, ny, nz]);
+            let step = |p: [usize; 3], axis: usize| {
+                let mut q = p;
+                q[axis] += 1;
+                q
+            };
+            for a in 0..3 {
+                if here[a] + 2 < n[a] {
+                    let next = step(here, a);
+                    let second = at(here) - 2.0 * at(next) + at(step(next, a));
+                    most[a] = most[a].max(second.abs());
+                }
+                for b in a + 1..3 {
+                    if here[a] + 1 < n[a] && here[b] + 1 < n[b] {
+                        let (p, q) = (step(here, a), step(here, b));
+                        let mixed = at(here) - at(p) - at(q) + at(step(p, b));
+                        most[a + b + 2] = most[a + b + 2].max(mixed.abs());
+                    }
+                }
+            }
+        }
+        let [xx, yy, zz, xy, xz, yz] = most;
+        let rows = (xx + xy + xz).max(xy + yy + yz).max(xz + yz + zz);
+        Some(RATE * RATE * rows * (1.0 + 64.0 * ROUNDOFF))
+    }
+
+    /// The tile of a block.
+    #[inline(always)]
+    fn tile(&self, word: u32) -> usize {
+        hash(word, self.key) as usize >> 16 & (TILES - 1)
+    }
+}
+
 impl Lanes for Blocks {
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
@@ -252,7 +341,7 @@ impl Lanes for Blocks {
     ) {
         for i in 0..B {
             let [x, y, z] = [self.spot(0, from[0][i]), self.spot(1, from[1][i]), self.spot(2, from[2][i])];
-            let tile = hash(x.word ^ y.word ^ z.word, self.key) as usize >> 16 & (TILES - 1);
+            let tile = self.tile(x.word ^ y.word ^ z.word);
             let [u, v, w] = [quadratic(x.t), quadratic(y.t), quadratic(z.t)];
             // Along x, then y, then z; the order of each derivative by axis.
             let mut sums = [0.0; 10];

@@ -379,7 +379,8 @@ fn affine_forms_are_sharp_to_second_order_away_from_creases() {
         let mut seen = 0;
         for _ in 0..100 {
             let p = random.point(10.0);
-            let bounds = noise.local(Order::Gradient, p, 5e-3).bounds;
+            // Far enough from creases for curvature to vary little.
+            let bounds = noise.local(Order::Gradient, p, 2e-2).bounds;
             if bounds.hessian > 200.0 {
                 continue;
             }
@@ -389,12 +390,12 @@ fn affine_forms_are_sharp_to_second_order_away_from_creases() {
                 assert!(wide < 1e-11, "{variant:?} {p:?} {wide}");
             } else {
                 assert!(
-                    wide < 200.0 * 6e-6 && (3.2..5.5).contains(&(wide / narrow)),
+                    wide < 200.0 * 6e-6 && (3.2..5.0).contains(&(wide / narrow)),
                     "{variant:?} {p:?} {wide} {narrow}"
                 );
             }
         }
-        assert!(seen > 20, "{variant:?} {seen}");
+        assert!(seen > 10, "{variant:?} {seen}");
     }
 }
 
