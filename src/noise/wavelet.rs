@@ -157,7 +157,7 @@ fn gaussian(tile: usize, n: usize) -> f64 {
     let pair = mix((n / 2 * (TILES + 1) + owner) as u64);
     let radius = (-2.0 * libm::log(1.0 - uniform(pair))).sqrt();
     let turn = uniform(mix(pair));
-    radius * if n % 2 == 0 { cos_turns(turn) } else { sin_turns(turn) }
+    radius * if n.is_multiple_of(2) { cos_turns(turn) } else { sin_turns(turn) }
 }
 
 /// Half of the filter that projects on coarser splines; the other half is its mirror image. These
