@@ -121,7 +121,15 @@ const SIDE: u32 = 240;
 const SEEN: [&str; 7] = ["Noise", "Grids", "std/fractal", "std/warp", "std/terrain", "std/shapes", "std/csg"];
 
 /// Functions under those headings whose examples are numbers or settings.
-const UNSEEN: [&str; 1] = ["stats"];
+const UNSEEN: [&str; 7] = [
+    "stats",
+    "bounds",
+    "slope",
+    "vector_noise",
+    "terrain::alpine",
+    "warp::fold_by_noise",
+    "warp::fold_by_flow",
+];
 
 fn is_seen(entry: &Entry) -> bool {
     SEEN.contains(&entry.group.as_str())
@@ -149,10 +157,12 @@ fn scene(entry: &Entry) -> String {
 switch type_of(it) {{
     \"Noise\" => {{
         let noise = it{scaled};
+        let usual = noise.stats();
+        let level = (noise - usual.mean) / sqrt(usual.variance);
         let cut = max(max(-x, -y), -z);
-        let shades = [[-0.6, rgb(\"#12233f\")], [0.0, rgb(\"#7f8790\")], [0.6, rgb(\"#f6e6cc\")]];
+        let shades = [[-2.0, rgb(\"#12233f\")], [0.0, rgb(\"#7f8790\")], [2.0, rgb(\"#f6e6cc\")]];
         scene(#{{
-            surface: difference(sphere(1.0) - 0.08 * noise, cut).colored(color::ramp(noise, shades)),
+            surface: difference(sphere(1.0) - 0.025 * level, cut).colored(color::ramp(level, shades)),
             camera: orbit(#{{ distance: 4.2, azimuth: 38.0, elevation: 26.0, fov: 32.0 }}),
             sun: sun(#{{ azimuth: 85.0, elevation: 48.0 }}),
         }})
@@ -236,6 +246,7 @@ mod tests {
             let compiled = script::compile(&Request::text(scene(entry)));
             assert!(compiled.scene.is_some(), "{}: {:?}", entry.name, compiled.diagnostics);
         }
+        assert!(UNSEEN.iter().all(|name| entries.iter().any(|e| e.name == *name)));
     }
 
     #[test]
