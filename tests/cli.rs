@@ -17,7 +17,7 @@ fn alone_it_shows_help() {
 #[test]
 fn every_command_has_help_with_examples() {
     let bench = Bench::new(&[]);
-    for command in ["render", "watch", "check", "repl", "new", "noise"] {
+    for command in ["render", "watch", "check", "repl", "new", "noise", "doc"] {
         let help = stdout(&bench.run(&format!("{command} --help")).success());
         has(&help, &["Usage: orogen", "Examples:", &format!("orogen {command}")]);
         assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
@@ -385,4 +385,27 @@ fn repl_commands() {
     assert!(bench.picture("out.png").2[0] > 5.0);
     run(":render\n").success();
     assert_eq!(bench.names(), ["a.png", "a.rhai", "out.png"]);
+}
+
+// ---- the reference ------------------------------------------------------------------------------
+
+#[test]
+fn the_reference_is_that_of_this_version_and_has_its_pictures() {
+    let bench = Bench::new(&[]);
+    bench.run("doc --text -o .").success();
+    let text = String::from_utf8(bench.read("reference.md")).unwrap();
+    let docs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let kept = std::fs::read_to_string(docs.join("reference.md")).unwrap();
+    assert!(text == kept, "docs/reference.md is not what `orogen doc` writes");
+    for link in text.split("](reference/").skip(1) {
+        let picture = docs.join("reference").join(link.split(')').next().unwrap());
+        assert!(picture.exists(), "{} is missing: run `orogen doc`", picture.display());
+    }
+}
+
+#[test]
+fn the_reference_says_what_it_cannot_write() {
+    let bench = Bench::new(&[]);
+    has(&stderr(&bench.run("doc --only celular").code(2)), &["celular", "did you mean `cellular`?"]);
+    has(&stderr(&bench.run("doc --text -o none").code(1)), &["none"]);
 }

@@ -121,11 +121,15 @@ const SIDE: u32 = 240;
 const SEEN: [&str; 7] = ["Noise", "Grids", "std/fractal", "std/warp", "std/terrain", "std/shapes", "std/csg"];
 
 /// Functions under those headings whose examples are numbers or settings.
-const UNSEEN: [&str; 7] = [
+const UNSEEN: [&str; 11] = [
     "stats",
     "bounds",
     "slope",
     "vector_noise",
+    "field",
+    "fractal::positive",
+    "fractal::power",
+    "terrain::ground",
     "terrain::alpine",
     "warp::fold_by_noise",
     "warp::fold_by_flow",
