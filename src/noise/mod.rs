@@ -231,9 +231,10 @@ impl Kernel for Noise {
         }
         let k = self.frequency;
         let centre = at.map(|x| x * k);
-        // The scaled centre is off by a roundoff of its size.
+        // The scaled centre is off by a roundoff of its size, and a kind may move it further.
         let size = centre.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let reach = radius * k * (1.0 + 8.0 * ROUNDOFF) + 2.0 * ROUNDOFF * size;
+        let off = (2.0 + self.kind.displacement()) * ROUNDOFF * size;
+        let reach = radius * k * (1.0 + 8.0 * ROUNDOFF) + off;
         let local = self.kind.local(&self.lattice, order, centre, reach);
         let bounds = creased(local.bounds, &self.kind.bounds(), radius * k, reach);
         Local { jet: scaled(local.jet, k), bounds: bounds.at_frequency(k), bow: local.bow }

@@ -90,8 +90,10 @@ pub(super) fn amplitudes(terms: &[Term]) -> f64 {
 /// Where the sum of these octaves, less their means, is for certain. With the footprint it shrinks
 /// continuously to nothing.
 fn tail<T: Number>(f: &Fractal, terms: &[Term], footprint: Option<&T>) -> Option<T> {
-    let bounds = terms.first()?.octave.bounds();
-    let signal = f.recipe().model.signal.range(&bounds) - Interval::point(f.mean);
+    // Octaves of a noise have one range; those of its slopes have ranges that grow, so that the first
+    // and the last hold the others.
+    let range = |term: &Term| f.recipe().model.signal.range(&term.octave.bounds());
+    let signal = range(terms.first()?).hull(range(terms.last()?)) - Interval::point(f.mean);
     // Means and amplitudes are rounded; a faded signal lies between zero and the whole one.
     let signal = signal.hull(Interval::point(0.0)) * (1.0 + 1e-12);
     match footprint {

@@ -93,7 +93,7 @@ impl Basis for Waves {
 
     fn local(&self, lattice: &Lattice, _: Order, at: [f64; 3], radius: f64) -> Local {
         let jet = self.jet(lattice, Order::Hessian, at);
-        Local::smooth(jet, self.bounds(), self.rounding()[2], radius)
+        Local::smooth(jet, self.bounds(), self.rounding(), radius)
     }
 
     /// A cosine is off by its own error and by that of adding the phase, a sum by a roundoff of its

@@ -130,7 +130,7 @@ impl Basis for Weierstrass {
 
     fn local(&self, lattice: &Lattice, _: Order, at: [f64; 3], radius: f64) -> Local {
         let jet = self.jet(lattice, Order::Hessian, at);
-        Local::smooth(jet, self.bounds(), self.rounding()[2], radius)
+        Local::smooth(jet, self.bounds(), self.rounding(), radius)
     }
 
     /// Three cosines with their phases and the amplitudes; `m` terms are summed three times over.

@@ -106,8 +106,8 @@ impl Local {
         Local { jet, bounds, bow: Interval::ENTIRE }
     }
 
-    /// What a smooth kernel knows of the ball of `radius` from the Hessian at its centre, known to
-    /// within `error` in each entry. With `h` its norm and `M` the bound on third derivatives,
+    /// What a smooth kernel knows of the ball of `radius` from the jet at its centre, of which every
+    /// entry is known to within `error` of its order. With `h` its norm and `M` the bound on third derivatives,
     ///
     /// ```text
     /// |H(x)| <= h + M r      |grad N(x)| <= |grad N(c)| + h r + M r^2 / 2      bow <= h r^2 / 2 + M r^3 / 6
@@ -115,17 +115,15 @@ impl Local {
     ///
     /// For sums of many terms, which seldom all agree, that is far less than the global bounds.
     #[inline]
-    pub fn smooth(jet: Point, bounds: Bounds, error: f64, radius: f64) -> Local {
+    pub fn smooth(jet: Point, bounds: Bounds, error: [f64; 3], radius: f64) -> Local {
         let up = 1.0 + 64.0 * super::ROUNDOFF;
         let [xx, yy, zz, xy, xz, yz] = jet.hess;
         // The Frobenius norm, of which the off-diagonal entries are half.
         let square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
-        let h = square.sqrt() * up + 3.0 * error;
+        let h = square.sqrt() * up + 3.0 * error[2];
         let third = bounds.third * radius;
         let [x, y, z] = jet.grad;
-        let g = (x * x + y * y + z * z).sqrt()
-            + radius * (h + 0.5 * third)
-            + 64.0 * super::ROUNDOFF * bounds.lipschitz;
+        let g = (x * x + y * y + z * z).sqrt() + radius * (h + 0.5 * third) + 2.0 * error[1];
         let least = |a: f64, b: f64| if a < b { a } else { b };
         Local {
             jet,

@@ -148,7 +148,8 @@ impl<const K: usize> Enclosure<'_, K> {
             curvature += a.abs() * if self.settled(l, own.slope) { level } else { f64::INFINITY };
         }
         let up = 1.0 + 64.0 * ROUNDOFF;
-        let steepness = norm(jet.grad) + curvature * r + SLACK * noise.lipschitz.0;
+        // Offsets of nodes are rounded, which turns the gradients of near ones.
+        let steepness = norm(jet.grad) + curvature * (r + 16.0 * ROUNDOFF) + SLACK * noise.lipschitz.0;
         let global = noise.bounds();
         let bounds = Bounds {
             // A slope that is not known is no better than the global one.

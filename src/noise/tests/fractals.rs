@@ -31,7 +31,8 @@ fn fractals() -> impl Iterator<Item = Fractal> {
     let coarse =
         Recipe { first: -2, hurst: Hurst::octaves(&[0.4, 1.1, -0.3, 0.9]), ..recipe(Model::FBM, true) };
     let slope = Recipe { noise: NOISE.slope(1), octaves: 3, ..recipe(Model::FBM, true) };
-    models.chain(others).chain([coarse, slope]).map(|r| Fractal::new(r).unwrap())
+    let rough = Recipe { octaves: 8, hurst: Hurst::uniform(0.2), ..slope };
+    models.chain(others).chain([coarse, slope, rough]).map(|r| Fractal::new(r).unwrap())
 }
 
 /// Checks all enclosures of `f` over a box against samples, with a footprint and an exponent that
