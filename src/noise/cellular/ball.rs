@@ -21,6 +21,7 @@ use super::metric::Metric;
 use super::search::{Found, Search};
 use super::{Ball, Cellular};
 use crate::noise::basis::Basis;
+use crate::noise::creased;
 use crate::num::{Bounds, Interval, Local, Point, ROUNDOFF};
 
 /// A distance as a function of the offset from the centre of the ball.
@@ -104,7 +105,9 @@ impl<const K: usize> Least<K> {
 
 /// What is known of the ball.
 pub(super) fn local<M: Metric, const K: usize>(ball: &Ball<'_>, search: Search<'_, M>) -> Local {
-    let (noise, metric, r) = (ball.noise, search.metric, ball.radius);
+    let (noise, metric) = (ball.noise, search.metric);
+    // Offsets of nodes are rounded, which is as if the centre lay a little elsewhere.
+    let r = ball.radius + 16.0 * ROUNDOFF;
     let found: Found<K, 1> = search.nearest::<K, 1, true>(&ball.at.map(|x| [x]));
     let jet = noise.point(metric, ball.order, &found);
     let limit = metric.distance(found.measure[K - 1][0]) + 2.0 * metric.steepness() * r + SLACK;
@@ -121,7 +124,9 @@ pub(super) fn local<M: Metric, const K: usize>(ball: &Ball<'_>, search: Search<'
         }
     });
     distances.sort_by(|a, b| a.value.total_cmp(&b.value));
-    Enclosure::<K> { noise, r, distances: &distances, cap: search.cap }.local(jet, &found, metric)
+    let enclosure = Enclosure::<K> { noise, r, distances: &distances, cap: search.cap };
+    let local = enclosure.local(jet, &found, metric);
+    Local { bounds: creased(local.bounds, &noise.bounds(), ball.radius, r), ..local }
 }
 
 /// The distances that matter, nearest first.
@@ -148,8 +153,7 @@ impl<const K: usize> Enclosure<'_, K> {
             curvature += a.abs() * if self.settled(l, own.slope) { level } else { f64::INFINITY };
         }
         let up = 1.0 + 64.0 * ROUNDOFF;
-        // Offsets of nodes are rounded, which turns the gradients of near ones.
-        let steepness = norm(jet.grad) + curvature * (r + 16.0 * ROUNDOFF) + SLACK * noise.lipschitz.0;
+        let steepness = norm(jet.grad) + curvature * r + SLACK * noise.lipschitz.0;
         let global = noise.bounds();
         let bounds = Bounds {
             // A slope that is not known is no better than the global one.

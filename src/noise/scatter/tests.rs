@@ -1,9 +1,9 @@
 //! What every noise made of scattered spots owes, for all placements, kernels and weights.
 
 use super::*;
-use crate::noise::tests::{Random, check_box};
+use crate::noise::tests::{Random, check_box, jets_of};
 use crate::noise::{Fractal, Kind, Model, Noise, Recipe, Setting, Settings};
-use crate::num::{Bounds, Class, Jets, Kernel, Level, Local, Order, limit_simd};
+use crate::num::{Bounds, Class, Kernel, Level, Local, Order, limit_simd};
 
 fn kind(name: &str, settings: &[(&'static str, Setting)]) -> Kind {
     let listing = Kind::ALL.iter().find(|l| l.name == name).unwrap();
@@ -32,25 +32,6 @@ fn kinds() -> Vec<(Kind, f64)> {
             0.5 * quintic,
         ),
     ]
-}
-
-fn jets_of(noise: &Noise, order: Order, points: &[[f64; 3]]) -> Vec<Point> {
-    let at = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
-    let mut to: [Vec<f64>; 10] = std::array::from_fn(|_| vec![0.0; points.len()]);
-    let [v, x, y, z, xx, yy, zz, xy, xz, yz] = &mut to;
-    let out = Jets {
-        value: v,
-        grad: (order >= Order::Gradient).then_some([&mut x[..], y, z]),
-        hess: (order >= Order::Hessian).then_some([&mut xx[..], yy, zz, xy, xz, yz]),
-    };
-    noise.jets([&at[0], &at[1], &at[2]], out);
-    (0..points.len())
-        .map(|i| Point {
-            value: to[0][i],
-            grad: std::array::from_fn(|k| to[1 + k][i]),
-            hess: std::array::from_fn(|k| to[4 + k][i]),
-        })
-        .collect()
 }
 
 fn norm(v: [f64; 3]) -> f64 {

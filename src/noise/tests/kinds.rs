@@ -103,7 +103,7 @@ fn cells_meet_with_equal_jets() {
 }
 
 /// Jets by bulk evaluation.
-fn jets_of(noise: &Noise, order: Order, points: &[[f64; 3]]) -> Vec<Point> {
+pub(in crate::noise) fn jets_of(noise: &Noise, order: Order, points: &[[f64; 3]]) -> Vec<Point> {
     let at = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
     let mut to: [Vec<f64>; 10] = std::array::from_fn(|_| vec![0.0; points.len()]);
     let [v, x, y, z, xx, yy, zz, xy, xz, yz] = &mut to;

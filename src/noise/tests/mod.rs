@@ -4,6 +4,7 @@ mod fractals;
 mod kinds;
 
 pub(super) use fractals::check_box;
+pub(super) use kinds::jets_of;
 
 use super::*;
 use crate::num::{

@@ -32,7 +32,17 @@ pub(super) fn register(lib: &mut Library<'_>) {
     flows(lib);
     let sentence = "What a noise is like on average, measured at the same 16384 points every time, spread over a cube of 64 cells: mean, variance, min, max, gradient (root mean square of its length) and steepest (the longest one met). With them what is certain of that cube (range, lipschitz), and the continuity class. Spectra are the business of `orogen noise`.";
     lib.def("stats(noise)", sentence, "gradient(7).stats().variance", stats);
-    let sentence = "A sum of octaves; `std/fractal` has a function for each model: \"fbm\", \"turbulence\", \"ridged\", \"altitude1\", \"altitude2\".";
+    let sentence = "A sum of octaves; `std/fractal` has a function for each model: \"fbm\", \"turbulence\", \"ridged\", \"altitude1\", \"altitude2\".\n\n\
+        Options of all models:\n\
+        - octaves: how many (1 to 32; 8)\n\
+        - first: the coarsest (-16 to 16; 0); below 0, features larger than the noise's are added\n\
+        - lacunarity: ratio of the frequencies of successive octaves (above 1 and up to 16; 2.1)\n\
+        - hurst: exponent of the amplitudes, 1 smooth, 0 rough: a number (0 to 2; 0.9), an array with a number for each octave, or a field\n\
+        - rotate: turn and shift every octave, which hides the lattice (true or false; false)\n\
+        - detail: leave out what is smaller than a pixel (true or false; true)\n\n\
+        and of the altitude models:\n\
+        - offset: added to the octaves (-4 to 4; 0.6, or 0 where the signal is folded)\n\
+        - signal: what is made of the octaves (\"plain\", \"turbulent\", \"ridged\"; plain)";
     lib.def(
         "octave_sum(noise, model, options)",
         sentence,
