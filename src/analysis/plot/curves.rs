@@ -1,6 +1,6 @@
 //! Curves over a common axis.
 
-use super::{FONT, Figure, PlotError, TEXT, TITLE, decimals, drawing, font};
+use super::{FONT, Figure, PlotError, TEXT, TITLE, decimals, drawing, font, tick};
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::prelude::*;
@@ -117,7 +117,7 @@ impl Curves {
         let format = |axis: &Axis| {
             let digits = decimals(axis.range.0, axis.range.1);
             let logarithmic = axis.logarithmic;
-            move |v: &f64| if logarithmic { format!("{v}") } else { format!("{:.digits$}", v + 0.0) }
+            move |v: &f64| if logarithmic { format!("{v}") } else { tick(*v, digits) }
         };
         let (x_format, y_format) = (format(&self.x), format(&self.y));
         chart

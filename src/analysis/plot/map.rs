@@ -1,6 +1,6 @@
 //! A square of numbers as shades of grey, with a bar that says which shade is which number.
 
-use super::{FONT, Figure, PlotError, TEXT, TITLE, decimals, drawing, font};
+use super::{FONT, Figure, PlotError, TEXT, TITLE, decimals, drawing, font, tick};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -147,6 +147,5 @@ fn covers(edge: usize, pixels: usize) -> Vec<Range<usize>> {
 /// Labels that tell the ticks of a range apart.
 fn ticks((low, high): (f64, f64)) -> impl Fn(&f64) -> String {
     let digits = decimals(low, high);
-    // Negative zero is zero.
-    move |v: &f64| format!("{:.digits$}", v + 0.0)
+    move |v: &f64| tick(*v, digits)
 }

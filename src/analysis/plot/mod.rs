@@ -112,6 +112,15 @@ fn decimals(low: f64, high: f64) -> usize {
     libm::ceil(-libm::log10(step) - 0.1).clamp(0.0, 9.0) as usize
 }
 
+/// The label of a tick: zero has no sign, nor has what is rounded to it.
+fn tick(v: f64, digits: usize) -> String {
+    let text = format!("{v:.digits$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
+        _ => text,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,6 +131,12 @@ mod tests {
             [(0.0, 8.0), (-90.0, -10.0), (-0.7, 0.6), (0.0, 0.13)].map(|(a, b)| decimals(a, b)),
             [0, 0, 1, 2]
         );
+    }
+
+    #[test]
+    fn zero_has_no_sign() {
+        assert_eq!([-0.0, -0.04, -0.06, 0.0].map(|v| tick(v, 1)), ["0.0", "0.0", "-0.1", "0.0"]);
+        assert_eq!(tick(-3e-17, 0), "0");
     }
 
     #[test]
