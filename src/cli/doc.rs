@@ -3,26 +3,32 @@
 
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::report::{Failure, Outcome, Terminal, err, plural};
+use super::report::{Failure, Outcome, Terminal, err, out, plural};
 use crate::diag::Diagnostic;
 use crate::render::{self, Job, Metadata};
-use crate::script::{self, Entry, Request};
+use crate::script::{self, Entry, Request, help};
 use crate::session::{self, Order};
 use crate::world::atomic;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Write the reference of the scripting language
+/// Explain a function, or write the reference of the scripting language
 ///
-/// Writes FOLDER/reference.md, which explains every function with an example, and a picture of each
-/// example that can be seen to FOLDER/reference/.
+/// With NAME, says what that is: a function, a module such as fractal, or a word such as hurst.
+/// Without, writes FOLDER/reference.md, which explains every function with an example, and a picture of
+/// each example that can be seen to FOLDER/reference/.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
+  orogen doc fbm                 what fractal::fbm does, here
   orogen doc                     docs/reference.md and its pictures
   orogen doc -o site --text      only the text, in a second
   orogen doc --only cellular     the text, and the pictures of one name")]
 pub struct Args {
+    /// What to explain; nothing is written then
+    #[arg(value_name = "NAME", conflicts_with_all = ["output", "text", "only"])]
+    name: Option<String>,
+
     /// Folder to write to, which must exist
     #[arg(short, long, value_name = "FOLDER", default_value = "docs")]
     output: PathBuf,
@@ -39,21 +45,15 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let entries = script::reference();
-    if let Some(only) = &args.only
-        && !entries.iter().any(|e| e.name == *only && is_seen(e))
-    {
-        let error = Diagnostic::error(format!("the reference has no picture of `{only}`"));
-        let names = entries.iter().filter(|e| is_seen(e)).map(|e| e.name.as_str());
-        return Err(Failure::Usage(Box::new(match crate::diag::nearest(only, names) {
-            Some(near) => error.hint(format!("did you mean `{near}`?")),
-            None => error.hint("pictures show noises, fractals, grids and solids"),
-        })));
+    if let Some(name) = &args.name {
+        return explain(&entries, name);
     }
+    let only = args.only.as_deref().map(|name| pictured(&entries, name)).transpose()?;
     let text = args.output.join("reference.md");
     write(&text, page(&entries).as_bytes())?;
     let mut pictures = 0;
     if !args.text {
-        pictures = draw_all(&entries, args, terminal)?;
+        pictures = draw_all(&entries, args, only.as_deref(), terminal)?;
     }
     err(format_args!(
         "{}: {}, {}",
@@ -64,12 +64,45 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     Ok(())
 }
 
+/// Says on the terminal what a name means.
+fn explain(entries: &[Entry], name: &str) -> Outcome {
+    match help::explain(entries, name).or_else(|| help::topic(entries, name)) {
+        Some(text) => out(text.trim_end()),
+        None => return Err(unknown(entries, name, &format!("nothing is called `{name}`"))),
+    }
+    Ok(())
+}
+
+/// The full name of what has a picture, which may be given without its module.
+fn pictured(entries: &[Entry], name: &str) -> Result<String, Failure> {
+    let seen = || entries.iter().filter(|e| is_seen(e));
+    let found = seen().find(|e| e.name == name).or_else(|| seen().find(|e| help::short(e) == name));
+    match found {
+        Some(entry) => Ok(entry.name.clone()),
+        None => {
+            let seen: Vec<Entry> = seen().cloned().collect();
+            Err(unknown(&seen, name, &format!("the reference has no picture of `{name}`")))
+        }
+    }
+}
+
+fn unknown(entries: &[Entry], name: &str, message: &str) -> Failure {
+    let names: Vec<String> = entries.iter().map(|e| e.name.clone()).collect();
+    let hint = match help::nearest(entries, &names, name) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => {
+            "docs/reference.md has everything; pictures show noises, fractals, grids and solids".to_owned()
+        }
+    };
+    Failure::usage(message, hint)
+}
+
 fn write(path: &Path, bytes: &[u8]) -> Outcome {
     atomic::write(path, |f| f.write_all(bytes)).map_err(|e| Diagnostic::error(e.to_string()))?;
     Ok(())
 }
 
-fn draw_all(entries: &[Entry], args: &Args, terminal: &Terminal) -> Result<u64, Failure> {
+fn draw_all(entries: &[Entry], args: &Args, only: Option<&str>, terminal: &Terminal) -> Result<u64, Failure> {
     let folder = args.output.join("reference");
     std::fs::create_dir_all(&folder).map_err(|e| {
         Failure::error(
@@ -77,7 +110,7 @@ fn draw_all(entries: &[Entry], args: &Args, terminal: &Terminal) -> Result<u64, 
             "choose another with -o",
         )
     })?;
-    let wanted = |e: &&Entry| is_seen(e) && args.only.as_ref().is_none_or(|only| *only == e.name);
+    let wanted = |e: &&Entry| is_seen(e) && only.is_none_or(|only| only == e.name);
     let seen: Vec<&Entry> = entries.iter().filter(wanted).collect();
     let progress = Progress::new(terminal, &folder.display().to_string());
     let interrupt = Interrupt::listen(|| {});

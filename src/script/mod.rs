@@ -19,6 +19,7 @@ mod apply;
 mod diagnose;
 mod engine;
 mod fault;
+pub mod help;
 mod host;
 mod lexer;
 mod library;

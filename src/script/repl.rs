@@ -4,7 +4,7 @@ use super::diagnose::Explainer;
 use super::engine::{self, INPUTS, KEYWORDS, Limits, Setup};
 use super::host::Host;
 use super::library::Entry;
-use super::{SceneValue, finish, lexer, modules, scene_value, show};
+use super::{SceneValue, finish, help, lexer, modules, scene_value, show};
 use crate::diag::{Diagnostic, Sources};
 use crate::scene::Scene;
 use crate::world::World;
@@ -162,21 +162,18 @@ impl Interpreter {
         names
     }
 
-    /// What a name means: signatures, a sentence, an example.
+    /// What a name means: signatures, a sentence, an example; or what there is in a module, under a
+    /// heading or about a word.
     pub fn help(&self, name: &str) -> Option<String> {
-        let short = |e: &&Entry| e.name == name || e.name.rsplit("::").next() == Some(name);
-        let found: Vec<&Entry> = self.entries.iter().filter(short).collect();
-        if found.is_empty() {
-            return input_help(name).map(str::to_owned);
-        }
-        let mut out = String::new();
-        for entry in found {
-            out += &format!("{}\n    {}\n", entry.signature, entry.doc);
-            if !entry.example.is_empty() {
-                out += &format!("    {}\n", entry.example);
-            }
-        }
-        Some(out)
+        let known = help::explain(&self.entries, name).or_else(|| input_help(name).map(str::to_owned));
+        // What the user has named goes before words of the documentation.
+        let own = self.scope.contains(name) || self.functions.iter_functions().any(|f| f.name == name);
+        known.or_else(|| if own { None } else { help::topic(&self.entries, name) })
+    }
+
+    /// The name that is meant by one that is nothing's.
+    pub fn nearest(&self, name: &str) -> Option<String> {
+        help::nearest(&self.entries, &self.names(), name).map(str::to_owned)
     }
 
     /// The last scene or field, as a scene.

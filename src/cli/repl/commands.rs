@@ -20,7 +20,7 @@ pub enum Action {
 
 /// Name, argument, meaning.
 pub const COMMANDS: &[(&str, &str, &str, Action)] = &[
-    (":help", "[NAME]", "what there is, or what NAME is and does", Action::Help),
+    (":help", "[NAME]", "what there is, or what a name, module or word means", Action::Help),
     (":load", "FILE", "run a script and keep what it defines", Action::Load),
     (":render", "[FILE]", "make a picture of the last solid or scene", Action::Render),
     (":params", "", "list the parameters", Action::Params),

@@ -11,7 +11,7 @@ use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err, out};
 use super::work;
-use crate::diag::{Diagnostic, nearest};
+use crate::diag::Diagnostic;
 use crate::render::{self, Job, Metadata};
 use crate::script::{self, Interpreter, Limits};
 use crate::session::{self, Order};
@@ -215,7 +215,7 @@ impl Shell {
         }
         let interpreter = self.interpreter.borrow();
         let error = Diagnostic::error(format!("nothing is called `{name}`"));
-        Err(match nearest(name, interpreter.names().iter().map(String::as_str)) {
+        Err(match interpreter.nearest(name) {
             Some(near) => self.say(&error.hint(format!("did you mean `{near}`?"))),
             None => self.say(&error.hint(":help alone lists what there is")),
         })
@@ -242,7 +242,7 @@ fn overview(terminal: &Terminal) -> String {
         names.dedup();
         text += &format!("\n{}\n{}", terminal.bold(group), wrapped(&names));
     }
-    text + "\n\n:help NAME explains a name, for example :help sphere"
+    text + "\n\n:help NAME explains a name, a module or a word, for example :help sphere, :help fractal, :help hurst"
 }
 
 /// Words in lines of a screen's width.

@@ -1,0 +1,153 @@
+//! What names and words mean, for the REPL and for `orogen doc NAME`: the reference, searched.
+
+use super::library::Entry;
+use super::modules;
+use crate::diag;
+
+/// Columns of a page on a terminal.
+const WIDTH: usize = 96;
+/// A word that more functions than these speak of says nothing.
+const MOST: usize = 30;
+
+/// What a name means: signatures, sentences, an example. `fbm` finds `fractal::fbm` too.
+pub fn explain(entries: &[Entry], name: &str) -> Option<String> {
+    let found = entries.iter().filter(|e| e.name == name || short(e) == name);
+    let text: String = found.map(section).collect();
+    (!text.is_empty()).then_some(text)
+}
+
+/// What there is under a heading or in a module, or where a word is spoken of.
+pub fn topic(entries: &[Entry], word: &str) -> Option<String> {
+    let is_heading = |e: &&Entry| {
+        let module = e.group.strip_prefix("std/").unwrap_or(&e.group);
+        module.eq_ignore_ascii_case(word) || e.group == word
+    };
+    let under: Vec<&Entry> = entries.iter().filter(is_heading).collect();
+    if let Some(first) = under.first() {
+        let line = |e: &&Entry| line(e, sentence(&e.doc));
+        let text: String = under.iter().map(line).collect();
+        return Some(format!("{}\n{text}", heading(&first.group)));
+    }
+    let spoken: Vec<&Entry> = entries.iter().filter(|e| speaks_of(e, word)).collect();
+    let few = (1..=MOST).contains(&spoken.len()) && word.chars().count() >= 3;
+    let line = |e: &&Entry| {
+        // An option is explained where it is listed.
+        let listed = e.doc.lines().find(|line| line.starts_with("- ") && has_word(line, word));
+        line(e, listed.map_or_else(|| sentence(&e.doc), str::to_owned))
+    };
+    few.then(|| {
+        let text: String = spoken.iter().map(line).collect();
+        format!("`{word}` is a word in the documentation of\n{text}")
+    })
+}
+
+/// The name that is meant by one that is nothing's. Names of the standard library need not be
+/// written with their module to be near.
+pub fn nearest<'a>(entries: &'a [Entry], others: &'a [String], name: &str) -> Option<&'a str> {
+    let shorts = entries.iter().filter(|e| e.name.contains("::"));
+    let shorts = shorts.map(|e| (short(e), e.name.as_str()));
+    let all: Vec<(&str, &str)> = shorts.chain(others.iter().map(|n| (n.as_str(), n.as_str()))).collect();
+    let near = diag::nearest(name, all.iter().map(|(said, _)| *said))?;
+    all.iter().find(|(said, _)| *said == near).map(|(_, full)| *full)
+}
+
+/// The name without its module.
+pub fn short(entry: &Entry) -> &str {
+    entry.name.rsplit("::").next().unwrap_or(&entry.name)
+}
+
+fn section(entry: &Entry) -> String {
+    let mut out = format!("{}\n", entry.signature);
+    for line in entry.doc.lines() {
+        out += &paragraph(line);
+    }
+    if !entry.example.is_empty() {
+        out += &format!("\n    {}\n", entry.example.replace('\n', "\n    "));
+    }
+    out + "\n"
+}
+
+/// A module says itself what it is for, in its first comment.
+fn heading(group: &str) -> String {
+    let Some(module) = group.strip_prefix("std/") else { return group.to_owned() };
+    let text = modules::STD.iter().find(|(name, _)| *name == module).map_or("", |(_, text)| text);
+    let comment: Vec<&str> = text.lines().map_while(|line| line.strip_prefix("// ")).collect();
+    let import = match modules::PRELUDE.contains(&module) {
+        true => String::new(),
+        false => format!(" It needs import \"{group}\" as {module};"),
+    };
+    format!("{group}: {}{import}", comment.join(" ").trim_end())
+}
+
+/// A function with something about it.
+fn line(entry: &Entry, about: String) -> String {
+    format!("  {}\n{}", entry.signature, paragraph(&about))
+}
+
+/// The first sentence of a documentation.
+fn sentence(doc: &str) -> String {
+    let words: Vec<&str> = doc.lines().take_while(|line| !line.is_empty()).collect();
+    let text = words.join(" ");
+    match text.split_once(". ") {
+        Some((first, _)) => format!("{first}."),
+        None => text,
+    }
+}
+
+/// A line in lines of a screen's width, indented; entries of a list a little more.
+fn paragraph(text: &str) -> String {
+    let hanging = if text.starts_with("- ") { "      " } else { "    " };
+    let (mut out, mut line) = (String::new(), String::from("   "));
+    for word in text.split_whitespace() {
+        if line.chars().count() + word.chars().count() >= WIDTH {
+            out += &format!("{}\n", std::mem::replace(&mut line, hanging[1..].to_owned()));
+        }
+        line += &format!(" {word}");
+    }
+    out + line.trim_end() + "\n"
+}
+
+fn speaks_of(entry: &Entry, word: &str) -> bool {
+    has_word(&entry.doc, word) || has_word(&entry.signature, word)
+}
+
+fn has_word(text: &str, word: &str) -> bool {
+    text.split(|c: char| !c.is_alphanumeric() && c != '_').any(|w| w.eq_ignore_ascii_case(word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entries() -> Vec<Entry> {
+        crate::script::reference()
+    }
+
+    #[test]
+    fn names_headings_and_words_are_found() {
+        let all = entries();
+        assert!(explain(&all, "ridged").is_some_and(|t| t.starts_with("fractal::ridged(")));
+        assert!(explain(&all, "hurst").is_none());
+        for word in ["fractal", "std/fractal", "warp", "noise", "hurst", "csg"] {
+            assert!(topic(&all, word).is_some(), "{word}");
+        }
+        assert!(topic(&all, "fractal").is_some_and(|t| t.contains("import \"std/fractal\" as fractal;")));
+        assert!(topic(&all, "hurst").is_some_and(|t| t.contains("octave_sum(")));
+        assert!(topic(&all, "the").is_none() && topic(&all, "zzz").is_none());
+    }
+
+    #[test]
+    fn std_names_are_near_without_their_module() {
+        let all = entries();
+        let names: Vec<String> = all.iter().map(|e| e.name.clone()).collect();
+        assert_eq!(nearest(&all, &names, "ridgd"), Some("fractal::ridged"));
+        assert_eq!(nearest(&all, &names, "sphre"), Some("sphere"));
+    }
+
+    #[test]
+    fn pages_fit_a_terminal_and_keep_their_lists() {
+        let text = explain(&entries(), "cellular").unwrap();
+        assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
+        assert!(text.contains("\n    - norm: "), "{text}");
+    }
+}
