@@ -26,7 +26,7 @@ impl Signal {
     pub const ALL: &'static [Signal] = &[Signal::Plain, Signal::Turbulent, Signal::Ridged];
 
     /// Name in scripts.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Signal::Plain => "plain",
             Signal::Turbulent => "turbulent",

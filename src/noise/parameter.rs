@@ -80,6 +80,19 @@ impl Allowed {
             Allowed::Numbers { default, .. } => Setting::Numbers(default),
         }
     }
+
+    /// The values in words.
+    pub fn words(&self) -> String {
+        match *self {
+            Allowed::Number { least, most, .. } if most.is_infinite() => format!("{least} or more"),
+            Allowed::Number { least, most, .. } => format!("{least} to {most}"),
+            Allowed::Whole { least, most, .. } => format!("{least} to {most}"),
+            Allowed::Choice(names) => names.join(", "),
+            Allowed::Flag { .. } => "true or false".to_owned(),
+            Allowed::Direction => "a vector".to_owned(),
+            Allowed::Numbers { .. } => "up to four numbers".to_owned(),
+        }
+    }
 }
 
 /// Values for all parameters of a noise.

@@ -4,6 +4,7 @@ use super::model::{Model, Signal};
 use super::{Noise, Part};
 use crate::num::Real;
 use std::hash::{Hash, Hasher};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// How amplitudes fall from octave to octave: by `r^-H` with the lacunarity `r` and an exponent `H`,
@@ -92,6 +93,17 @@ pub struct Recipe {
 const LONGEST_PERIOD: u32 = 1 << 24;
 
 impl Recipe {
+    /// How many octaves there may be.
+    pub const OCTAVES: RangeInclusive<i32> = 1..=32;
+    /// Which octave may be the coarsest.
+    pub const FIRST: RangeInclusive<i32> = -16..=16;
+    /// Ratios of frequencies: above 1.
+    pub const LACUNARITY: RangeInclusive<f64> = 1.000001..=16.0;
+    /// Exponents of all octaves at once; that of a single octave may lie farther out.
+    pub const HURST: RangeInclusive<f64> = 0.0..=2.0;
+    /// What may be added to the signal.
+    pub const OFFSET: RangeInclusive<f64> = -4.0..=4.0;
+
     /// Eight octaves with the lacunarity and the exponent of mountains.
     pub fn new(noise: Noise, model: Model) -> Recipe {
         Recipe {

@@ -202,6 +202,12 @@ impl Explainer<'_> {
     fn stopped(&self, token: &Dynamic) -> Diagnostic {
         match token.clone().try_cast::<Stop>() {
             Some(Stop::Cancelled) => Diagnostic::error("the script was stopped"),
+            Some(Stop::Overran(name)) => Diagnostic::error(format!(
+                "`{name}` was at work when the script's {:?} were up",
+                self.limits.time
+            ))
+            .label("still at work here")
+            .hint("a smaller `size` or fewer steps take less time"),
             _ => Diagnostic::error(format!("the script ran for more than {:?}", self.limits.time))
                 .label("still running here")
                 .hint("does a loop never end? Otherwise build less with loops and more with fields"),

@@ -56,12 +56,14 @@ impl Default for Limits {
 }
 
 /// Why a run was stopped from outside.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Stop {
     /// The user wants something else.
     Cancelled,
     /// It took too long.
     TimedOut,
+    /// The time was up while a function of ours was at work.
+    Overran(Rc<str>),
 }
 
 /// An engine with everything that scripts may use.

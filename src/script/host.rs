@@ -12,9 +12,10 @@ use crate::tape::{Evaluator, Tape};
 use rhai::{Dynamic, EvalAltResult, Position};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, HashMap};
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// State of one run, shared by all native functions.
 pub struct Host {
@@ -65,14 +66,25 @@ impl Host {
         }
     }
 
-    /// The error of a native function: its own, unless the run is to stop, which no script may catch.
-    pub fn stopped(&self, fault: Fault) -> Box<EvalAltResult> {
+    /// What a native function came to, unless the run is to stop, which no script may catch: after a
+    /// fault, since jobs fail when they are stopped, and after a call that itself took long.
+    pub fn unless_stopped(
+        &self,
+        name: &str,
+        start: Instant,
+        result: Outcome<Dynamic>,
+    ) -> Result<Dynamic, Box<EvalAltResult>> {
+        const LONG: Duration = Duration::from_secs(1);
+        let result = match result {
+            Ok(value) if start.elapsed() < LONG => return Ok(value),
+            other => other,
+        };
         if !self.halt()() {
-            return fault.into();
+            return result.map_err(Box::from);
         }
         let cancelled = self.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed));
-        let stop = if cancelled { Stop::Cancelled } else { Stop::TimedOut };
-        Box::new(EvalAltResult::ErrorTerminated(Dynamic::from(stop), Position::NONE))
+        let stop = if cancelled { Stop::Cancelled } else { Stop::Overran(Rc::from(name)) };
+        Err(Box::new(EvalAltResult::ErrorTerminated(Dynamic::from(stop), Position::NONE)))
     }
 
     /// Takes room for the samples of a grid.

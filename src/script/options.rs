@@ -148,10 +148,9 @@ impl<'a, 'b> Options<'a, 'b> {
         if list.is_empty() || list.len() > 4 {
             return Err(wrong());
         }
+        let found = entries(key, &list, |v| number(v).filter(|v| v.abs() <= most), wrong)?;
         let mut out = [0.0; 4];
-        for (out, v) in out.iter_mut().zip(&list) {
-            *out = number(v).filter(|v| v.abs() <= most).ok_or_else(wrong)?;
-        }
+        out.iter_mut().zip(found).for_each(|(out, v)| *out = v);
         Ok(out)
     }
 
@@ -191,6 +190,20 @@ impl<'a, 'b> Options<'a, 'b> {
         };
         Err(fault.hint(format!("its options are {}", self.known.join(", "))))
     }
+}
+
+/// The entries of an array that is an option, or what is wrong with the option and which entry is to
+/// blame.
+pub fn entries<T>(
+    key: &str,
+    list: &[Dynamic],
+    read: impl Fn(&Dynamic) -> Option<T>,
+    wrong: impl Fn() -> Fault,
+) -> Outcome<Vec<T>> {
+    let entry = |(i, v): (usize, &Dynamic)| {
+        read(v).ok_or_else(|| wrong().hint(format!("{key}[{i}] is {}", describe(v))))
+    };
+    list.iter().enumerate().map(entry).collect()
 }
 
 /// A value for a message: its type, and the value itself where that is short.

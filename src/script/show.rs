@@ -138,7 +138,12 @@ fn source(s: &Source) -> String {
             settings += ", detail false";
         }
     }
-    format!("{kind}, seed {}, frequency {}{settings}{place}", noise.lattice.seed, noise.frequency)
+    format!("{kind}, seed {}, frequency {}{settings}{place}", given_seed(noise), noise.frequency)
+}
+
+/// The seed as the script gave it, whose whole numbers have a sign.
+fn given_seed(noise: &Noise) -> i64 {
+    noise.lattice.seed.cast_signed()
 }
 
 /// What a noise has besides seed and frequency, each after a comma.
@@ -269,7 +274,7 @@ fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut St
         }),
         Node::Op(op, args) => write_op(graph, op, args, outer, depth, out),
         Node::Noise(noise, p) => {
-            let (seed, settings) = (noise.lattice.seed, noise_settings(noise));
+            let (seed, settings) = (given_seed(noise), noise_settings(noise));
             let _ = write!(out, "{}({seed}, {}{settings})(", noise.kind.name(), noise.frequency);
             write_list(graph, p, depth, out);
         }

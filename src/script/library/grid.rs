@@ -10,7 +10,7 @@ use crate::grid::{Edge, Failure, Frame, Grid, Samples, spot};
 use crate::num::{Kernel, Order};
 use crate::script::fault::{Fault, Outcome};
 use crate::script::host::Host;
-use crate::script::options::Options;
+use crate::script::options::{Options, entries};
 use crate::script::value::{Field, Vec3, number};
 use glam::DVec3;
 use rhai::{Array, Dynamic, INT, Map};
@@ -33,31 +33,29 @@ const LONGEST: INT = 1 << 16;
 
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<GridValue>("Grid");
-    let placed = "size (samples along an edge), extent (length of an edge), center";
-    let sentence = format!(
-        "Random hills or clouds of a given power spectrum, which repeat. Options: {placed}, volume (in all three directions), spectrum (\"fbm\", \"markov\", or a field whose point is a frequency in cycles per unit), hurst and largest (of fbm: roughness, size of the largest features), alpha (of markov: the frequency below which all are alike), deviation (typical height)."
+    spectra(lib);
+    let sentence = listed(
+        "Rough land by successive random additions.",
+        &[
+            "levels: 2 to this power is the number of cells along an edge",
+            "hurst: roughness",
+            "deviation: of the coarsest heights",
+            "extent: length of an edge",
+            "center",
+            "repeat: true or false",
+        ],
     );
-    with_options(
-        lib,
-        "spectral",
-        "seed",
-        &sentence,
-        "spectral(7, #{ size: 64, hurst: 0.8, deviation: 0.1 })",
-        spectral,
-    );
-    let sentence = "Waves on deep water after a steady wind (Pierson and Moskowitz), which repeat. Options: wind (metres a second, 10 m above the water), direction (degrees, where it blows to: 0 is +z, 90 is +x), focus (how closely waves follow it; 0 is not at all), extent (metres), size, metre (its length in the scene), time (seconds), center.";
-    with_options(lib, "sea", "seed", sentence, "sea(7, #{ wind: 12.0, extent: 300.0, size: 128 })", sea);
-    let sentence = "Rough land by successive random additions. Options: levels (2 to this power is the number of cells along an edge), hurst, deviation (of the coarsest heights), extent, center, repeat.";
     with_options(
         lib,
         "random_additions",
         "seed",
-        sentence,
+        &sentence,
         "random_additions(7, #{ levels: 6, hurst: 0.9 })",
         random_additions,
     );
-    let sentence = format!(
-        "Copies of a spot (a field on the unit ball, or on the disc y = 0) strewn with random weights, which repeat: zero mean, unit variance. Options: {placed}, volume, radius (of a spot), density (spots that cover a point)."
+    let sentence = listed(
+        "Copies of a spot (a field on the unit ball, or on the disc y = 0) strewn with random weights, which repeat: zero mean, unit variance.",
+        &[&PLACED[..], &[VOLUME, "radius: of a spot", "density: spots that cover a point"]].concat(),
     );
     with_options(
         lib,
@@ -67,8 +65,17 @@ pub(super) fn register(lib: &mut Library<'_>) {
         "spot_noise(7, (1.0 - length(p)) * cos(12.0 * x), #{ size: 64 })",
         spot_noise,
     );
-    let sentence = format!(
-        "A field sampled: between the samples it is a smooth spline through them. Options: {placed}, or min and max (corners), or like (another grid); volume (else the plane y = 0, and the same above and below), repeat (else constant beyond the edge); size may be three numbers."
+    let sentence = listed(
+        "A field sampled: between the samples it is a smooth spline through them.",
+        &[
+            "size: samples along an edge, one number or three",
+            PLACED[1],
+            PLACED[2],
+            "min, max: corners, in place of extent and center",
+            "like: another grid, in place of all these",
+            "volume: in all three directions; else it is the plane y = 0, and the same above and below",
+            "repeat: else it is constant beyond the edge",
+        ],
     );
     with_options(
         lib,
@@ -78,24 +85,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
         "bake(gradient(7).scaled(3.0), #{ size: 64, extent: 2.0 })",
         bake,
     );
-    let sentence = "A heightfield after rain: valleys, gullies and fans of debris. Options: rain (drops a sample), steps (a drop takes), evaporation, capacity (of a drop for debris), erosion, deposition (how fast it takes and drops), inertia, brush (width of what it takes, in samples), seed.";
-    with_options(
-        lib,
-        "eroded",
-        "grid",
-        sentence,
-        "eroded(spectral(7, #{ size: 64, deviation: 0.1 }), #{ rain: 0.5 })",
-        eroded,
-    );
-    let sentence = "A heightfield whose slopes crumble where they are steeper than the talus angle. Options: talus (degrees), rate (0 to 1), steps.";
-    with_options(
-        lib,
-        "weathered",
-        "grid",
-        sentence,
-        "weathered(spectral(7, #{ size: 64 }), #{ talus: 32.0 })",
-        weathered,
-    );
+    weather(lib);
     let sentence = "How steep a heightfield is, as a grid of its own: 0 where it is flat, 1 at 45 degrees.";
     lib.def("steepness(grid)", sentence, "steepness(spectral(7, #{ size: 64, deviation: 0.1 }))", steepness);
     lib.def(
@@ -107,6 +97,86 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.property::<GridValue>("low", |_, g| Ok(g.0.samples().extremes().0.into()));
     lib.property::<GridValue>("high", |_, g| Ok(g.0.samples().extremes().1.into()));
     lib.property::<GridValue>("extent", |_, g| Ok(Dynamic::from(Vec3(g.0.frame().extent()))));
+}
+
+/// Where a grid is.
+const PLACED: [&str; 3] = ["size: samples along an edge", "extent: length of an edge", "center"];
+const VOLUME: &str = "volume: in all three directions";
+
+/// A sentence and the options.
+fn listed(sentence: &str, options: &[&str]) -> String {
+    format!("{sentence} Options:\n\n- {}", options.join("\n- "))
+}
+
+/// Grids of random waves.
+fn spectra(lib: &mut Library<'_>) {
+    let own = [
+        VOLUME,
+        "spectrum: \"fbm\", \"markov\", or a field whose point is a frequency in cycles per unit",
+        "hurst, largest: of fbm, the roughness and the size of the largest features",
+        "alpha: of markov, the frequency below which all are alike",
+        "deviation: typical height",
+    ];
+    let sentence = "Random hills or clouds of a given power spectrum, which repeat.";
+    with_options(
+        lib,
+        "spectral",
+        "seed",
+        &listed(sentence, &[&PLACED[..], &own].concat()),
+        "spectral(7, #{ size: 64, hurst: 0.8, deviation: 0.1 })",
+        spectral,
+    );
+    let sentence = listed(
+        "Waves on deep water after a steady wind (Pierson and Moskowitz), which repeat.",
+        &[
+            "wind: metres a second, 10 m above the water",
+            "direction: degrees, where it blows to: 0 is +z, 90 is +x",
+            "focus: how closely waves follow it; 0 is not at all",
+            "extent: metres",
+            "size: samples along an edge",
+            "metre: its length in the scene",
+            "time: seconds",
+            "center",
+        ],
+    );
+    with_options(lib, "sea", "seed", &sentence, "sea(7, #{ wind: 12.0, extent: 300.0, size: 128 })", sea);
+}
+
+/// What weather does to land.
+fn weather(lib: &mut Library<'_>) {
+    let sentence = listed(
+        "A heightfield after rain: valleys, gullies and fans of debris.",
+        &[
+            "rain: drops a sample",
+            "steps: that a drop takes",
+            "evaporation",
+            "capacity: of a drop for debris",
+            "erosion, deposition: how fast it takes and drops",
+            "inertia",
+            "brush: width of what it takes, in samples",
+            "seed",
+        ],
+    );
+    with_options(
+        lib,
+        "eroded",
+        "grid",
+        &sentence,
+        "eroded(spectral(7, #{ size: 64, deviation: 0.1 }), #{ rain: 0.5 })",
+        eroded,
+    );
+    let sentence = listed(
+        "A heightfield whose slopes crumble where they are steeper than the talus angle.",
+        &["talus: degrees", "rate: 0 to 1", "steps"],
+    );
+    with_options(
+        lib,
+        "weathered",
+        "grid",
+        &sentence,
+        "weathered(spectral(7, #{ size: 64 }), #{ talus: 32.0 })",
+        weathered,
+    );
 }
 
 /// Declares a function with options and the same without.
@@ -314,11 +384,12 @@ fn sizes(c: &Call<'_>, o: &mut Options<'_, '_>) -> Outcome<[usize; 3]> {
     let three = o.get("size").and_then(|v| v.read_lock::<Array>().map(|a| a.clone()));
     let Some(three) = three else { return Ok([o.integer("size", 2..=LONGEST, 256)? as usize; 3]) };
     let whole = |v: &Dynamic| number(v).filter(|v| v.fract() == 0.0 && (1.0..=LONGEST as f64).contains(v));
-    let sizes: Option<Vec<usize>> = three.iter().map(|v| whole(v).map(|v| v as usize)).collect();
-    sizes.and_then(|s| <[usize; 3]>::try_from(s).ok()).ok_or_else(|| {
-        Fault::new(format!("`size` of `{}` must be a number of samples, or three of them", c.name))
-            .key("size")
-    })
+    let wrong = || {
+        let message = format!("`size` of `{}` must be a number of samples, or three of them", c.name);
+        Fault::new(message).key("size")
+    };
+    let sizes = entries("size", &three, |v| whole(v).map(|v| v as usize), wrong)?;
+    <[usize; 3]>::try_from(sizes).map_err(|_| wrong())
 }
 
 fn eroded(c: &Call<'_>) -> Outcome<Dynamic> {

@@ -30,6 +30,7 @@ use rhai::{Dynamic, Engine, INT, NativeCallContext};
 use std::any::TypeId;
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// A line of the reference.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -126,7 +127,8 @@ impl Library<'_> {
             move |ctx: NativeCallContext<'_>, args: &mut [&mut Dynamic]| {
                 let args: Vec<Dynamic> = args.iter().map(|a| a.flatten_clone()).collect();
                 let call = Call { host: &host, name: &shown, place: place_of(&ctx), args: &args };
-                let result = f(&call).map_err(|fault| host.stopped(fault))?;
+                let start = Instant::now();
+                let result = host.unless_stopped(&shown, start, f(&call))?;
                 call.remember(&result);
                 Ok(result)
             },

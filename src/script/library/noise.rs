@@ -10,10 +10,11 @@ use crate::noise::{
 use crate::num::{Interval, Slope};
 use crate::script::fault::{Fault, Outcome};
 use crate::script::noises::{Kind, Source, Sum};
-use crate::script::options::Options;
+use crate::script::options::{Options, entries};
 use crate::script::value::{VectorField, number};
 use rhai::{Array, Dynamic, INT, Map};
 use std::any::TypeId;
+use std::ops::RangeInclusive;
 
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<Source>("Noise");
@@ -74,28 +75,23 @@ fn kind(lib: &mut Library<'_>, listing: &'static Listing) {
         Ok(Dynamic::from(Source::new(Kind::One(noise))))
     });
     let options: Vec<String> =
-        listing.parameters.iter().map(|p| format!("{}: {} {}", p.name, p.doc, allowed(p))).collect();
+        listing.parameters.iter().map(|p| format!("- {}: {} {}", p.name, p.doc, allowed(p))).collect();
     let first = listing.parameters[0];
     lib.document(
         name,
         &format!("{name}(seed, options)"),
-        &format!("The same with options. {}", options.join(" ")),
+        &format!("The same with options:\n\n{}", options.join("\n")),
         &format!("{name}(7, #{{ {}: {} }})", first.name, literal(first.allowed.default())),
     );
 }
 
 /// What a parameter may be, in words.
 fn allowed(p: &Parameter) -> String {
-    let default = literal(p.allowed.default());
-    match p.allowed {
-        Allowed::Number { least, most, .. } if most.is_infinite() => format!("({least} or more; {default})"),
-        Allowed::Number { least, most, .. } => format!("({least} to {most}; {default})"),
-        Allowed::Whole { least, most, .. } => format!("({least} to {most}; {default})"),
-        Allowed::Choice(names) => format!("({}; {default})", names.join(", ")),
-        Allowed::Flag { .. } => format!("(true or false; {default})"),
-        Allowed::Direction => "(a vector; none)".to_owned(),
-        Allowed::Numbers { .. } => format!("(up to four numbers; {default})"),
-    }
+    let default = match p.allowed {
+        Allowed::Direction => "none".to_owned(),
+        _ => literal(p.allowed.default()),
+    };
+    format!("({}; {default})", p.allowed.words())
 }
 
 /// A value as scripts write it.
@@ -167,9 +163,10 @@ fn octave_sum(c: &Call<'_>) -> Outcome<Dynamic> {
     // Messages name the function that the user knows.
     let c = &Call { name: model.name(), place: c.place.clone(), ..*c };
     let mut o = Options::new(c, 2)?;
-    let octaves = o.integer("octaves", 1..=32, 8)?;
-    let first = o.integer("first", -16..=16, 0)?;
-    let lacunarity = o.number("lacunarity", 1.000001..=16.0, 2.1)?;
+    let whole = |range: RangeInclusive<i32>| INT::from(*range.start())..=INT::from(*range.end());
+    let octaves = o.integer("octaves", whole(Recipe::OCTAVES), 8)?;
+    let first = o.integer("first", whole(Recipe::FIRST), 0)?;
+    let lacunarity = o.number("lacunarity", Recipe::LACUNARITY, 2.1)?;
     let (hurst, varying) = hurst(c, &mut o)?;
     // The cascades take any signal; in a sum it is what tells the models apart.
     let model = if model.combination == Combination::Sum {
@@ -179,7 +176,7 @@ fn octave_sum(c: &Call<'_>) -> Outcome<Dynamic> {
         let name = o.choice("signal", &signals)?;
         model.of(Signal::ALL.iter().copied().find(|s| s.name() == name).unwrap_or_default())
     };
-    let offset = o.number("offset", -4.0..=4.0, Recipe::offset_of(model.signal))?;
+    let offset = o.number("offset", Recipe::OFFSET, Recipe::offset_of(model.signal))?;
     let rotate = o.flag("rotate", false)?;
     let detail = o.flag("detail", true)?;
     o.finish()?;
@@ -198,14 +195,15 @@ fn hurst(c: &Call<'_>, o: &mut Options<'_, '_>) -> Outcome<(Hurst, Option<NodeId
     let usual = 0.9;
     let Some(given) = o.get("hurst") else { return Ok((Hurst::uniform(usual), None)) };
     if number(&given).is_some() {
-        return Ok((Hurst::uniform(o.number("hurst", 0.0..=2.0, usual)?), None));
+        return Ok((Hurst::uniform(o.number("hurst", Recipe::HURST, usual)?), None));
     }
     let wrong = || o.mismatch("hurst", WANTED, &given);
     if let Some(list) = given.read_lock::<Array>() {
-        let exponents: Option<Vec<f64>> =
-            list.iter().map(|v| number(v).filter(|h| (-2.0..=4.0).contains(h))).collect();
-        let exponents = exponents.filter(|h| (1..=32).contains(&h.len())).ok_or_else(wrong)?;
-        return Ok((Hurst::octaves(&exponents), None));
+        if !(1..=32).contains(&list.len()) {
+            return Err(wrong());
+        }
+        let exponent = |v: &Dynamic| number(v).filter(|h| (-2.0..=4.0).contains(h));
+        return Ok((Hurst::octaves(&entries("hurst", &list, exponent, wrong)?), None));
     }
     let field = c.field_of(&given)?.ok_or_else(wrong)?;
     Ok((Hurst::uniform(usual), Some(field.node)))
