@@ -57,7 +57,26 @@ fn usage_errors_exit_with_2_and_show_how() {
         ("noise gradient --cells 30 -o out", &["cells is 30", "power of two"]),
         ("noise gradient --seeds 1 -o out", &["--seeds"]),
         ("noise gradient --only spektrum -o out", &["spektrum", "spectrum"]),
-        ("noise gradient --set kernel -o out", &["--set kernel=quintic"]),
+        ("noise gradient --set kernel -o out", &["sparse --set kernel=quintic"]),
+        ("noise gradient --set kernel=quintic -o out", &["gradient has no option `kernel`", "directions"]),
+        ("noise gradient --set direction=edges -o out", &["did you mean `directions`?"]),
+        ("noise wavelet --set a=1 -o out", &["it has none"]),
+        ("noise sparse --set nodes=99 -o out", &["nodes=99", "1 to 8"]),
+        ("noise sparse --set kernel=cubic -o out", &["kernel=cubic", "quintic"]),
+        ("noise gradient --set a=1 --set a=2 -o out", &["`a` twice"]),
+        ("noise fbm --set octaves=3 --octaves 4 -o out", &["`octaves` is given twice"]),
+        ("noise fbm --set signal=plain -o out", &["fbm has no option `signal`"]),
+        ("noise fbm --set hurst=9 -o out", &["hurst=9", "0 to 2"]),
+        ("noise fbm --hurst nan -o out", &["--hurst", "from 0 to 2"]),
+        ("noise fbm --hurst -3 -o out", &["--hurst", "from 0 to 2"]),
+        ("noise fbm --lacunarity 1 -o out", &["--lacunarity", "to 16"]),
+        ("noise fbm --octaves 0 -o out", &["--octaves", "1..=32"]),
+        ("noise fbm --octaves -1 -o out", &["--octaves", "1..=32"]),
+        ("noise fbm --of fbm -o out", &["`fbm` is a sum of octaves itself", "gradient", "simplex"]),
+        ("noise ./a -o out", &["./a", "ends in .rhai", "did you mean ./a.rhai?"]),
+        ("doc --text sphere", &["cannot be used with"]),
+        ("doc zzzzzz", &["nothing is called `zzzzzz`"]),
+        ("doc ridgd", &["did you mean `fractal::ridged`?"]),
     ] {
         let message = stderr(&bench.run(arguments).code(2));
         has(&message, pieces);
@@ -387,6 +406,92 @@ fn repl_commands() {
     assert_eq!(bench.names(), ["a.png", "a.rhai", "out.png"]);
 }
 
+#[test]
+fn repl_finds_modules_headings_and_words() {
+    let bench = Bench::new(&[]);
+    let run = |lines: &str| bench.command("repl").write_stdin(lines).assert();
+    has(&stdout(&run(":help fractal\n").success()), &["std/fractal", "import", "fractal::ridged("]);
+    has(&stdout(&run(":help warp\n").success()), &["std/warp", "warp::by_noise("]);
+    has(&stdout(&run(":help noise\n").success()), &["Noise", "gradient(seed)", "octave_sum("]);
+    has(&stdout(&run(":help hurst\n").success()), &["`hurst`", "octave_sum(", "spectral("]);
+    has(&stderr(&run(":help ridgd\n").code(1)), &["did you mean `fractal::ridged`?"]);
+    assert_eq!(stdout(&run("let noise = 42;\n:help noise\n").success()), "42\n");
+    let said = stdout(&run("gradient(-3)\n").success());
+    has(&said, &["seed -3"]);
+}
+
+// ---- noise --------------------------------------------------------------------------------------
+
+/// Small enough for a test.
+const SMALL: &str = "--seeds 4 --cells 8 --samples 4 --size 240";
+
+#[test]
+fn noise_says_what_it_writes_and_makes_its_folder() {
+    let bench = Bench::new(&[]);
+    let run = bench.run(&format!("noise gradient --seed -3 {SMALL} -o out")).success();
+    for file in ["sample", "sphere", "autocovariance", "spectrum", "radial", "anisotropy"] {
+        has(&stderr(&run), &[&format!("out/{file}.png after ")]);
+        assert_eq!(bench.picture(&format!("out/{file}.png")).0, 240);
+    }
+    has(&stderr(&run), &["out: 7 files in"]);
+    has(&stdout(&run), &["mean", "undecided: it takes at least 20 realisations"]);
+    let numbers: serde_json::Value = serde_json::from_slice(&bench.read("out/analysis.json")).unwrap();
+    assert_eq!(
+        (&numbers["verdict"]["doubt"], &numbers["verdict"]["isotropic"]),
+        (&"few".into(), &serde_json::Value::Null)
+    );
+    let run = bench.run(&format!("noise gabor --only sphere {SMALL} -o ball")).success();
+    has(&stdout(&run), &["mean", "variance", "seen"]);
+    has(&stderr(&run), &["ball/sphere.png", "1 file in"]);
+    assert!(bench.picture("ball/sphere.png").2[0] > 20.0);
+}
+
+#[test]
+fn noise_is_undecided_where_samples_tell_nothing() {
+    let bench = Bench::new(&[("flat.rhai", "let s = param(\"seed\", 1, 0..100000); 0.0 * x + 2.0")]);
+    let run = |what: &str| bench.run(&format!("noise {what} --only radial {SMALL} -o out")).success();
+    let aliased = run("gradient(7).scaled(1e9)");
+    has(
+        &stdout(&aliased),
+        &["stationary  undecided", "isotropic   undecided", "band        undecided: it varies too fast"],
+    );
+    has(&stderr(&aliased), &["Warning", "finer than the samples"]);
+    let flat = run("flat.rhai");
+    has(&stdout(&flat), &["band        undecided: it is the same at all samples"]);
+    has(&stderr(&flat), &["Warning", "does not vary"]);
+}
+
+#[test]
+fn noise_that_fails_leaves_no_folder() {
+    let root = "let s = param(\"seed\", 1, 0..100000); sqrt(gradient(s) + 0.0 * x)";
+    let bench =
+        Bench::new(&[("file", ""), ("root.rhai", root), ("solid.rhai", "scene(#{ surface: sphere(1.0) })")]);
+    let fails = |arguments: &str, pieces: &[&str]| {
+        has(&stderr(&bench.run(&format!("noise {arguments}")).code(1)), pieces);
+    };
+    fails("2.0 -o out", &["not a noise"]);
+    fails("root.rhai -o out", &["infinite or not a number"]);
+    fails("gone.rhai -o out", &["there is no script gone.rhai"]);
+    fails("solid.rhai -o out", &["not a noise", "param(\"seed\""]);
+    fails("gradient -o file", &["file is a file", "folder"]);
+    fails("gradient -o file/out", &["folder file/out", "file is a file"]);
+    fails("gradient -o gone/out", &["folder gone/out", "mkdir -p gone"]);
+    assert_eq!(bench.names(), ["file", "root.rhai", "solid.rhai"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn noise_that_is_stopped_says_what_it_wrote() {
+    let bench = Bench::new(&[]);
+    let run = bench.start("noise weierstrass --only sphere --size 4096 -o out");
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    run.interrupt();
+    let (code, said) = run.end();
+    assert_eq!(code, Some(1), "{said}");
+    has(&said, &["no file was written"]);
+    assert_eq!(bench.names(), ["log"]);
+}
+
 // ---- the reference ------------------------------------------------------------------------------
 
 #[test]
@@ -408,4 +513,18 @@ fn the_reference_says_what_it_cannot_write() {
     let bench = Bench::new(&[]);
     has(&stderr(&bench.run("doc --only celular").code(2)), &["celular", "did you mean `cellular`?"]);
     has(&stderr(&bench.run("doc --text -o none").code(1)), &["none"]);
+    has(&stderr(&bench.run("doc --only rigded").code(2)), &["did you mean `fractal::ridged`?"]);
+}
+
+#[test]
+fn doc_explains_a_name_on_the_terminal() {
+    let bench = Bench::new(&[]);
+    let said = |name: &str| stdout(&bench.run(&format!("doc {name}")).success());
+    has(&said("fbm"), &["fractal::fbm(noise, options)"]);
+    has(&said("cellular"), &["cellular(seed, options)", "\n    - norm: "]);
+    has(&said("warp"), &["warp::by_noise("]);
+    assert!(bench.names().is_empty());
+    bench.write("docs/x", "");
+    bench.run("doc --only fbm").success();
+    assert!(bench.path("docs/reference/fractal-fbm-2.png").exists());
 }

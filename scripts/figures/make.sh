@@ -26,7 +26,7 @@ noise() {
     shift
     is_wanted "$number" || return 0
     echo "$number: orogen noise $*"
-    "$orogen" noise "$@" --seed 1 -o "$out/$number" || { rmdir "$out/$number" 2>/dev/null; left_out "$number"; }
+    "$orogen" noise "$@" --seed 1 -o "$out/$number" || left_out "$number"
 }
 
 # picture NUMBER SCRIPT OPTION...

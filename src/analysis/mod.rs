@@ -26,6 +26,7 @@ pub mod plot;
 pub mod radial;
 mod run;
 pub mod spectrum;
+mod sphere;
 #[cfg(test)]
 mod tests;
 pub mod verdict;
@@ -35,7 +36,8 @@ pub use figures::Plate;
 pub use radial::{Radial, Ring};
 pub use run::analyse;
 pub use spectrum::Spectrum;
-pub use verdict::Verdict;
+pub use sphere::Sphere;
+pub use verdict::{Doubt, Verdict};
 
 use crate::field::Moments;
 #[cfg(doc)]

@@ -38,7 +38,7 @@ pub fn analyse(ensemble: &Ensemble, plan: &Plan, watch: &Watch<'_>) -> Result<An
     let (moments, [mean_error, variance_error]) = moments(&first).ok_or(Refusal::Few)?;
     let (spectrum, sample) = job.spectrum(moments.mean)?;
     let radial = Radial::of(&spectrum, count);
-    let verdict = Verdict::of(&covariance, &radial, ensemble.octaves);
+    let verdict = Verdict::of(&covariance, &radial, &moments, ensemble.octaves);
     Ok(Analysis {
         plan: *plan,
         realisations: count,

@@ -1,24 +1,45 @@
 //! What the figures say, in words.
 
 use super::{Covariance, Radial, Ring, decibels};
+use crate::field::Moments;
 use serde::Serialize;
 
 /// Stationary or not, isotropic or not, and where the power is.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
-    /// Whether the covariance along a line depends on distance alone, as far as the lines can tell.
-    pub stationary: bool,
-    /// Whether the spectrum has no preferred direction in the band where the power is.
-    pub isotropic: bool,
+    /// Why some of this is left open, if it is.
+    pub doubt: Option<Doubt>,
+    /// Whether the covariance along a line depends on distance alone, as far as the lines can tell;
+    /// `None` in doubt.
+    pub stationary: Option<bool>,
+    /// Whether the spectrum has no preferred direction in the band where the power is; `None` in
+    /// doubt.
+    pub isotropic: Option<bool>,
     /// The wavenumber up to which it has none; `None` where it never has.
     pub isotropic_to: Option<f64>,
-    /// Where the power is.
+    /// Where the power is: of what was sampled, which says nothing of the noise if it did not vary or
+    /// was not resolved.
     pub band: Band,
     /// The power law of a sum of octaves, if there is one.
     pub slope: Option<Slope>,
     /// Whether power was left beyond what the samples resolve: then it has been folded back, and
     /// the high end of the spectrum is wrong.
     pub aliased: bool,
+}
+
+/// Why samples do not tell what a field is like.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, thiserror::Error)]
+#[serde(rename_all = "lowercase")]
+pub enum Doubt {
+    /// Averages over so few realisations are mostly chance.
+    #[error("it takes at least {ENOUGH} realisations to tell")]
+    Few,
+    /// There is nothing to correlate.
+    #[error("it is the same at all samples of the plane z = 0")]
+    Constant,
+    /// All power is beyond the highest wavenumber, and came back as noise of another kind.
+    #[error("it varies too fast for the samples")]
+    Aliased,
 }
 
 /// Where the power of a spectrum is, in cycles a unit of length.
@@ -49,6 +70,11 @@ pub struct Slope {
     pub residual_db: f64,
 }
 
+/// Realisations from which on chance does not decide.
+const ENOUGH: usize = 20;
+/// Decibels below the peak that the highest wavenumbers of a spectrum are at least, if it shows the
+/// band of a field at all.
+const FALL: f64 = 6.0;
 /// How many times the statistical floor a score of non-stationarity may be.
 const TOLERANCE: f64 = 1.5;
 /// Decibels above its floor that the anisotropy of an isotropic field may be.
@@ -58,7 +84,7 @@ const DEPTH: f64 = 30.0;
 
 impl Verdict {
     /// Of what was measured, for a field with octaves between two frequencies.
-    pub fn of(covariance: &Covariance, radial: &Radial, octaves: (f64, f64)) -> Verdict {
+    pub fn of(covariance: &Covariance, radial: &Radial, moments: &Moments, octaves: (f64, f64)) -> Verdict {
         let band = Band::of(radial);
         let end = radial.rings.iter().rposition(|r| decibels(r.power_about_mean) >= band.peak_db - DEPTH);
         let end = end.map_or(0, |e| e + 1);
@@ -70,11 +96,17 @@ impl Verdict {
             Some(i) => i.checked_sub(1).map(|i| radial.rings[i].k),
         };
         let top = radial.rings.last().map_or(f64::NEG_INFINITY, |r| decibels(r.power_about_mean));
+        let nyquist = radial.rings.last().map_or(0.0, |r| r.k);
+        // Noises have their power at half a cycle a cell, or not far from it.
+        let fast = 0.5 * octaves.0 > nyquist || top > band.peak_db - FALL;
+        let doubt = doubt(covariance, radial, moments, fast);
+        let known = |answer: bool| doubt.is_none().then_some(answer);
         Verdict {
-            stationary: covariance.score <= TOLERANCE * covariance.floor,
-            isotropic: first.is_none(),
-            isotropic_to,
-            slope: slope(radial, octaves),
+            doubt,
+            stationary: known(covariance.score <= TOLERANCE * covariance.floor),
+            isotropic: known(first.is_none()),
+            isotropic_to: isotropic_to.filter(|_| doubt.is_none()),
+            slope: slope(radial, octaves).filter(|_| matches!(doubt, None | Some(Doubt::Few))),
             aliased: top > band.peak_db - 40.0,
             band,
         }
@@ -82,24 +114,44 @@ impl Verdict {
 
     /// One line for each finding.
     pub fn lines(&self, covariance: &Covariance, radial: &Radial) -> Vec<(&'static str, String)> {
-        let stationary = format!(
-            "{} (score {:.3}; {:.3} by chance)",
-            if self.stationary { "yes" } else { "no" },
-            covariance.score,
-            covariance.floor
-        );
+        let undecided = || self.doubt.map_or("undecided".to_owned(), |why| format!("undecided: {why}"));
+        let stationary = self.stationary.map_or_else(undecided, |yes| {
+            let answer = if yes { "yes" } else { "no" };
+            format!("{answer} (score {:.3}; {:.3} by chance)", covariance.score, covariance.floor)
+        });
         let isotropic = match (self.isotropic, self.isotropic_to) {
-            (true, _) => format!("yes, within {MARGIN} dB of the floor of {:.1} dB", decibels(radial.floor)),
-            (false, Some(k)) => format!("up to {k:.2} cycles a unit, not above"),
-            (false, None) => "no".to_owned(),
+            (None, _) => undecided(),
+            (Some(true), _) => {
+                format!("yes, within {MARGIN} dB of the floor of {:.1} dB", decibels(radial.floor))
+            }
+            (Some(false), Some(k)) => format!("up to {k:.2} cycles a unit, not above"),
+            (Some(false), None) => "no".to_owned(),
         };
-        let mut lines =
-            vec![("stationary", stationary), ("isotropic", isotropic), ("band", self.band.text())];
+        let band = match self.doubt {
+            None => self.band.text(),
+            Some(Doubt::Few) => format!("roughly {}", self.band.text()),
+            Some(_) => undecided(),
+        };
+        let mut lines = vec![("stationary", stationary), ("isotropic", isotropic), ("band", band)];
         if let Some(Slope { beta, from, to, residual_db }) = self.slope {
             let text = format!("P ~ k^-{beta:.2} from {from:.2} to {to:.2} ({residual_db:.1} dB rms off)");
             lines.push(("power law", text));
         }
         lines
+    }
+}
+
+/// What speaks against a verdict, of a field that may be known to vary too fast.
+fn doubt(covariance: &Covariance, radial: &Radial, moments: &Moments, fast: bool) -> Option<Doubt> {
+    let size = moments.mean * moments.mean + moments.variance;
+    // Rounding makes a variance too.
+    let varies = |variance: f64| variance > 1e-20 * size && variance > 0.0;
+    match () {
+        () if !varies(moments.variance) => Some(Doubt::Constant),
+        () if fast => Some(Doubt::Aliased),
+        () if !varies(covariance.by_distance[0]) => Some(Doubt::Constant),
+        () if radial.floor > 1.0 / ENOUGH as f64 => Some(Doubt::Few),
+        () => None,
     }
 }
 

@@ -1,15 +1,32 @@
-//! A progress bar with the time left, on a terminal; nothing on a pipe.
+//! How far a job is: a bar with the time left on a terminal, and now and then a line elsewhere, so
+//! that long jobs show signs of life in a log.
 
-use super::report::Terminal;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::time::Duration;
+use super::report::{Terminal, err, seconds};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Write;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Steps that the whole of a job is cut into.
 const STEPS: u64 = 10_000;
 
-/// The bar.
+/// Before this time no line is needed.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The bar, or the lines.
 #[derive(Clone)]
-pub struct Progress(ProgressBar);
+pub struct Progress {
+    bar: ProgressBar,
+    lines: Option<Arc<Mutex<Lines>>>,
+}
+
+/// What is told without a terminal.
+struct Lines {
+    message: String,
+    start: Instant,
+    /// When the next line is due.
+    due: Duration,
+}
 
 impl Progress {
     /// A bar, where somebody watches.
@@ -17,34 +34,89 @@ impl Progress {
         let target =
             if terminal.live { ProgressDrawTarget::stderr_with_hz(10) } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(STEPS), target);
-        let template = "{msg} [{bar:32}] {percent:>3} %, {eta} left";
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style.progress_chars("=> "));
+        if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:32}] {percent:>3} %{left}") {
+            bar.set_style(style.progress_chars("=> ").with_key("left", left));
         }
-        bar.set_message(message.to_owned());
         if terminal.live {
             bar.enable_steady_tick(Duration::from_millis(200));
         }
-        Progress(bar)
+        let lines = Lines { message: String::new(), start: Instant::now(), due: PATIENCE };
+        let lines = (!terminal.live).then(|| Arc::new(Mutex::new(lines)));
+        let progress = Progress { bar, lines };
+        progress.restart(message);
+        progress
+    }
+
+    /// Starts on another job.
+    pub fn restart(&self, message: &str) {
+        self.bar.reset();
+        self.bar.set_message(message.to_owned());
+        if let Some(lines) = &self.lines {
+            let mut lines = lines.lock().unwrap_or_else(PoisonError::into_inner);
+            *lines = Lines { message: message.to_owned(), start: Instant::now(), due: PATIENCE };
+        }
     }
 
     /// Moves the bar to a share between 0 and 1.
     pub fn set(&self, share: f64) {
-        self.0.set_position((share.clamp(0.0, 1.0) * STEPS as f64) as u64);
+        let share = share.clamp(0.0, 1.0);
+        self.bar.set_position((share * STEPS as f64) as u64);
+        if let Some(lines) = &self.lines {
+            // Whoever is late says nothing new.
+            let Ok(mut lines) = lines.try_lock() else { return };
+            if let Some(line) = lines.line(share) {
+                err(line);
+            }
+        }
     }
 
     /// Writes a line above the bar.
     pub fn say(&self, line: &str) {
-        self.0.suspend(|| super::report::err(line));
+        self.bar.suspend(|| err(line));
     }
 
     /// Does something that writes lines, with the bar out of the way.
     pub fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
-        self.0.suspend(work)
+        self.bar.suspend(work)
     }
 
     /// Takes the bar away.
     pub fn finish(&self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Lines {
+    /// The line that is due, each half as late again as the one before.
+    fn line(&mut self, share: f64) -> Option<String> {
+        let elapsed = self.start.elapsed();
+        if elapsed < self.due {
+            return None;
+        }
+        self.due = elapsed + elapsed / 2;
+        let spent = seconds(elapsed.as_secs_f64());
+        Some(format!("{}: {:.0} % after {spent}", self.message, (100.0 * share).floor()))
+    }
+}
+
+/// The time left, once there is something to estimate it from.
+fn left(state: &ProgressState, out: &mut dyn Write) {
+    if state.pos() > 0 && state.per_sec() > 0.0 && state.elapsed() >= Duration::from_secs(1) {
+        // There is nobody to tell that a text could not be written into memory.
+        let _ = write!(out, ", {} left", seconds(state.eta().as_secs_f64()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_come_seldom_and_say_how_far_it_is() {
+        let start = Instant::now().checked_sub(Duration::from_secs(20)).unwrap();
+        let mut lines = Lines { message: "sphere".to_owned(), start, due: PATIENCE };
+        assert_eq!(lines.line(0.256).unwrap(), "sphere: 25 % after 20.0 s");
+        assert_eq!(lines.line(0.5), None);
+        assert!((29..31).contains(&lines.due.as_secs()));
     }
 }

@@ -23,7 +23,7 @@ pub struct Draw {
     /// How many.
     pub count: usize,
     /// The seed of the first, if not the script's own; the others follow it.
-    pub seed: Option<u64>,
+    pub seed: Option<i64>,
     /// The length after which they should repeat, if they can.
     pub side: f64,
 }
@@ -141,14 +141,14 @@ fn of_value(setup: &Setup, value: &Dynamic, draw: &Draw) -> Outcome<Drawn> {
             Ok(Drawn::One { field: member(&Arc::new(host.graph.borrow().clone()), node), seed })
         }
         _ => Err(Fault::new(format!("the value is {}, not a noise", options::describe(value)))
-            .hint("a noise is something like gradient(7).scaled(2.0)")),
+            .hint("end with a noise, such as gradient(7).scaled(2.0), or with a field that depends on param(\"seed\", 7, 0..1000000)")),
     }
 }
 
 fn ensemble(setup: &Setup, source: &Source, draw: &Draw) -> Outcome<Ensemble> {
     let host = &setup.host;
     let noise: Noise = *source.noise();
-    let first = draw.seed.unwrap_or(noise.lattice.seed);
+    let first = draw.seed.map_or(noise.lattice.seed, i64::cast_unsigned);
     let reseeded = |i: usize| source.clone().seeded(first.wrapping_add(i as u64));
     // A noise that cannot repeat is analysed as it is.
     let period = period(noise.frequency, draw.side);

@@ -2,10 +2,12 @@
 
 use super::super::options::finite;
 use super::super::report::Failure;
+use super::settings;
 use crate::diag::nearest;
-use crate::noise::{Kind, Model};
+use crate::noise::{Combination, Kind, Model, Recipe};
 use crate::script::{Request, Script};
 use crate::world::Disk;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -13,8 +15,8 @@ use std::sync::Arc;
 /// What the noise is told.
 #[derive(clap::Args, Clone, Debug)]
 pub struct KindOptions {
-    /// Sets an option of the noise, such as kernel=quintic, or a parameter of the script; may be
-    /// given several times
+    /// Sets an option of the noise, such as kernel=quintic of sparse, or a parameter of the script;
+    /// may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
     settings: Vec<Setting>,
 
@@ -23,27 +25,44 @@ pub struct KindOptions {
     of: Option<String>,
 
     /// Octaves of a sum, 1 to 32
-    #[arg(long, value_name = "N")]
-    octaves: Option<u32>,
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(i32).range(whole(Recipe::OCTAVES)))]
+    octaves: Option<i32>,
 
-    /// Exponent of the amplitudes of a sum: 1 smooth, 0 rough
-    #[arg(long, value_name = "H")]
+    /// Exponent of the amplitudes of a sum, 0 to 2: 1 is smooth, 0 rough
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = |text: &str| within(text, Recipe::HURST))]
     hurst: Option<f64>,
 
-    /// Ratio of the frequencies of successive octaves
-    #[arg(long, value_name = "R")]
+    /// Ratio of the frequencies of successive octaves, above 1 and up to 16
+    #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = |text: &str| within(text, Recipe::LACUNARITY))]
     lacunarity: Option<f64>,
 
     /// Seed of the first realisation; the others follow it [default: 0, or what KIND says]
-    #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub seed: Option<i64>,
+}
+
+/// A range for the parser of the command line.
+fn whole(range: RangeInclusive<i32>) -> RangeInclusive<i64> {
+    i64::from(*range.start())..=i64::from(*range.end())
+}
+
+/// Parses a number of a range.
+fn within(text: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
+    finite(text).ok().filter(|value| range.contains(value)).ok_or(format!(
+        "a number from {} to {} is needed",
+        range.start(),
+        range.end()
+    ))
 }
 
 /// `name=value`, the value as it was typed.
 #[derive(Clone, Debug)]
-struct Setting {
-    name: String,
-    value: String,
+pub struct Setting {
+    /// What is set.
+    pub name: String,
+    /// To what, as it was typed.
+    pub value: String,
 }
 
 impl FromStr for Setting {
@@ -54,7 +73,8 @@ impl FromStr for Setting {
             Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
                 Ok(Setting { name: name.trim().to_owned(), value: value.trim().to_owned() })
             }
-            _ => Err("name=value is needed; for example: --set kernel=quintic".to_owned()),
+            _ => Err("name=value is needed; for example: orogen noise sparse --set kernel=quintic -o sparse"
+                .to_owned()),
         }
     }
 }
@@ -70,18 +90,29 @@ pub struct Found {
 impl KindOptions {
     /// The noise that a word, expression or path stands for.
     pub fn find(&self, kind: &str) -> Result<Found, Failure> {
+        if let Some(twice) = twice(&self.settings) {
+            return Err(Failure::usage(format!("--set gives `{twice}` twice"), "leave one of them out"));
+        }
         if kind.ends_with(".rhai") {
             self.refuse_octaves("a script")?;
+            if !Path::new(kind).exists() {
+                let hint = "KIND is a path that ends in .rhai, the name of a noise, or an expression";
+                return Err(Failure::error(format!("there is no script {kind}"), hint));
+            }
             let title = Path::new(kind).file_stem().map_or(kind.into(), |s| s.to_string_lossy().into_owned());
             return self.scripted(title, Script::File(kind.into()));
         }
-        if Model::NAMED.iter().any(|m| m.name() == kind) {
-            let text = self.sum(kind)?;
+        if let Some(model) = Model::NAMED.iter().copied().find(|m| m.name() == kind) {
+            let text = self.sum(model)?;
             return Ok(named(kind, text));
         }
-        if Kind::ALL.iter().any(|k| k.name == kind) {
+        if let Some(listing) = Kind::ALL.iter().find(|k| k.name == kind) {
             self.refuse_octaves("a single noise")?;
+            settings::check(kind, &self.settings, &[listing.parameters])?;
             return Ok(named(kind, self.single(kind, &self.settings)));
+        }
+        if is_path(kind) {
+            return Err(not_a_script(kind));
         }
         if is_word(kind) {
             return Err(unknown(kind));
@@ -99,20 +130,25 @@ impl KindOptions {
                 Failure::usage(format!("--set {name}={value}: {why}"), "for example: --set relief=0.04")
             };
             let number = finite(value).map_err(wrong)?;
-            if request.params.insert(name.clone(), number).is_some() {
-                return Err(Failure::usage(format!("--set gives `{name}` twice"), "leave one of them out"));
-            }
+            request.params.insert(name.clone(), number);
         }
         Ok(Found { title, request })
     }
 
     /// A sum of octaves: what the noise below it knows goes to that, the rest to the sum.
-    fn sum(&self, model: &str) -> Result<String, Failure> {
+    fn sum(&self, model: Model) -> Result<String, Failure> {
         let of = self.of.as_deref().unwrap_or("gradient");
         let listing = Kind::ALL.iter().find(|k| k.name == of);
+        if models().contains(&of) {
+            let hint = format!("--of takes one of {}, or an expression", kinds().join(", "));
+            return Err(Failure::usage(format!("`{of}` is a sum of octaves itself"), hint));
+        }
         if listing.is_none() && is_word(of) {
             return Err(unknown(of));
         }
+        let cascade = if model.combination == Combination::Sum { &[] } else { settings::CASCADE };
+        let inner = listing.map_or(&[][..], |k| k.parameters);
+        settings::check(model.name(), &self.settings, &[settings::SUM, cascade, inner])?;
         let own = |s: &&Setting| listing.is_some_and(|k| k.parameters.iter().any(|p| p.name == s.name));
         let (inner, mut outer): (Vec<Setting>, Vec<Setting>) = {
             let (a, b): (Vec<&Setting>, Vec<&Setting>) = self.settings.iter().partition(own);
@@ -124,12 +160,16 @@ impl KindOptions {
         add("octaves", self.octaves.map(|v| v.to_string()));
         add("hurst", self.hurst.map(|v| v.to_string()));
         add("lacunarity", self.lacunarity.map(|v| v.to_string()));
+        if let Some(twice) = twice(&outer) {
+            let message = format!("`{twice}` is given twice, by --set and by --{twice}");
+            return Err(Failure::usage(message, "leave one of them out"));
+        }
         let noise = if listing.is_some() { self.single(of, &inner) } else { of.to_owned() };
-        Ok(format!("octave_sum({noise}, \"{model}\", {})", map(&outer)))
+        Ok(format!("octave_sum({noise}, \"{}\", {})", model.name(), map(&outer)))
     }
 
     fn single(&self, kind: &str, settings: &[Setting]) -> String {
-        let seed = self.seed.unwrap_or(0) as i64;
+        let seed = self.seed.unwrap_or(0);
         if settings.is_empty() {
             format!("{kind}({seed})")
         } else {
@@ -176,13 +216,39 @@ fn models() -> Vec<&'static str> {
     Model::NAMED.iter().map(|m| m.name()).collect()
 }
 
+fn kinds() -> Vec<&'static str> {
+    Kind::ALL.iter().map(|k| k.name).collect()
+}
+
+/// The first name that is set twice.
+fn twice(settings: &[Setting]) -> Option<&str> {
+    let again = |i: usize| settings[..i].iter().any(|s| s.name == settings[i].name);
+    (0..settings.len()).find(|&i| again(i)).map(|i| settings[i].name.as_str())
+}
+
+/// Whether a text is meant as a path, though not as that of a script.
+fn is_path(text: &str) -> bool {
+    let like_one = text.contains(['/', '\\']) && !text.contains(['(', ' ']);
+    like_one || (text.contains('.') && Path::new(text).exists())
+}
+
+fn not_a_script(path: &str) -> Failure {
+    let script = Path::new(path).with_extension("rhai");
+    let message = format!("{path} is no noise, and a script ends in .rhai");
+    if script.exists() {
+        Failure::usage(message, format!("did you mean {}?", script.display()))
+    } else {
+        Failure::usage(message, "for example: orogen noise marble.rhai -o marble")
+    }
+}
+
 /// Whether a text can be no expression but a name.
 fn is_word(text: &str) -> bool {
     text.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-')
 }
 
 fn unknown(word: &str) -> Failure {
-    let names: Vec<&str> = Kind::ALL.iter().map(|k| k.name).chain(models()).collect();
+    let names = [kinds(), models()].concat();
     let list = format!(
         "there are {}; or an expression such as 'gradient(7).scaled(2.0)', or a script",
         names.join(", ")
@@ -214,8 +280,17 @@ mod tests {
         let wanted = r#"#{ "nodes": 2, "kernel": "quintic", "weights": [1,0], "smooth": true }"#;
         assert_eq!(map(&all), wanted);
         for bad in ["a", "=1", "a="] {
-            assert!(bad.parse::<Setting>().unwrap_err().contains("--set kernel=quintic"), "{bad}");
+            assert!(bad.parse::<Setting>().unwrap_err().contains("sparse --set kernel=quintic"), "{bad}");
         }
+        assert_eq!(twice(&["a=1", "b=1", "a=2"].map(setting)), Some("a"));
+    }
+
+    #[test]
+    fn paths_are_told_from_expressions() {
+        assert!(is_path("scripts/marble") && is_path("..\\marble"));
+        assert!(
+            !is_path("gradient") && !is_path("gradient(7)/2.0") && !is_path("x / 2.0") && !is_path("0.5")
+        );
     }
 
     #[test]

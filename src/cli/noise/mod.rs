@@ -1,27 +1,27 @@
 //! `orogen noise`: what a noise or a fractal is like, in figures and numbers.
 
+mod folder;
 mod kind;
-mod sphere;
+mod settings;
 
 use super::interrupt::Interrupt;
 use super::options::threads;
 use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err, out, plural, seconds};
-use crate::analysis::{self, Analysis, Plan, Plate, Refusal, Watch};
+use crate::analysis::{self, Analysis, Doubt, Plan, Plate, Refusal, Sphere, Watch};
 use crate::diag::Diagnostic;
 use crate::field::{Moments, survey};
 use crate::scene::Ensemble;
 use crate::script::{Draw, Request, realise};
 use crate::session;
 use crate::tape::Tape;
-use crate::world::atomic;
 use clap::builder::PossibleValuesParser;
+use folder::Folder;
 use kind::KindOptions;
 use serde::Serialize;
-use std::fs;
 use std::io::Write;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -44,6 +44,7 @@ use std::time::Instant;
     after_help = "Examples:
   orogen noise gradient -o gradient
   orogen noise fbm --of gradient --octaves 5 --hurst 0.8 --cells 16 --samples 64 -o fbm
+  orogen noise sparse --set kernel=quintic --set nodes=2 -o sparse
   orogen noise 'gradient(7).scaled(2.0)' --seeds 30 -o twice
   orogen noise marble.rhai --set veins=3 --only sample --only spectrum -o marble"
 )]
@@ -110,7 +111,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let plan = Plan { side: args.cells, samples: args.samples, solid: args.solid };
     plan.validate().map_err(|e| Failure::usage(e.to_string(), "for example: --cells 32 --samples 16"))?;
     let noise = args.options.find(&args.kind)?;
-    prepare(&args.output)?;
+    let folder = Folder::new(&args.output)?;
     let start = Instant::now();
     let progress = Progress::new(terminal, &noise.title);
     let bar = progress.clone();
@@ -123,28 +124,14 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     drawn.output.iter().for_each(out);
     progress.aside(|| drawn.diagnostics.iter().for_each(|d| terminal.diagnostic(d, &drawn.sources)));
     let ensemble = drawn.ensemble.ok_or(Failure::Reported)?;
-    let work = Work { args, title: &noise.title, ensemble, progress: &progress, interrupt: &interrupt, plan };
+    let title = &noise.title;
+    let mut work = Work { args, title, ensemble, folder, progress: &progress, interrupt: &interrupt, plan };
     let done = session::on_threads(args.threads, || work.all(terminal)).map_err(Failure::Error)?;
     progress.finish();
-    let files = done?;
-    let shown = args.output.display();
-    err(format_args!("{shown}: {} in {}", files.join(", "), seconds(start.elapsed().as_secs_f64())));
+    done?;
+    let files = plural(work.folder.written().len() as u64, "file");
+    err(format_args!("{}: {files} in {}", args.output.display(), seconds(start.elapsed().as_secs_f64())));
     Ok(())
-}
-
-/// Makes the folder, and makes sure that files can be written into it.
-fn prepare(folder: &Path) -> Result<(), Failure> {
-    let shown = folder.display();
-    if let Err(e) = fs::create_dir(folder)
-        && e.kind() != std::io::ErrorKind::AlreadyExists
-    {
-        let hint = match e.kind() {
-            std::io::ErrorKind::NotFound => format!("create the folder above it: mkdir -p {shown}"),
-            _ => "choose a place that is yours, with -o".to_owned(),
-        };
-        return Err(Failure::error(format!("cannot make the folder {shown} ({e})"), hint));
-    }
-    atomic::check(&folder.join("analysis.json")).map_err(|e| Diagnostic::error(e.to_string()).into())
 }
 
 /// One run of the command.
@@ -155,6 +142,7 @@ struct Work<'a> {
     progress: &'a Progress,
     interrupt: &'a Interrupt,
     plan: Plan,
+    folder: Folder<'a>,
 }
 
 /// What `analysis.json` holds.
@@ -170,106 +158,131 @@ impl Work<'_> {
         self.args.only.is_empty() || self.args.only.iter().any(|o| o == name)
     }
 
-    /// Makes and writes everything; returns the names of the files.
-    fn all(&self, terminal: &Terminal) -> Result<Vec<String>, Failure> {
-        let mut files = Vec::new();
+    /// Makes and writes everything.
+    fn all(&mut self, terminal: &Terminal) -> Outcome {
         if figures().into_iter().any(|name| name != SPHERE && self.wants(name)) {
             let found = self.analyse()?;
-            for plate in Plate::ALL.into_iter().filter(|p| self.wants(p.name())) {
+            for plate in Plate::ALL {
+                if !self.wants(plate.name()) {
+                    continue;
+                }
                 let figure = plate.draw(&found, self.title, self.args.size);
                 let figure = figure.map_err(|e| Diagnostic::error(e.to_string()))?;
-                files.push(self.write(plate.name(), "png", |f| figure.write_png(f))?);
+                self.folder.write(plate.name(), "png", self.progress, |f| figure.write_png(f))?;
             }
             if self.wants(NUMBERS) {
                 let numbers = Numbers { noise: self.title, found: &found };
                 let text = serde_json::to_string(&numbers)
                     .map_err(|e| Diagnostic::error(format!("cannot write the numbers ({e})")))?;
-                files.push(self.write(NUMBERS, "json", |f| writeln!(f, "{text}"))?);
+                self.folder.write(NUMBERS, "json", self.progress, |f| writeln!(f, "{text}"))?;
             }
             self.progress.aside(|| report(&found, terminal));
         }
         if self.wants(SPHERE) {
-            files.push(self.sphere(terminal)?);
+            self.sphere(terminal)?;
         }
-        Ok(files)
-    }
-
-    fn write(
-        &self,
-        name: &str,
-        ending: &str,
-        fill: impl FnOnce(&mut std::io::BufWriter<&mut fs::File>) -> std::io::Result<()>,
-    ) -> Result<String, Failure> {
-        let name = format!("{name}.{ending}");
-        atomic::write(&self.args.output.join(&name), fill).map_err(|e| Diagnostic::error(e.to_string()))?;
-        Ok(name)
+        Ok(())
     }
 
     fn analyse(&self) -> Result<Analysis, Failure> {
         let flag = self.interrupt.flag();
         let step = |share| self.progress.set(share);
         let found = analysis::analyse(&self.ensemble, &self.plan, &Watch { cancel: &flag, progress: &step });
-        found.map_err(|refusal| match refusal {
-            Refusal::Cancelled => {
-                Failure::error("stopped before the analysis was done", "no file was written")
-            }
-            Refusal::Undefined(_) => Failure::error(
-                refusal.to_string(),
-                "guard divisions and square roots; see a place with f.at([x, y, z]) in orogen repl",
-            ),
-            _ => Failure::error(refusal.to_string(), "see orogen noise --help"),
-        })
+        found.map_err(|refusal| self.refused(refusal))
     }
 
-    fn sphere(&self, terminal: &Terminal) -> Result<String, Failure> {
+    fn sphere(&mut self, terminal: &Terminal) -> Outcome {
+        self.progress.restart(&format!("{}: {SPHERE}", self.title));
         let plain = &self.ensemble.plain;
         let tape = Arc::new(Tape::new(&plain.graph, &[plain.root]));
-        let side = f64::from(self.args.cells);
-        let moments = Moments::of(&survey(&tape, side, 0, 1 << 13));
+        let samples = survey(&tape, f64::from(self.args.cells), 0, 1 << 13);
+        let moments = Moments::of(&samples).filter(|m| m.variance.is_finite());
         let moments =
-            moments.ok_or_else(|| Failure::error("there is nothing to see", "see orogen noise --help"))?;
-        let sphere = sphere::Sphere {
+            moments.ok_or_else(|| undefined("the noise is infinite or not a number somewhere".to_owned()))?;
+        if self.args.only.iter().all(|only| only == SPHERE) && !self.args.only.is_empty() {
+            let (mean, variance) = (format!("{:.4}", moments.mean), format!("{:.4}", moments.variance));
+            self.progress.aside(|| table(&self::moments(&moments, mean, variance), terminal));
+        }
+        let sphere = Sphere {
             noise: plain,
             moments: &moments,
             cell: self.ensemble.cell,
             amplitude: self.args.amplitude,
             size: self.args.size,
         };
-        let name = format!("{SPHERE}.png");
         let flag = self.interrupt.flag();
-        let path = self.args.output.join(&name);
-        sphere.write(&path, &flag, self.progress, terminal)?;
-        Ok(name)
+        let step = |share| self.progress.set(share);
+        let figure = sphere.draw(&Watch { cancel: &flag, progress: &step });
+        let figure = figure.map_err(|refusal| self.refused(refusal))?;
+        self.folder.write(SPHERE, "png", self.progress, |f| figure.write_png(f))
     }
+
+    /// What to say of an analysis or a sphere that there is not.
+    fn refused(&self, refusal: Refusal) -> Failure {
+        match refusal {
+            Refusal::Cancelled => Failure::error("stopped before all was done", self.folder.account()),
+            Refusal::Undefined(_) => undefined(refusal.to_string()),
+            _ => Failure::error(refusal.to_string(), "see orogen noise --help"),
+        }
+    }
+}
+
+/// The noise, or one of its realisations, has no value somewhere.
+fn undefined(message: String) -> Failure {
+    Failure::error(
+        message,
+        "guard divisions and square roots; see a place with f.at([x, y, z]) in orogen repl",
+    )
 }
 
 /// The table of findings.
 fn report(found: &Analysis, terminal: &Terminal) {
     let Analysis { moments: m, verdict, .. } = found;
     let near = |value: f64, error: f64| format!("{value:.4} ± {error:.4}");
-    let mut lines = vec![
-        ("mean", near(m.mean, found.mean_error)),
-        ("variance", near(m.variance, found.variance_error)),
-        (
-            "seen",
-            format!(
-                "{:.3} to {:.3}; gradient {:.2} rms, {:.2} at most",
-                m.min, m.max, m.gradient_rms, m.steepest
-            ),
-        ),
-    ];
+    let mut lines = moments(m, near(m.mean, found.mean_error), near(m.variance, found.variance_error));
     lines.extend(verdict.lines(&found.covariance, &found.radial));
     let edges = if found.periodic { "made to repeat" } else { "tapered at its edges" };
     lines.push(("from", format!("{}, {edges}", plural(found.realisations as u64, "realisation"))));
+    table(&lines, terminal);
+    warn(found, terminal);
+}
+
+/// The lines of the table that need no averages over realisations.
+fn moments(m: &Moments, mean: String, variance: String) -> Vec<(&'static str, String)> {
+    let seen = format!(
+        "{:.3} to {:.3}; gradient {:.2} rms, {:.2} at most",
+        m.min, m.max, m.gradient_rms, m.steepest
+    );
+    vec![("mean", mean), ("variance", variance), ("seen", seen)]
+}
+
+fn table(lines: &[(&str, String)], terminal: &Terminal) {
     for (name, text) in lines {
         out(format_args!("{} {text}", terminal.bold(format_args!("{name:<11}"))));
     }
-    if verdict.aliased {
-        let d = Diagnostic::warning(
+}
+
+/// Warns of what makes the findings wrong, or keeps them from being found.
+fn warn(found: &Analysis, terminal: &Terminal) {
+    let samples = found.plan.samples;
+    let warning = match found.verdict.doubt {
+        Some(Doubt::Aliased) => {
+            Diagnostic::warning("the noise is finer than the samples, which show nothing of it")
+                .hint("scale it down, or take more samples: see --samples and --cells")
+        }
+        Some(Doubt::Constant) => {
+            Diagnostic::warning("the noise does not vary where it was sampled, on the plane z = 0")
+        }
+        Some(Doubt::Few) => {
+            Diagnostic::warning("so few realisations tell little: what is undecided needs more")
+                .hint("leave out --seeds, or take --seeds 100")
+        }
+        None if found.verdict.aliased => Diagnostic::warning(
             "the noise has detail that the samples do not resolve, so its spectrum is wrong near the end",
         )
-        .hint(format!("take more: --samples {}", 2 * found.plan.samples))
-        .hint("or fewer octaves");
-        terminal.diagnostic(&d, &Default::default());
-    }
+        .hint(format!("take more: --samples {}", 2 * samples))
+        .hint("or fewer octaves"),
+        None => return,
+    };
+    terminal.diagnostic(&warning, &Default::default());
 }
