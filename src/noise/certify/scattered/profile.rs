@@ -20,13 +20,15 @@ const NEARLY: f64 = 1e-12;
 
 /// Upper bounds of `g_k`.
 pub(super) struct Profile {
+    spots: Spots,
+    k: usize,
     /// The largest bound in the block of `2^l` squares from a square on along both axes; `p` is outer.
     blocks: Vec<Vec<f32>>,
 }
 
 impl Profile {
     pub(super) fn new(spots: &Spots, k: usize) -> Profile {
-        let one = |i: usize| (square(spots, k, i / FINE, i % FINE) * (1.0 + 1e-6) + 1e-30) as f32;
+        let one = |i: usize| above(square(spots, k, i / FINE, i % FINE));
         let mut blocks: Vec<Vec<f32>> = vec![(0..FINE * FINE).map(one).collect()];
         for level in 1..LEVELS {
             let (below, half) = (&blocks[level - 1], 1 << (level - 1));
@@ -38,7 +40,7 @@ impl Profile {
             let next = (0..FINE * FINE).map(four).collect();
             blocks.push(next);
         }
-        Profile { blocks }
+        Profile { spots: *spots, k, blocks }
     }
 
     /// Upper bound over the voxel of side `e` at `low`.
@@ -46,6 +48,10 @@ impl Profile {
         let near: f64 = low.map(|a| f64::max(a, -(a + e)).max(0.0)).map(|a| a * a).into_iter().sum();
         if near >= 1.0 + NEARLY {
             return 0.0;
+        }
+        if self.k == 0 {
+            // Spots fall with distance.
+            return above(self.spots.size(0, near.sqrt().min(1.0), 0.0));
         }
         let size = |v: [f64; 3]| 0.5 * e * (v[0].abs() + v[1].abs() + v[2].abs());
         let middle = low.map(|a| a + 0.5 * e);
@@ -76,6 +82,11 @@ impl Profile {
         }
         most
     }
+}
+
+/// A number above another, with more to spare than the roundings of both.
+fn above(x: f64) -> f32 {
+    (x * (1.0 + 1e-6) + 1e-30) as f32
 }
 
 /// Upper bound of `g_k` in a square.
