@@ -47,12 +47,12 @@ pub struct Sparse {
 /// anywhere in their cells and for nodes that keep a margin. Proven by `examples/certify_noise.rs`.
 pub(super) const UNIT: [[Bounds; 2]; 2] = [
     [
-        Bounds { range: 8.13, lipschitz: 24.6, hessian: 105.5, third: 990.0 },
-        Bounds { range: 3.84, lipschitz: 10.3, hessian: 46.0, third: 440.0 },
+        Bounds { range: 8.13, lipschitz: 24.6, hessian: 101.5, third: 982.0 },
+        Bounds { range: 3.84, lipschitz: 10.2, hessian: 45.8, third: 434.0 },
     ],
     [
-        Bounds { range: 8.13, lipschitz: 22.6, hessian: 94.0, third: f64::INFINITY },
-        Bounds { range: 3.94, lipschitz: 8.95, hessian: 48.9, third: f64::INFINITY },
+        Bounds { range: 8.13, lipschitz: 22.5, hessian: 92.7, third: f64::INFINITY },
+        Bounds { range: 3.94, lipschitz: 8.8, hessian: 48.1, third: f64::INFINITY },
     ],
 ];
 

@@ -3,8 +3,8 @@
 //! A bound that a noise states is a theorem, and its proof is a program: one file here for each
 //! family of noises. [`ALL`] lists what they are asked to prove; `examples/certify_noise.rs` walks
 //! the list and prints a table of what a search found, what was proven, and how far apart they are.
-//! A bound is good when it lies above whatever an adversarial search finds and within a few
-//! thousandths of it.
+//! A bound is good when it lies above whatever an adversarial search finds and not far from it: within
+//! a few thousandths for most, and within a tenth for all that are stated.
 //!
 //! **What is maximised.** The noises on lattices are sums over nodes `n`, of which finitely many reach
 //! a point. With a node's weight `W(d)` at the offset `d = x - n`, its value `a` and direction `g`,
