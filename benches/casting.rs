@@ -2,7 +2,7 @@
 //! pixels, over the rays that meet the bounding sphere of radius 1.55; then the whole picture, with
 //! normals, shadows and shading, on all threads.
 //!
-//! `cargo bench --bench casting`
+//! `cargo bench --bench casting [-- CASTER]`
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -25,48 +25,56 @@ fn rays(size: usize) -> Vec<Ray> {
     let mut out = Vec::new();
     for tile in 0..tiles * tiles {
         for i in 0..256 {
-            let (x, y) = (tile % tiles * 16 + i % 16, tile / tiles * 16 + i / 16);
+            let (x, y) = (tile % tiles * 16 + every_other(i), tile / tiles * 16 + every_other(i >> 1));
             let u = |k: usize| half * (2.0 * (k as f64 + 0.5) / size as f64 - 1.0);
             let direction = DVec3::new(u(x), -u(y), 1.0).normalize();
             let (b, c) = (origin.dot(direction), origin.length_squared() - 1.55 * 1.55);
             let q = b * b - c;
-            if q > 0.0 {
-                let (near, far) = (-b - q.sqrt(), -b + q.sqrt());
-                out.push(Ray { origin, direction, near, far, tolerance: Tolerance::fixed(1e-4) });
-            }
+            // Rays that pass by keep their place in the tile.
+            let (near, far) = if q > 0.0 { (-b - q.sqrt(), -b + q.sqrt()) } else { (0.0, -1.0) };
+            out.push(Ray { origin, direction, near, far, tolerance: Tolerance::fixed(1e-4) });
         }
     }
     out
+}
+
+/// Every other bit, from the lowest on: one axis of Morton's order.
+fn every_other(i: usize) -> usize {
+    (0..4).fold(0, |x, bit| x | (i >> (2 * bit) & 1) << bit)
 }
 
 fn main() {
     let mut b = common::Build::default();
     let root = common::three_octaves(&mut b);
     let rays = rays(800);
-    let typical: Vec<Ray> = rays.iter().copied().step_by(rays.len() / 128).collect();
+    let real: Vec<Ray> = rays.iter().copied().filter(|r| r.near < r.far).collect();
+    let typical: Vec<Ray> = real.iter().copied().step_by(real.len() / 128).collect();
     println!("| caster | evaluations/ray | steps/ray | backtracks/ray | hits | CPU us/ray |");
     println!("|---|---|---|---|---|---|");
-    for (kind, name) in Kind::ALL {
+    let wanted = std::env::args().nth(1).filter(|a| !a.starts_with('-'));
+    for (kind, name) in Kind::ALL.into_iter().filter(|k| wanted.as_ref().is_none_or(|w| w == k.1)) {
         let mut field = b.field(root);
         let Ok(mut caster) = caster(kind, &mut field, &Aabb::cube(1.55), &typical) else { continue };
         let mut stats = CastStats::default();
         let start = Instant::now();
-        for group in rays.chunks(256) {
+        for group in rays.chunks(4096) {
             let mut hits = vec![Hit::MISS; group.len()];
             caster.first_hits(group, &mut hits, &mut stats, &AtomicBool::new(false));
         }
         let time = start.elapsed().as_secs_f64();
-        let per_ray = |n: u64| n as f64 / rays.len() as f64;
+        let per_ray = |n: u64| n as f64 / real.len() as f64;
         println!(
             "| {name} | {:.2} | {:.2} | {:.2} | {} | {:.2} |",
             per_ray(stats.evaluations),
             per_ray(stats.steps),
             per_ray(stats.backtracks),
             stats.hits,
-            1e6 * time / rays.len() as f64
+            1e6 * time / real.len() as f64
         );
     }
-    whole_picture(root, b);
+    if wanted.is_none() {
+        whole_picture(root, b);
+    }
 }
 
 fn whole_picture(root: NodeId, b: common::Build) {

@@ -188,7 +188,7 @@ fn cast(made: &dyn Caster, rays: &[Ray]) -> (Vec<Hit>, CastStats) {
     (parts.into_iter().flat_map(|p| p.0).collect(), stats)
 }
 
-const ALL: [Kind; 4] = [Kind::Sphere, Kind::Speculative, Kind::Affine, Kind::Auto];
+const ALL: [Kind; 5] = [Kind::Sphere, Kind::Speculative, Kind::Affine, Kind::Beam, Kind::Auto];
 
 #[test]
 fn three_octaves() {
@@ -217,7 +217,7 @@ fn carved_balls() {
 
 #[test]
 fn ridges_without_a_lipschitz_bound() {
-    check("ridges", common::square_root_ridges, &[Kind::Affine, Kind::Auto]);
+    check("ridges", common::square_root_ridges, &[Kind::Affine, Kind::Beam, Kind::Auto]);
     let mut b = Build::default();
     let root = common::square_root_ridges(&mut b);
     for kind in [Kind::Sphere, Kind::Speculative] {
@@ -257,7 +257,8 @@ fn all_roots_in_order() {
 fn any_grouping_gives_the_same_hits() {
     let mut b = Build::default();
     let root = common::three_octaves(&mut b);
-    for (kind, _) in Kind::ALL {
+    // Rays of a beam share what they find, so that their hits agree to within the tolerance only.
+    for (kind, _) in Kind::ALL.into_iter().filter(|k| k.0 != Kind::Beam) {
         let mut made =
             caster(kind, &mut b.field(root), &Aabb::cube(REGION), &rays(4)[..100]).expect("a caster");
         let rays = &rays(4)[..700];
@@ -270,6 +271,64 @@ fn any_grouping_gives_the_same_hits() {
             }
             assert_eq!(whole, parts, "{kind:?} in groups of {size}");
         }
+    }
+}
+
+/// Rays through the pixels of a small picture, in Morton's order.
+fn picture(eye: DVec3, half: f64) -> Vec<Ray> {
+    let region = Aabb::cube(REGION);
+    let forward = -eye.normalize();
+    let right = forward.cross(DVec3::new(0.3, 1.0, 0.2)).normalize();
+    let every_other = |i: usize| (0..6).fold(0, |x, bit| x | (i >> (2 * bit) & 1) << bit);
+    (0..4096)
+        .map(|i| {
+            let place = |k: usize| half * ((k as f64 + 0.5) / 32.0 - 1.0);
+            let (x, y) = (place(every_other(i)), place(every_other(i >> 1)));
+            let direction = (forward + x * right + y * right.cross(forward)).normalize();
+            let (near, far) = region.clip(eye, direction).unwrap_or((0.0, -1.0));
+            Ray { origin: eye, direction, near: near.max(0.0), far, tolerance: Tolerance::fixed(TOLERANCE) }
+        })
+        .collect()
+}
+
+#[test]
+fn beams_find_what_lone_rays_find() {
+    type Scene = fn(&mut Build) -> NodeId;
+    let scenes: [(Scene, DVec3, f64); 5] = [
+        (common::three_octaves, DVec3::new(0.4, 0.9, -4.0), 0.4),
+        (common::thin_shell, DVec3::new(3.0, 1.0, -2.0), 0.4),
+        (common::thin_rings, DVec3::new(1.0, 3.0, -2.0), 0.15),
+        (common::balls, DVec3::new(-2.0, 2.0, 3.0), 0.4),
+        (common::square_root_ridges, DVec3::new(0.0, 1.0, -4.0), 0.4),
+    ];
+    for (n, (build, eye, half)) in scenes.into_iter().enumerate() {
+        let mut b = Build::default();
+        let root = build(&mut b);
+        let rays = picture(eye, half);
+        let mut found = [Vec::new(), Vec::new(), Vec::new()];
+        for (out, (kind, size)) in
+            found.iter_mut().zip([(Kind::Affine, 4096), (Kind::Beam, 4096), (Kind::Beam, 1)])
+        {
+            let mut made =
+                caster(kind, &mut b.field(root), &Aabb::cube(REGION), &rays[..200]).expect("a caster");
+            out.resize(rays.len(), Hit::MISS);
+            for (rays, out) in rays.chunks(size).zip(out.chunks_mut(size)) {
+                made.first_hits(rays, out, &mut CastStats::default(), &AtomicBool::new(false));
+            }
+        }
+        let hits = found[0].iter().filter(|h| h.is_hit()).count();
+        assert!(hits > 300, "scene {n}: only {hits} hits");
+        let mut grazing = 0;
+        for (i, a) in found[0].iter().enumerate() {
+            for b in [&found[1][i], &found[2][i]] {
+                assert!(b.certified, "scene {n}: {:?}", rays[i]);
+                if (a.t - b.t).abs() > 2.0 * TOLERANCE || a.is_hit() != b.is_hit() {
+                    grazing += 1;
+                }
+            }
+        }
+        // Where a ray comes within the tolerance without meeting anything, either answer is right.
+        assert!(grazing * 200 < rays.len(), "scene {n}: {grazing} hits differ");
     }
 }
 

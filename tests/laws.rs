@@ -6,7 +6,7 @@
 
 #![allow(clippy::disallowed_methods)] // boxes of random size need not be the same on every platform
 
-use orogen::num::{Affine, Dual, Function, Interval, Jet, Many, Number, Reduced, Slope};
+use orogen::num::{Affine, Dual, Function, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Slope};
 use orogen::op::{Op, Visitor};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
@@ -114,6 +114,61 @@ fn samples_lie_inside_ranges_and_forms() {
                     let band = band + Interval::radius(private);
                     assert!(holds(band), "{name}({p:?}) = {v:?} outside affine band {band:?} of {x:?}");
                     assert!(holds(affine.range));
+                }
+            }
+        }
+    }
+    run(Contain);
+}
+
+/// Where a parabola allows its quantity to be at `e` along the line and `u` across it.
+fn band<const K: usize>(x: &Parabola<K>, e: f64, u: [f64; K]) -> Interval {
+    let place = Interval::point(e);
+    let along = x.value + x.slope * place + x.bend * (place * place);
+    (0..K).fold(along, |sum, k| sum + Interval::point(x.side[k]) * Interval::point(u[k]))
+}
+
+/// A piece of a line for each of `N` coordinates, seen across two directions.
+fn any_piece<const N: usize>(rng: &mut StdRng) -> [Parabola<2>; N] {
+    let (along, across) = (radius(rng), if rng.random() { 0.0 } else { radius(rng) });
+    std::array::from_fn(|_| {
+        let side = std::array::from_fn(|_| across * rng.random_range(-1.0..1.0));
+        let [spread, blur] = if rng.random() { [0.0; 2] } else { [1e-3 * along, 1e-9] };
+        Parabola::coordinate(coordinate(rng), along * rng.random_range(-1.0..1.0), side, spread, blur)
+    })
+}
+
+/// The values that a coordinate may have at a place, apart from its spread and blur.
+fn at_place(x: &Parabola<2>, e: f64, u: [f64; 2]) -> f64 {
+    x.value.mid() + x.slope.mid() * e + x.side[0] * u[0] + x.side[1] * u[1]
+}
+
+#[test]
+fn samples_lie_inside_parabolas() {
+    struct Contain;
+    impl Law for Contain {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            for _ in 0..BOXES {
+                let x: [Parabola<2>; N] = any_piece(rng);
+                let lanes = x.map(Parabolas::<8, 2>::all);
+                let z = Parabolas::lift(f, lanes.each_ref()).lane(3);
+                for _ in 0..POINTS {
+                    let e = inside(rng, Interval::new(-1.0, 1.0));
+                    let u = std::array::from_fn(|_| inside(rng, Interval::new(-1.0, 1.0)));
+                    let p = x.each_ref().map(|x| at_place(x, e, u));
+                    // The arguments are rounded: allow what the function makes of that.
+                    let near = f.range(std::array::from_fn(|i| {
+                        Interval::around(p[i], 8.0 * f64::EPSILON * x[i].range.mag())
+                    }));
+                    if f.value(p).is_nan() || !near.is_finite() {
+                        continue;
+                    }
+                    for e in [band(&z, e, u), z.range] {
+                        assert!(
+                            !(e.lo > near.hi || near.lo > e.hi),
+                            "{name}{p:?} is {near:?}, outside {e:?} of {x:?}"
+                        );
+                    }
                 }
             }
         }
@@ -346,12 +401,12 @@ fn batches_equal_single_numbers() {
 
 /// Random composites: expressions of operations, noises and fractals.
 mod composites {
-    use super::{coordinate, inside, radius, seeded};
+    use super::{any_piece, at_place, band, coordinate, inside, radius, seeded};
     use orogen::expr::{Graph, Input, NodeId};
     use orogen::field::Field;
     use orogen::grid::{Edge, Frame, Grid, Samples};
     use orogen::noise::{Allowed, Fractal, Kind, Model, Noise, Recipe, Setting, Settings, Signal};
-    use orogen::num::{Affine, Dual, Interval, Jet, Many, Reduced};
+    use orogen::num::{Affine, Dual, Interval, Jet, Many, Parabola, Parabolas, Reduced};
     use orogen::op::Op;
     use orogen::tape::{Evaluator, Tape};
     use rand::{RngExt, rngs::StdRng};
@@ -502,6 +557,60 @@ mod composites {
             }
         });
         assert!(sharp > 600, "only {sharp} enclosures say anything");
+    }
+
+    #[test]
+    fn every_parabola_contains_samples_and_knows_its_signs() {
+        const LANES: usize = 8;
+        let (mut above, mut below) = (0, 0);
+        each("parabolas", |g, root, rng| {
+            let mut field = Field::new(g, root);
+            let tape = field.tape().clone();
+            let mut batch = Evaluator::<Parabolas<LANES, 2>>::new(tape.clone());
+            let mut single = Evaluator::<Parabolas<1, 2>>::new(tape);
+            let pieces: [[Parabola<2>; 3]; LANES] = std::array::from_fn(|_| any_piece(rng));
+            let mut p = pieces[0].map(Parabolas::all);
+            for (lane, piece) in pieces.iter().enumerate() {
+                (0..3).for_each(|axis| p[axis].set(lane, &piece[axis]));
+            }
+            let answers = *batch.eval(&p);
+            for (lane, piece) in pieces.iter().enumerate() {
+                let z = answers.lane(lane);
+                let alone = single.eval(&piece.map(Parabolas::all)).lane(0);
+                assert_eq!(format!("{z:?}"), format!("{alone:?}"), "a lane depends on its neighbours");
+                let halves = z.halves();
+                for _ in 0..20 {
+                    let e: f64 = inside(rng, Interval::new(-1.0, 1.0));
+                    let u = std::array::from_fn(|_| inside(rng, Interval::new(-1.0, 1.0)));
+                    let at = piece.each_ref().map(|x| at_place(x, e, u));
+                    if field.value(at.into()).is_nan() {
+                        continue;
+                    }
+                    // A point as rounded as the piece's own coordinates are.
+                    let cell = std::array::from_fn(|axis| {
+                        Interval::around(at[axis], 8.0 * f64::EPSILON * piece[axis].range.mag())
+                    });
+                    let v = field.range(&cell);
+                    for allowed in [band(&z, e, u), z.range] {
+                        assert!(
+                            !(allowed.lo > v.hi || v.lo > allowed.hi),
+                            "{v:?} is outside {allowed:?} at {e}, {u:?} of {piece:?}"
+                        );
+                    }
+                    let half = &halves[usize::from(e > 0.0)];
+                    let [from, to] = half.above;
+                    if from <= e.abs() && e.abs() <= to && from < to {
+                        above += 1;
+                        assert!(v.hi > 0.0, "{v:?} at {e}, said to be positive by {z:?}");
+                    }
+                    if half.below == e.abs() && e.abs() < 1.0 {
+                        below += 1;
+                        assert!(v.lo < 0.0, "{v:?} at {e}, said to be negative by {z:?}");
+                    }
+                }
+            }
+        });
+        assert!(above > 5000 && below > 50, "only {above} and {below} certain signs");
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! sphere tracing, which need a Lipschitz bound, and [`Kind::Affine`], which needs none.
 
 mod affine;
+mod beam;
 mod group;
 mod sphere;
 
@@ -16,6 +17,7 @@ use crate::num::ROUNDOFF;
 use crate::scene::Aabb;
 use crate::tape::Census;
 use affine::AffineMarch;
+use beam::Beams;
 use glam::DVec3;
 use group::Group;
 use sphere::{SphereTracing, Spheres};
@@ -99,6 +101,10 @@ pub struct CastStats {
     pub hits: u64,
     /// Evaluations of the field, at points or over pieces of rays.
     pub evaluations: u64,
+    /// Of these, the ones that served a whole beam of rays.
+    pub shared: u64,
+    /// Beams of which every ray was proven to miss at once.
+    pub culled: u64,
     /// Steps taken forward, or pieces examined.
     pub steps: u64,
     /// Steps that had to be taken back.
@@ -112,6 +118,8 @@ impl std::ops::AddAssign for CastStats {
         self.rays += o.rays;
         self.hits += o.hits;
         self.evaluations += o.evaluations;
+        self.shared += o.shared;
+        self.culled += o.culled;
         self.steps += o.steps;
         self.backtracks += o.backtracks;
         self.uncertified += o.uncertified;
@@ -141,11 +149,14 @@ pub enum Kind {
     Speculative,
     /// Reduced affine arithmetic with interval optimisation.
     Affine,
+    /// Beams of rays with certificates on both sides.
+    Beam,
 }
 
 impl Kind {
     /// All kinds, with the names that the command line uses.
-    pub const ALL: [(Kind, &'static str); 4] = [
+    pub const ALL: [(Kind, &'static str); 5] = [
+        (Kind::Beam, "beam"),
         (Kind::Auto, "auto"),
         (Kind::Sphere, "sphere"),
         (Kind::Speculative, "speculative"),
@@ -177,6 +188,9 @@ pub fn caster(
     let affine = || Box::new(Group::new(AffineMarch { all: false }, tape.clone()));
     if kind == Kind::Affine {
         return Ok(affine());
+    }
+    if kind == Kind::Beam {
+        return Ok(Box::new(Beams::new(tape)));
     }
     let lipschitz = lipschitz_outside(field, region);
     let bounded = lipschitz.is_finite() && lipschitz > 0.0;

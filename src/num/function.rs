@@ -93,6 +93,11 @@ pub trait Function<const N: usize> {
         true
     }
 
+    /// Whether the value is always that of one of the arguments, as a minimum's is.
+    fn selects(&self) -> bool {
+        false
+    }
+
     /// The function of any kind of number. Sums and the like, which every number knows natively,
     /// say so here.
     #[inline(always)]

@@ -58,6 +58,18 @@ fn most(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+/// A choice without a branch, as vector instructions make it.
+#[inline(always)]
+pub(super) fn choose(which: bool, yes: f64, no: f64) -> f64 {
+    if which { yes } else { no }
+}
+
+/// Likewise.
+#[inline(always)]
+pub(super) fn pick(which: bool, yes: Interval, no: Interval) -> Interval {
+    Interval { lo: choose(which, yes.lo, no.lo), hi: choose(which, yes.hi, no.hi) }
+}
+
 impl Interval {
     /// All real numbers.
     pub const ENTIRE: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
@@ -128,15 +140,8 @@ impl Interval {
     #[inline(always)]
     pub fn mid(self) -> f64 {
         let m = self.lo * 0.5 + self.hi * 0.5;
-        if m.is_finite() {
-            m
-        } else if self.lo.is_finite() {
-            self.lo
-        } else if self.hi.is_finite() {
-            self.hi
-        } else {
-            0.0
-        }
+        let end = choose(self.lo.is_finite(), self.lo, choose(self.hi.is_finite(), self.hi, 0.0));
+        choose(m.is_finite(), m, end)
     }
 
     /// Largest absolute value.
@@ -148,13 +153,7 @@ impl Interval {
     /// Smallest absolute value.
     #[inline(always)]
     pub fn mig(self) -> f64 {
-        if self.lo > 0.0 {
-            self.lo
-        } else if self.hi < 0.0 {
-            -self.hi
-        } else {
-            0.0
-        }
+        choose(self.lo > 0.0, self.lo, choose(self.hi < 0.0, -self.hi, 0.0))
     }
 
     /// Whether both ends are finite.
@@ -174,13 +173,8 @@ impl Interval {
     #[inline(always)]
     pub fn meet(self, other: Interval) -> Interval {
         let (lo, hi) = (most(self.lo, other.lo), least(self.hi, other.hi));
-        if lo <= hi {
-            Interval { lo, hi }
-        } else if self.width() <= other.width() {
-            self
-        } else {
-            other
-        }
+        let tighter = pick(self.width() <= other.width(), self, other);
+        pick(lo <= hi, Interval { lo, hi }, tighter)
     }
 
     /// Enclosure of a function that grows with its argument.
@@ -245,15 +239,12 @@ impl Div for Interval {
     type Output = Self;
     #[inline(always)]
     fn div(self, o: Self) -> Self {
-        if o.lo > 0.0 || o.hi < 0.0 {
-            self * Interval::outward(1.0 / o.hi, 1.0 / o.lo, ULP)
-        } else if o.lo == 0.0 && o.hi > 0.0 {
-            self * Interval { lo: down(1.0 / o.hi, ULP), hi: f64::INFINITY }
-        } else if o.hi == 0.0 && o.lo < 0.0 {
-            self * Interval { lo: f64::NEG_INFINITY, hi: up(1.0 / o.lo, ULP) }
-        } else {
-            Interval::ENTIRE
-        }
+        let reciprocal = Interval {
+            lo: choose(o.hi == 0.0, f64::NEG_INFINITY, down(1.0 / o.hi, ULP)),
+            hi: choose(o.lo == 0.0, f64::INFINITY, up(1.0 / o.lo, ULP)),
+        };
+        let apart = (o.lo > 0.0) | (o.hi < 0.0) | ((o.lo == 0.0) ^ (o.hi == 0.0));
+        pick(apart, self * reciprocal, Interval::ENTIRE)
     }
 }
 
@@ -280,15 +271,10 @@ impl Real for Interval {
         let (a, b) = (self.mig(), self.mag());
         Interval { lo: most(down(a * a, ULP), 0.0), hi: up(b * b, ULP) }
     }
-    #[inline]
+    #[inline(always)]
     fn sqrt(self) -> Self {
-        match self.clip(0.0, f64::INFINITY) {
-            Some(x) => {
-                let r = x.rising(f64::sqrt, ULP);
-                Interval { lo: most(r.lo, 0.0), hi: r.hi }
-            }
-            None => Interval::ENTIRE,
-        }
+        let lo = most(down(most(self.lo, 0.0).sqrt(), ULP), 0.0);
+        pick(self.hi >= 0.0, Interval { lo, hi: up(self.hi.sqrt(), ULP) }, Interval::ENTIRE)
     }
     fn powi(self, n: i32) -> Self {
         if n < 0 {
@@ -374,17 +360,12 @@ impl Real for Interval {
     }
     #[inline(always)]
     fn if_less(self, o: Self, then: Self, otherwise: Self) -> Self {
-        if self.hi < o.lo {
-            then
-        } else if self.lo >= o.hi {
-            otherwise
-        } else {
-            then.hull(otherwise)
-        }
+        let either = pick(self.lo >= o.hi, otherwise, then.hull(otherwise));
+        pick(self.hi < o.lo, then, either)
     }
-    #[inline]
+    #[inline(always)]
     fn slope_of_jump(self) -> Self {
-        if self.lo > 0.0 || self.hi < 0.0 { Interval::point(0.0) } else { Interval::ENTIRE }
+        pick((self.lo > 0.0) | (self.hi < 0.0), Interval { lo: 0.0, hi: 0.0 }, Interval::ENTIRE)
     }
     #[inline]
     fn slope_of_floor(self) -> Self {

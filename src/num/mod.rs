@@ -14,6 +14,7 @@
 //! | [`Slope`] | an enclosure of value, gradient and its norm over a box | chain rule on intervals |
 //! | [`Affine`] | an enclosure that remembers which inputs it came from | `form`, condensed |
 //! | [`Reduced`] | the same with `K` shared symbols | `form` |
+//! | [`Parabolas`] | a batch of enclosures along pieces of lines, quadratic in the place | `grad` and `hess` |
 //! | [`Many`] | a batch of any of these | lane by lane, noises in SIMD |
 //!
 //! Numbers that stand for points know a third kind of function besides: a [`Pointwise`] one writes
@@ -23,6 +24,7 @@
 //! [`quadratic`]) and the Fourier transform ([`transform`]).
 
 mod affine;
+mod band;
 mod bspline;
 mod dual;
 mod fft;
@@ -32,6 +34,7 @@ mod interval;
 mod jet;
 mod many;
 mod number;
+mod parabola;
 mod pointwise;
 mod real;
 mod reduced;
@@ -40,6 +43,7 @@ mod slope;
 mod turn;
 
 pub use affine::{Affine, Symbol};
+pub use band::Band;
 pub use bspline::{CUBIC_POLE, Edge, Weights, cubic, interpolate_cubic, quadratic};
 pub use dual::Dual;
 pub use fft::{Complex, Direction, Fft, Unfit, transform};
@@ -49,6 +53,7 @@ pub use interval::Interval;
 pub use jet::Jet;
 pub use many::Many;
 pub use number::{Bounds, Centred, Jets, Kernel, Local, Number, Order, Point};
+pub use parabola::{Half, Parabola, Parabolas};
 pub use pointwise::{Jets4, Point4, Pointwise};
 pub use real::Real;
 pub use reduced::Reduced;

@@ -65,6 +65,9 @@ impl Function<2> for Min {
     fn class(&self) -> Class {
         Class::C0
     }
+    fn selects(&self) -> bool {
+        true
+    }
     #[inline(always)]
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
         x.min(y)
@@ -106,6 +109,9 @@ pub struct Max;
 impl Function<2> for Max {
     fn class(&self) -> Class {
         Class::C0
+    }
+    fn selects(&self) -> bool {
+        true
     }
     #[inline(always)]
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {

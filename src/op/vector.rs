@@ -15,22 +15,18 @@ impl Function<3> for Length {
         (x.square() + y.square() + z.square()).sqrt()
     }
     #[inline(always)]
-    fn grad<R: Real>(&self, x: [R; 3]) -> [R; 3] {
+    fn grad<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 3] {
         // Each component of a unit vector lies in [-1, 1]; at the origin they are zero.
-        let r = self.value(x).max(R::of(1e-300));
-        x.map(|x| (x / r).max(R::of(-1.0)).min(R::of(1.0)))
+        let r = self.value([x, y, z]).max(R::of(1e-300));
+        [unit(x, r), unit(y, r), unit(z, r)]
     }
     #[inline(always)]
-    fn hess<R: Real>(&self, x: [R; 3]) -> [[R; 3]; 3] {
-        let r = R::of(1.0) / self.value(x);
-        let n = x.map(|x| x * r);
-        let unit = |i: usize, j: usize| R::of(if i == j { 1.0 } else { 0.0 });
-        std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                let nn = if i == j { n[i].square() } else { n[i] * n[j] };
-                (unit(i, j) - nn) * r
-            })
-        })
+    fn hess<R: Real>(&self, [x, y, z]: [R; 3]) -> [[R; 3]; 3] {
+        let (one, r) = (R::of(1.0), R::of(1.0) / self.value([x, y, z]));
+        let (x, y, z) = (x * r, y * r, z * r);
+        let (xy, xz, yz) = (-(x * y) * r, -(x * z) * r, -(y * z) * r);
+        let [xx, yy, zz] = [(one - x.square()) * r, (one - y.square()) * r, (one - z.square()) * r];
+        [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     }
     /// The gradient is a unit vector.
     fn steepness(&self, _: &[Interval; 3], _: &[f64; 3], jacobian: f64) -> f64 {
@@ -64,6 +60,12 @@ impl Function<3> for Length {
         });
         Form { slope: n, rest: Interval::around(r, error + blur), bend, matrix }
     }
+}
+
+/// A component of a unit vector.
+#[inline(always)]
+fn unit<R: Real>(x: R, length: R) -> R {
+    (x / length).max(R::of(-1.0)).min(R::of(1.0))
 }
 
 /// `a . b` of `(a1, a2, a3, b1, b2, b3)`

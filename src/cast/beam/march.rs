@@ -1,0 +1,226 @@
+//! The two-sided march along a ray or a beam.
+//!
+//! An answer certifies places on both sides of the middle of its piece, so a march looks ahead of its
+//! frontier: far enough to gain ground, near enough that the answer reaches back. An answer that does
+//! not reach back is kept as an *island* beyond a gap, which is looked at next; nothing is lost by a
+//! failed guess. Once a place inside the solid is known, the root lies between the frontier and that
+//! place, and the middle of the next piece goes to where the answers so far predict it (thesis notes,
+//! ray casting, 9.4 and 9.5). One answer there closes the gap to what the curvature of the field leaves
+//! open, which is the square of what it was.
+
+use crate::num::Half;
+
+/// A piece of the line: its middle and half of its length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Piece {
+    pub mid: f64,
+    pub half: f64,
+}
+
+impl Piece {
+    /// The piece around `mid` that reaches at least `half` to either side, whatever is rounded.
+    fn new(mid: f64, half: f64) -> Piece {
+        Piece { mid, half: half * (1.0 + 1e-9) + 8.0 * f64::EPSILON * mid.abs() }
+    }
+}
+
+/// What an evaluation says of a piece.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Answer {
+    /// Backwards and forwards.
+    pub halves: [Half; 2],
+    /// Where the field is expected to be zero, if it is expected within the piece or a little beyond.
+    pub root: Option<f64>,
+    /// Whether the field is known to have finite values there.
+    pub finite: bool,
+}
+
+/// How a march goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Next {
+    /// Another piece is to be looked at.
+    Look,
+    /// The first root lies between two places.
+    Root(f64, f64),
+    /// There is none.
+    Free,
+}
+
+/// Islands that are remembered; of more the farthest is forgotten.
+const ISLANDS: usize = 4;
+
+// The numbers below were chosen on surface (5.11) of the thesis; what they trade is evaluations that
+// reach back to the frontier for sure against evaluations that gain more if they do. All minima are flat.
+
+/// Where the next middle lies ahead of the frontier, as a share of the stretch that is expected.
+const AHEAD: f64 = 0.7;
+
+/// Half the next piece, as a multiple of that.
+const SPAN: f64 = 1.8;
+
+/// What is expected after an answer that was certain of only part of its piece, as a share of that.
+const SHORT: f64 = 0.7;
+
+/// After this many answers in succession that were certain of all of their pieces, more is expected.
+const EASY: u32 = 6;
+
+/// A root is aimed at when it is expected within this many stretches.
+const AIM: f64 = 1.3;
+
+/// Pieces after which a march is given up.
+pub(super) const PIECES: u32 = 20_000;
+
+/// Progress along a line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct March {
+    /// Everything before is free.
+    pub free: f64,
+    /// End of the line.
+    pub far: f64,
+    /// How long a stretch the last answers gained beyond the frontier.
+    pub stretch: f64,
+    /// A place inside the solid, or infinity.
+    pub inside: f64,
+    /// Where the root is expected.
+    pub root: Option<f64>,
+    /// Whether the last piece was placed on the expected root.
+    aimed: bool,
+    islands: [[f64; 2]; ISLANDS],
+    count: usize,
+    /// Answers in succession that were certain of all of their pieces.
+    ease: u32,
+    pub pieces: u32,
+    /// Whether all values met were finite.
+    pub finite: bool,
+}
+
+impl March {
+    /// A march from `near` to `far`; `stretch` is a first guess.
+    pub(super) fn new(near: f64, far: f64, stretch: f64, root: Option<f64>) -> March {
+        March {
+            free: near,
+            far,
+            stretch,
+            inside: f64::INFINITY,
+            root,
+            aimed: false,
+            islands: [[0.0; 2]; ISLANDS],
+            count: 0,
+            ease: 0,
+            pieces: 0,
+            finite: true,
+        }
+    }
+
+    /// The piece to look at next.
+    pub(super) fn piece(&mut self) -> Piece {
+        let end =
+            self.far.min(self.inside).min(if self.count > 0 { self.islands[0][0] } else { f64::INFINITY });
+        let gap = end - self.free;
+        self.aimed = false;
+        if let Some(root) = self.root
+            && root > self.free
+            && root < end + 0.25 * gap
+            && (self.inside.is_finite() || self.pieces == 0 || root - self.free < AIM * self.stretch)
+        {
+            self.aimed = true;
+            let mid = root.min(end);
+            // Both ends of a bracket are worth knowing; else it is enough to reach back.
+            let ahead = if self.inside.is_finite() { self.inside - mid } else { 0.0 };
+            return Piece::new(mid, (mid - self.free).max(ahead) * 1.02);
+        }
+        let ahead = AHEAD * self.stretch;
+        if 2.0 * ahead >= gap {
+            // The rest of the gap at once.
+            let mid = self.free + 0.5 * gap;
+            return Piece::new(mid, (mid - self.free).max(end - mid));
+        }
+        Piece::new(self.free + ahead, SPAN * ahead)
+    }
+
+    /// Takes an answer about a piece; `tolerance` is how closely a root is wanted.
+    pub(super) fn tell(&mut self, piece: Piece, answer: &Answer, tolerance: f64) -> Next {
+        self.pieces += 1;
+        self.finite &= answer.finite;
+        let gap = self.inside.min(self.far) - self.free;
+        let before = self.free;
+        let Piece { mid, half } = piece;
+        let place = |t: f64| mid + t * half;
+        let [back, fore] = answer.halves;
+        self.root = answer.root;
+        for t in [-back.below, fore.below] {
+            // A piece may reach back beyond the frontier, and out of the line at either end.
+            if t.abs() < 1.0 && (self.free..=self.far).contains(&place(t)) {
+                self.inside = self.inside.min(place(t));
+            }
+        }
+        let [behind, beyond] = [[-back.above[1], -back.above[0]], fore.above];
+        if behind[1] == 0.0 && beyond[0] == 0.0 {
+            self.join(place(behind[0]), place(beyond[1]));
+        } else {
+            self.join(place(behind[0]), place(behind[1]));
+            self.join(place(beyond[0]), place(beyond[1]));
+        }
+        if self.free >= self.far.min(self.inside) {
+            return if self.inside <= self.far {
+                Next::Root(self.free.min(self.inside), self.inside)
+            } else {
+                Next::Free
+            };
+        }
+        let left = self.inside.min(self.far) - self.free;
+        if self.inside.is_finite() && left <= tolerance {
+            return Next::Root(self.free, self.inside);
+        }
+        self.plan(piece, before, [gap, left], tolerance);
+        if half <= 0.5 * tolerance && self.free == before {
+            // Neither free nor inside, however closely one looks.
+            return Next::Root(self.free, self.free + 2.0 * half);
+        }
+        Next::Look
+    }
+
+    /// Guesses the next stretch.
+    fn plan(&mut self, piece: Piece, before: f64, [gap, left]: [f64; 2], tolerance: f64) {
+        let gained = self.free - before;
+        let whole = self.free >= piece.mid + 0.999 * piece.half;
+        self.ease = if whole { self.ease + 1 } else { 0 };
+        if gained > 0.0 {
+            // What the answer gained beyond its middle is what the next one may be expected to; more where
+            // one after another was certain of everything.
+            let hope =
+                if whole { f64::from(self.ease.clamp(EASY, 4 * EASY)) / f64::from(EASY) } else { SHORT };
+            self.stretch = (self.free - piece.mid).max(0.5 * gained) * hope;
+        } else {
+            self.stretch = 0.35 * self.stretch.min(piece.half * 2.0);
+        }
+        // No shorter than what is wanted, and than what can be told from nothing.
+        self.stretch = self.stretch.max(0.25 * tolerance).max(64.0 * f64::EPSILON * self.free.abs());
+        if self.aimed && left > 0.5 * gap {
+            // The expectation was no good: march instead.
+            self.root = None;
+            self.stretch = self.stretch.min(0.6 * left);
+        }
+    }
+
+    /// Adds a free stretch of the line.
+    fn join(&mut self, from: f64, to: f64) {
+        // The places are rounded.
+        let (from, to) = (from.next_up(), to.next_down());
+        if !(from < to) || to <= self.free {
+            return;
+        }
+        if from <= self.free {
+            self.free = to;
+        } else if self.count < ISLANDS || from < self.islands[ISLANDS - 1][0] {
+            self.count = (self.count + 1).min(ISLANDS);
+            self.islands[self.count - 1] = [from, to];
+            self.islands[..self.count].sort_by(|a, b| a[0].total_cmp(&b[0]));
+        }
+        while self.count > 0 && self.islands[0][0] <= self.free {
+            self.free = self.free.max(self.islands[0][1]);
+            self.islands.copy_within(1.., 0);
+            self.count -= 1;
+        }
+    }
+}
