@@ -108,7 +108,7 @@ pub(super) fn local<M: Metric, const K: usize>(ball: &Ball<'_>, search: Search<'
     let (noise, metric) = (ball.noise, search.metric);
     // Offsets of nodes are rounded, which is as if the centre lay a little elsewhere.
     let r = ball.radius + 16.0 * ROUNDOFF;
-    let found: Found<K, 1> = search.nearest::<K, 1, true>(&ball.at.map(|x| [x]));
+    let found: Found<K, 1> = search.nearest(ball.at);
     let jet = noise.point(metric, ball.order, &found);
     let limit = metric.distance(found.measure[K - 1][0]) + 2.0 * metric.steepness() * r + SLACK;
     // Beyond the cap there are cells that the search does not know.

@@ -12,6 +12,13 @@ pub(super) trait Metric: Copy {
     /// `limit` for certain.
     fn measure(self, d: [f64; 3], limit: f64) -> f64;
 
+    /// What [`rough`](Metric::rough) may be off by, several times over, for vectors in grains; see
+    /// `scout.rs`. None if it says nothing about the measure.
+    const SLACK: Option<f32>;
+
+    /// The measure in single precision.
+    fn rough(self, d: [f32; 3]) -> f32;
+
     /// At most the measure of any vector whose components have at least these sizes.
     fn floor(self, gap: [f64; 3]) -> f64;
 
@@ -70,7 +77,7 @@ pub(super) struct Minkowski(pub f64);
 const ROUND_UP: f64 = 1.0 + 256.0 * ROUNDOFF;
 
 #[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
+fn larger<T: PartialOrd>(a: T, b: T) -> T {
     if a > b { a } else { b }
 }
 
@@ -94,6 +101,12 @@ fn across(k: f64, m: [f64; 3], g: [f64; 3]) -> [f64; 6] {
 }
 
 impl Metric for Euclidean {
+    const SLACK: Option<f32> = Some(10.0);
+
+    #[inline(always)]
+    fn rough(self, [x, y, z]: [f32; 3]) -> f32 {
+        x * x + y * y + z * z
+    }
     #[inline(always)]
     fn measure(self, [x, y, z]: [f64; 3], _: f64) -> f64 {
         x * x + y * y + z * z
@@ -139,6 +152,12 @@ impl Metric for Euclidean {
 }
 
 impl Metric for Manhattan {
+    const SLACK: Option<f32> = Some(0.01);
+
+    #[inline(always)]
+    fn rough(self, [x, y, z]: [f32; 3]) -> f32 {
+        x.abs() + y.abs() + z.abs()
+    }
     #[inline(always)]
     fn measure(self, [x, y, z]: [f64; 3], _: f64) -> f64 {
         x.abs() + y.abs() + z.abs()
@@ -174,6 +193,12 @@ impl Metric for Manhattan {
 }
 
 impl Metric for Chebyshev {
+    const SLACK: Option<f32> = Some(0.01);
+
+    #[inline(always)]
+    fn rough(self, [x, y, z]: [f32; 3]) -> f32 {
+        larger(larger(x.abs(), y.abs()), z.abs())
+    }
     #[inline(always)]
     fn measure(self, [x, y, z]: [f64; 3], _: f64) -> f64 {
         larger(larger(x.abs(), y.abs()), z.abs())
@@ -229,6 +254,12 @@ impl Minkowski {
 }
 
 impl Metric for Minkowski {
+    const SLACK: Option<f32> = None;
+
+    #[inline(always)]
+    fn rough(self, [x, y, z]: [f32; 3]) -> f32 {
+        larger(larger(x.abs(), y.abs()), z.abs())
+    }
     /// The norm itself. Divided by the largest component, no power overflows.
     #[inline(always)]
     fn measure(self, d: [f64; 3], limit: f64) -> f64 {

@@ -32,6 +32,7 @@
 
 mod ball;
 mod metric;
+mod scout;
 mod search;
 #[cfg(test)]
 mod tests;
@@ -42,7 +43,8 @@ use super::lattice::Lattice;
 use super::parameter::{Allowed, Exact, Parameter, Settings};
 use crate::num::{Bounds, Class, Jets, Local, Order, Point, ROUNDOFF};
 use metric::{Chebyshev, Euclidean, Manhattan, Metric, Minkowski};
-use search::{Cell, Found, GROUP, Search, cells};
+use scout::Ground;
+use search::{Cell, Found, Search, cells};
 use std::sync::OnceLock;
 
 /// How distance is measured.
@@ -322,7 +324,7 @@ impl Task for One<'_> {
 impl One<'_> {
     #[inline(never)]
     fn nearest<M: Metric, const K: usize>(&self, search: Search<'_, M>) -> Point {
-        let found: Found<K, 1> = search.nearest::<K, 1, true>(&self.at.map(|x| [x]));
+        let found: Found<K, 1> = search.nearest(self.at);
         self.noise.point(search.metric, self.order, &found)
     }
 }
@@ -382,16 +384,31 @@ impl<M: Metric, const K: usize> Lanes for Nearest<'_, M, K> {
         from: &[[f64; B]; 3],
         to: &mut [[f64; B]; PARTS],
     ) {
+        // More lanes share the work between branches, fewer wait less for one another.
+        if K == 1 {
+            self.groups::<16, ORDER, PARTS, B>(from, to);
+        } else {
+            self.groups::<8, ORDER, PARTS, B>(from, to);
+        }
+    }
+}
+
+impl<M: Metric, const K: usize> Nearest<'_, M, K> {
+    /// The jets of a block, `GROUP` points at a time.
+    #[inline(always)]
+    fn groups<const GROUP: usize, const ORDER: u8, const PARTS: usize, const B: usize>(
+        &self,
+        from: &[[f64; B]; 3],
+        to: &mut [[f64; B]; PARTS],
+    ) {
+        let mut ground = Ground::<GROUP>::new(self.search.lattice);
+        let mut found = Found::<K, GROUP>::new(0.0, [0.0; GROUP]);
         for start in (0..B).step_by(GROUP) {
             let mut at = [[0.0; GROUP]; 3];
             for (own, from) in at.iter_mut().zip(from) {
                 own.copy_from_slice(&from[start..start + GROUP]);
             }
-            let found: Found<K, GROUP> = if ORDER >= GRADIENT {
-                self.search.nearest::<K, GROUP, true>(&at)
-            } else {
-                self.search.nearest::<K, GROUP, false>(&at)
-            };
+            self.search.nearest_of_group(&mut ground, &at, &mut found);
             for i in 0..GROUP {
                 let p = self.noise.finish::<M, K, GROUP, ORDER>(self.search.metric, &found, i);
                 to[0][start + i] = p.value;

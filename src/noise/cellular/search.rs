@@ -11,31 +11,26 @@
 //! saturate. (The 3x3x3 block of the usual implementations misses the true fourth neighbour of every
 //! tenth point, and the noise jumps there.)
 //!
-//! **Speed.** A group of points moves through the cells together. Every point's cell is mirrored so
-//! that the point lies in its upper octant: then the same offsets are near for all lanes, and a few
-//! cells serve a group. A lane for which a cell is too far masks it, so that lanes cannot notice
-//! each other.
+//! This is the search at one point. That of many points at a time, in `scout.rs`, gives the same.
+//! Both mirror a point's cell so that the point lies in its upper octant: then the cells that are
+//! near come in the same order for all points.
 
 use super::metric::Metric;
 use crate::noise::lattice::{Lattice, STEP, hash, split};
 use std::sync::OnceLock;
 
-/// Points that are searched for together: one vector of the widest instruction set. More would wait
-/// for one another.
-pub(super) const GROUP: usize = 8;
-
 /// Cells on each side of a point's own that may matter.
-const REACH: usize = 3;
-const SPAN: usize = 2 * REACH + 1;
+pub(super) const REACH: usize = 3;
+pub(super) const SPAN: usize = 2 * REACH + 1;
 
 /// A cell by its offset from the point's own, in units that grow towards the point's octant.
 pub(super) struct Cell {
     /// Offset plus [`REACH`], by axis.
-    index: [usize; 3],
+    pub(super) index: [usize; 3],
     /// Distance to it along each axis: a factor of the fraction, and a constant.
     gaps: [[f64; 2]; 3],
     /// Least measure of a node in it from any point of the upper octant.
-    least: f64,
+    pub(super) least: f64,
 }
 
 /// The cells that may hold a node within `cap` of a point, nearest first.
@@ -61,7 +56,7 @@ fn least_gap(offset: i32) -> f64 {
 }
 
 /// The distance along an axis to the cell at `offset` is this slope times the fraction plus a shift.
-fn gap(offset: i32) -> [f64; 2] {
+pub(super) fn gap(offset: i32) -> [f64; 2] {
     match offset {
         0 => [0.0, 0.0],
         1.. => [-1.0, f64::from(offset)],
@@ -70,11 +65,11 @@ fn gap(offset: i32) -> [f64; 2] {
 }
 
 /// Most nodes of a cell.
-const MOST: usize = 12;
+pub(super) const MOST: usize = 12;
 
 /// A cell has more than `k` nodes if its hash is at least the `k`-th of these: quantiles of the
 /// Poisson law with mean 1 in units of 2^-32.
-fn quantiles() -> &'static [u32; MOST] {
+pub(super) fn quantiles() -> &'static [u32; MOST] {
     static QUANTILES: OnceLock<[u32; MOST]> = OnceLock::new();
     QUANTILES.get_or_init(|| {
         let (mut term, mut sum) = (libm::exp(-1.0), 0.0);
@@ -86,25 +81,23 @@ fn quantiles() -> &'static [u32; MOST] {
     })
 }
 
-/// The place of the `k`-th node in the cell with hash `cell`, less half a grain.
+/// Random bits of the `k`-th node in the cell with hash `cell`.
 #[inline(always)]
-fn node(cell: u32, k: u32) -> [f64; 3] {
+pub(super) fn bits(cell: u32, k: u32) -> u32 {
     let h = cell.wrapping_add(k.wrapping_mul(STEP[0]));
     let h = (h ^ (h >> 15)).wrapping_mul(0x2c1b_3c6d);
     let h = (h ^ (h >> 12)).wrapping_mul(0x297a_2d39);
-    let h = h ^ (h >> 15);
-    let place = |bits: u32| f64::from(bits as i32) * GRAIN;
-    [place(h >> 22), place(h >> 12 & 1023), place(h >> 2 & 1023)]
+    h ^ (h >> 15)
 }
 
-/// The largest of some numbers that are not negative: as integers, which a vector may reorder.
+/// The place of a node in its cell in grains, less half a grain.
 #[inline(always)]
-fn largest<const B: usize>(x: &[f64; B]) -> f64 {
-    f64::from_bits(x.iter().fold(0, |a: u64, b| if b.to_bits() > a { b.to_bits() } else { a }))
+pub(super) fn place(bits: u32) -> [u32; 3] {
+    [bits >> 22, bits >> 12 & 1023, bits >> 2 & 1023]
 }
 
 /// A node's place is a multiple of this, less half of it.
-const GRAIN: f64 = 1.0 / 1024.0;
+pub(super) const GRAIN: f64 = 1.0 / 1024.0;
 
 /// What a search needs to know.
 #[derive(Clone, Copy)]
@@ -125,103 +118,80 @@ pub(super) struct Found<const K: usize, const B: usize> {
     pub(super) nowhere: [f64; B],
 }
 
-/// Where a group of points stands relative to the cells around.
-struct Frame<const B: usize> {
+/// Where a point stands relative to the cells around.
+struct Frame {
+    key: [u32; 2],
+    quantiles: &'static [u32; MOST],
     /// Fractions, mirrored into the upper half.
-    upper: [[f64; B]; 3],
+    upper: [f64; 3],
     /// Products of the axes in the words of cells, by offset.
-    words: [[[u32; B]; SPAN]; 3],
-    /// Places of the points relative to the cells, less half a grain, by offset.
-    places: [[[f64; B]; SPAN]; 3],
-    nowhere: [f64; B],
+    words: [[u32; SPAN]; 3],
+    /// Places of the point relative to the cells, less half a grain, by offset.
+    places: [[f64; SPAN]; 3],
+    nowhere: f64,
 }
 
-impl<const B: usize> Frame<B> {
+impl Frame {
     #[inline(always)]
-    fn new(lattice: &Lattice, at: &[[f64; B]; 3], reach: usize) -> Frame<B> {
+    fn new(lattice: &Lattice, at: [f64; 3], reach: usize) -> Frame {
         let mut frame = Frame {
-            upper: [[0.0; B]; 3],
-            words: [[[0; B]; SPAN]; 3],
-            places: [[[0.0; B]; SPAN]; 3],
-            nowhere: [0.0; B],
+            key: lattice.key(),
+            quantiles: quantiles(),
+            upper: [0.0; 3],
+            words: [[0; SPAN]; 3],
+            places: [[0.0; SPAN]; 3],
+            nowhere: 0.0,
         };
         for axis in 0..3 {
-            let (mut home, mut t, mut side) = ([0_u32; B], [0.0; B], [0_u32; B]);
-            let (upper, nowhere) = (&mut frame.upper[axis], &mut frame.nowhere);
-            for i in 0..B {
-                let (cell, fraction) = split(at[axis][i]);
-                (home[i], t[i]) = (cell, fraction);
-                nowhere[i] += fraction * 0.0;
-                upper[i] = if fraction < 0.5 { 1.0 - fraction } else { fraction };
-                side[i] = if fraction < 0.5 { u32::MAX } else { 1 };
-            }
+            let (home, t) = split(at[axis]);
+            let side = if t < 0.5 { u32::MAX } else { 1 };
+            frame.nowhere += t * 0.0;
+            frame.upper[axis] = if t < 0.5 { 1.0 - t } else { t };
             for n in REACH - reach..=REACH + reach {
-                let offset = n as i32 - REACH as i32;
-                let (words, places) = (&mut frame.words[axis][n], &mut frame.places[axis][n]);
-                for i in 0..B {
-                    let step = side[i].wrapping_mul(offset as u32);
-                    words[i] = home[i].wrapping_add(step).wrapping_mul(STEP[axis]);
-                    places[i] = t[i] - f64::from(step as i32) - 0.5 * GRAIN;
-                }
-            }
-            if lattice.period[axis] != 0 {
-                frame.tile(lattice, axis, &home, &side);
+                let step = side.wrapping_mul((n as u32).wrapping_sub(REACH as u32));
+                let cell = lattice.wrap(axis, home.wrapping_add(step));
+                frame.words[axis][n] = cell.wrapping_mul(STEP[axis]);
+                frame.places[axis][n] = t - f64::from(step as i32) - 0.5 * GRAIN;
             }
         }
         // A point that is nowhere is near nothing, whatever its other coordinates.
-        for upper in &mut frame.upper {
-            for i in 0..B {
-                upper[i] += frame.nowhere[i];
-            }
-        }
+        frame.upper = frame.upper.map(|x| x + frame.nowhere);
         frame
     }
 
-    /// The words of cells on a lattice that repeats.
-    #[inline(never)]
-    fn tile(&mut self, lattice: &Lattice, axis: usize, home: &[u32; B], side: &[u32; B]) {
-        for (n, words) in self.words[axis].iter_mut().enumerate() {
-            let offset = (n as u32).wrapping_sub(REACH as u32);
-            for i in 0..B {
-                let cell = home[i].wrapping_add(side[i].wrapping_mul(offset));
-                words[i] = lattice.wrap(axis, cell).wrapping_mul(STEP[axis]);
+    /// Calls `each` with the offset from every node in a cell, unless the cell is not nearer than a
+    /// limit.
+    #[inline(always)]
+    fn visit<M: Metric>(&self, metric: M, cell: &Cell, limit: f64, mut each: impl FnMut([f64; 3])) {
+        let gap = [0, 1, 2].map(|axis| cell.gaps[axis][0] * self.upper[axis] + cell.gaps[axis][1]);
+        if metric.floor(gap) < limit {
+            let [u, v, w] = [0, 1, 2].map(|axis| self.words[axis][cell.index[axis]]);
+            let at = [0, 1, 2].map(|axis| self.places[axis][cell.index[axis]]);
+            let h = hash(u ^ v ^ w, self.key);
+            for (k, _) in self.quantiles.iter().enumerate().take_while(|(_, least)| h >= **least) {
+                let node = place(bits(h, k as u32)).map(|x| f64::from(x as i32) * GRAIN);
+                each([at[0] - node[0], at[1] - node[1], at[2] - node[2]]);
             }
         }
     }
 }
 
 impl<M: Metric> Search<'_, M> {
-    /// The nearest nodes of a group of points; without their offsets unless `OFFSETS`.
+    /// The nearest nodes of a point.
     #[inline(always)]
-    pub(super) fn nearest<const K: usize, const B: usize, const OFFSETS: bool>(
-        &self,
-        at: &[[f64; B]; 3],
-    ) -> Found<K, B> {
-        let Search { metric, lattice, cap, .. } = *self;
-        let frame = Frame::new(lattice, at, self.reach());
-        let cap = metric.measure([cap, 0.0, 0.0], f64::INFINITY);
-        let mut found = Found { measure: [[cap; B]; K], offset: [[[0.0; B]; 3]; K], nowhere: frame.nowhere };
-        let (key, quantiles) = (lattice.key(), quantiles());
+    pub(super) fn nearest<const K: usize>(&self, at: [f64; 3]) -> Found<K, 1> {
+        let metric = self.metric;
+        let frame = Frame::new(self.lattice, at, self.reach());
+        let cap = metric.measure([self.cap, 0.0, 0.0], f64::INFINITY);
+        let mut found = Found::<K, 1>::new(cap, [frame.nowhere]);
         for cell in self.cells {
-            if cell.least >= largest(&found.measure[K - 1]) {
+            let limit = found.measure[K - 1][0];
+            if cell.least >= limit {
                 break;
             }
-            let hashes = frame.hashes(metric, key, cell, &found.measure[K - 1]);
-            let top = hashes.iter().fold(0, |a: u32, b| if *b > a { *b } else { a });
-            let [a, b, c] = cell.index;
-            let (x, y, z) = (&frame.places[0][a], &frame.places[1][b], &frame.places[2][c]);
-            for (k, least) in quantiles.iter().enumerate() {
-                if top < *least {
-                    break;
-                }
-                for i in 0..B {
-                    let [u, v, w] = node(hashes[i], k as u32);
-                    let d = [x[i] - u, y[i] - v, z[i] - w];
-                    let m = metric.measure(d, found.measure[K - 1][i]);
-                    let m = if hashes[i] >= *least { m } else { f64::INFINITY };
-                    found.insert::<OFFSETS>(i, m, d);
-                }
-            }
+            frame.visit(metric, cell, limit, |d| {
+                found.insert(0, metric.measure(d, found.measure[K - 1][0]), d);
+            });
         }
         found
     }
@@ -229,61 +199,62 @@ impl<M: Metric> Search<'_, M> {
     /// Calls `each` with the offset from every node that may be nearer than `limit`, which is at most
     /// the cap, and with some that are not.
     pub(super) fn within(&self, at: [f64; 3], limit: f64, mut each: impl FnMut([f64; 3])) {
-        let frame = Frame::<1>::new(self.lattice, &at.map(|x| [x]), self.reach());
-        let (key, quantiles) = (self.lattice.key(), quantiles());
-        let limit = [self.metric.measure([limit, 0.0, 0.0], f64::INFINITY)];
-        for cell in self.cells.iter().take_while(|cell| cell.least < limit[0]) {
-            let [h] = frame.hashes(self.metric, key, cell, &limit);
-            let place = [0, 1, 2].map(|axis| frame.places[axis][cell.index[axis]][0]);
-            for k in (0..MOST).take_while(|k| h >= quantiles[*k]) {
-                let node = node(h, k as u32);
-                each([0, 1, 2].map(|axis| place[axis] - node[axis]));
-            }
+        let frame = Frame::new(self.lattice, at, self.reach());
+        let limit = self.metric.measure([limit, 0.0, 0.0], f64::INFINITY);
+        for cell in self.cells.iter().take_while(|cell| cell.least < limit) {
+            frame.visit(self.metric, cell, limit, &mut each);
         }
     }
 
     /// Cells on each side within the cap.
     #[inline(always)]
-    fn reach(&self) -> usize {
+    pub(super) fn reach(&self) -> usize {
         (self.cap as usize).min(REACH)
     }
 }
 
-impl<const B: usize> Frame<B> {
-    /// The hashes of a cell for every lane; zero, which means no nodes, where it is not nearer than
-    /// the limit.
-    #[inline(always)]
-    fn hashes<M: Metric>(&self, metric: M, key: [u32; 2], cell: &Cell, limit: &[f64; B]) -> [u32; B] {
-        let ([p, q, r], [a, b, c]) = (cell.gaps, cell.index);
-        let (u, v, w) = (&self.words[0][a], &self.words[1][b], &self.words[2][c]);
-        let [x, y, z] = &self.upper;
-        let mut hashes = [0; B];
-        for i in 0..B {
-            let gap = [p[0] * x[i] + p[1], q[0] * y[i] + q[1], r[0] * z[i] + r[1]];
-            let near = metric.floor(gap) < limit[i];
-            let h = hash(u[i] ^ v[i] ^ w[i], key);
-            hashes[i] = if near { h } else { 0 };
-        }
-        hashes
-    }
-}
-
 impl<const K: usize, const B: usize> Found<K, B> {
-    /// Puts a node into the order of lane `i`, after those that are as near.
+    /// Nothing nearer than the cap.
     #[inline(always)]
-    fn insert<const OFFSETS: bool>(&mut self, i: usize, measure: f64, offset: [f64; 3]) {
-        let (mut m, mut d) = (measure, offset);
+    pub(super) fn new(cap: f64, nowhere: [f64; B]) -> Found<K, B> {
+        Found { measure: [[cap; B]; K], offset: [[[0.0; B]; 3]; K], nowhere }
+    }
+
+    /// Puts a node into the order of lane `i`, after those that are as near. Whether there are any.
+    #[inline(always)]
+    pub(super) fn insert(&mut self, i: usize, measure: f64, offset: [f64; 3]) -> bool {
+        let (mut m, mut d, mut tied) = (measure, offset, false);
         for l in 0..K {
             let own = self.measure[l][i];
             let nearer = m < own;
+            tied |= measure == own;
             self.measure[l][i] = if nearer { m } else { own };
             m = if nearer { own } else { m };
-            if OFFSETS {
-                for axis in 0..3 {
-                    let own = self.offset[l][axis][i];
-                    self.offset[l][axis][i] = if nearer { d[axis] } else { own };
-                    d[axis] = if nearer { own } else { d[axis] };
-                }
+            for axis in 0..3 {
+                let own = self.offset[l][axis][i];
+                self.offset[l][axis][i] = if nearer { d[axis] } else { own };
+                d[axis] = if nearer { own } else { d[axis] };
+            }
+        }
+        tied
+    }
+
+    /// Puts a node into the order of every lane, and marks those where there is one as near. Not part
+    /// of what is compiled for wide vectors, where sorting in lanes is slow at best: for AVX2 the
+    /// compiler has been seen to mix up offsets.
+    #[inline(never)]
+    pub(super) fn insert_all(&mut self, measure: &[f64; B], offset: &[[f64; B]; 3], tied: &mut [bool; B]) {
+        for i in 0..B {
+            tied[i] |= self.insert(i, measure[i], [offset[0][i], offset[1][i], offset[2][i]]);
+        }
+    }
+
+    /// Has lane `i` be those of a point.
+    pub(super) fn replace(&mut self, i: usize, point: &Found<K, 1>) {
+        for l in 0..K {
+            self.measure[l][i] = point.measure[l][0];
+            for axis in 0..3 {
+                self.offset[l][axis][i] = point.offset[l][axis][0];
             }
         }
     }
