@@ -1,11 +1,12 @@
 //! Ray casting: where a ray first meets a surface.
 //!
 //! A caster takes rays in groups, because the work of a group is batched: one instruction of the
-//! tape serves many rays. Rays never influence one another, so any grouping gives the same hits.
-
+//! tape serves many rays.
 //!
-//! Three casters share one loop (`group.rs`): [`Kind::Sphere`] and [`Kind::Speculative`]
-//! sphere tracing, which need a Lipschitz bound, and [`Kind::Affine`], which needs none.
+//! Three casters share one loop (`group.rs`), in which rays never influence one another:
+//! [`Kind::Sphere`] and [`Kind::Speculative`] sphere tracing, which need a Lipschitz bound, and
+//! [`Kind::Affine`], which needs none. [`Kind::Beam`] (`beam/`) has rays of one origin share what is
+//! certain of all of them; their hits depend on the group, within the tolerance.
 
 mod affine;
 mod beam;

@@ -183,7 +183,8 @@ pub trait Kernel: Sync {
     }
 
     /// Absolute error of a value and of a gradient component computed at a point of magnitude
-    /// `size` (largest coordinate): arithmetic, and the rounding of scaled arguments.
+    /// `size` (largest coordinate): arithmetic, and the rounding of scaled arguments. It grows with the
+    /// size like `a + b size`.
     #[inline]
     fn error(&self, size: f64) -> [f64; 3] {
         // A quintic fade is off by up to 24 roundoffs near 1, on each of three axes alike, across a

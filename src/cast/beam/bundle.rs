@@ -68,7 +68,7 @@ impl Section {
 
     /// Half the diagonal at a depth.
     pub(super) fn radius(&self, depth: f64) -> f64 {
-        depth * self.extent[0].hypot(self.extent[1])
+        depth * libm::hypot(self.extent[0], self.extent[1])
     }
 
     /// Sets a lane of the coordinates to a piece of the beam.

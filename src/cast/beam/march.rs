@@ -207,12 +207,10 @@ impl March {
     fn join(&mut self, from: f64, to: f64) {
         // The places are rounded.
         let (from, to) = (from.next_up(), to.next_down());
-        if !(from < to) || to <= self.free {
-            return;
-        }
-        if from <= self.free {
+        let gains = from < to && to > self.free;
+        if gains && from <= self.free {
             self.free = to;
-        } else if self.count < ISLANDS || from < self.islands[ISLANDS - 1][0] {
+        } else if gains && (self.count < ISLANDS || from < self.islands[ISLANDS - 1][0]) {
             self.count = (self.count + 1).min(ISLANDS);
             self.islands[self.count - 1] = [from, to];
             self.islands[..self.count].sort_by(|a, b| a[0].total_cmp(&b[0]));

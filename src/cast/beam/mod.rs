@@ -78,7 +78,7 @@ impl Sketch {
 
 /// The place near zero where a parabola falls through zero, within a few units.
 fn descent([c, b, a]: [f64; 3]) -> Option<f64> {
-    if !(b < 0.0) {
+    if b >= 0.0 || b.is_nan() {
         return None;
     }
     // The root next to the straight line's; where the parabola has none, the line's.
