@@ -579,8 +579,10 @@ mod composites {
                 let alone = single.eval(&piece.map(Parabolas::all)).lane(0);
                 assert_eq!(format!("{z:?}"), format!("{alone:?}"), "a lane depends on its neighbours");
                 let halves = z.halves();
-                for _ in 0..20 {
-                    let e: f64 = inside(rng, Interval::new(-1.0, 1.0));
+                // Places at random, and those said to be negative.
+                let said = [-halves[0].below, halves[1].below].into_iter().filter(|e| e.abs() < 1.0);
+                let anywhere: Vec<f64> = (0..20).map(|_| inside(rng, Interval::new(-1.0, 1.0))).collect();
+                for e in anywhere.into_iter().chain(said) {
                     let u = std::array::from_fn(|_| inside(rng, Interval::new(-1.0, 1.0)));
                     let at = piece.each_ref().map(|x| at_place(x, e, u));
                     if field.value(at.into()).is_nan() {
@@ -603,7 +605,7 @@ mod composites {
                         above += 1;
                         assert!(v.hi > 0.0, "{v:?} at {e}, said to be positive by {z:?}");
                     }
-                    if half.below == e.abs() && e.abs() < 1.0 {
+                    if half.below == e.abs() && half.below < 1.0 {
                         below += 1;
                         assert!(v.lo < 0.0, "{v:?} at {e}, said to be negative by {z:?}");
                     }

@@ -1,7 +1,6 @@
 //! Batches of parabolas, as a structure of arrays.
 
 use super::{Parabola, ROUND_UP, Reach, ZERO, each, radius, silenced};
-use crate::num::interval::choose;
 use crate::num::number::Jets;
 use crate::num::simd::widest;
 use crate::num::{Band, Function, Interval, Kernel, Local, Number, Order, Point, ROUNDOFF, Real};
@@ -244,17 +243,34 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         if (0..B).all(blind) {
             return Self::all(nothing);
         }
-        let place = |i: usize| [at[0][i], at[1][i], at[2][i]];
-        if !k.is_uniform() {
-            let mut out = Self::all(Parabola::constant(ZERO));
-            for i in 0..B {
-                let (p, c) = (Self::gather(&p, i), place(i));
-                let local = k.local(Order::Gradient, c, reach(i).whole());
-                let known = Parabola::expand(&local, k.error(size(c)), reach(i), &p);
-                out.set(i, if blind(i) { &nothing } else { &known });
+        let reaches = std::array::from_fn(reach);
+        let mut out = if k.is_uniform() {
+            Self::uniform(k, p, &at, &reaches)
+        } else {
+            Self::local(k, p, &at, &reaches)
+        };
+        for i in 0..B {
+            if blind(i) {
+                out.set(i, &nothing);
             }
-            return out;
         }
+        out
+    }
+
+    /// The image under a kernel that knows more about a small ball than about all of space.
+    fn local<K2: Kernel + ?Sized>(k: &K2, p: [&Self; 3], at: &[[f64; B]; 3], reach: &[Reach; B]) -> Self {
+        let mut out = Self::all(Parabola::constant(ZERO));
+        for i in 0..B {
+            let c = [at[0][i], at[1][i], at[2][i]];
+            let local = k.local(Order::Gradient, c, reach[i].whole());
+            out.set(i, &Parabola::expand(&local, k.error(size(c)), reach[i], &Self::gather(&p, i)));
+        }
+        out
+    }
+
+    /// The image under a kernel of which the jets and the bounds are all there is to say.
+    fn uniform<K2: Kernel + ?Sized>(k: &K2, p: [&Self; 3], at: &[[f64; B]; 3], reach: &[Reach; B]) -> Self {
+        let bounds = k.bounds();
         let (mut value, mut grad) = ([0.0; B], [[0.0; B]; 3]);
         let [gx, gy, gz] = &mut grad;
         k.jets([&at[0], &at[1], &at[2]], Jets { value: &mut value, grad: Some([gx, gy, gz]), hess: None });
@@ -263,12 +279,14 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             #[inline(always)]
             |i| {
                 let p = Self::gather(&p, i);
-                let jet = Point {
-                    value: choose(blind(i), f64::NAN, value[i]),
-                    grad: [grad[0][i], grad[1][i], grad[2][i]],
-                    hess: [0.0; 6],
-                };
-                Parabola::expand(&Local::uniform(jet, bounds), error.at(size(place(i))), reach(i), &p)
+                let jet =
+                    Point { value: value[i], grad: [grad[0][i], grad[1][i], grad[2][i]], hess: [0.0; 6] };
+                Parabola::expand(
+                    &Local::uniform(jet, bounds),
+                    error.at(size([at[0][i], at[1][i], at[2][i]])),
+                    reach[i],
+                    &p,
+                )
             },
         )
     }
