@@ -138,8 +138,8 @@ struct Place {
 impl Place {
     #[inline(always)]
     fn of(t: [f64; 3]) -> Place {
-        let upper = t.map(|t| t >= 0.5);
-        let [x, y, z] = [0, 1, 2].map(|i| if upper[i] { 1.0 - t[i] } else { t[i] });
+        let upper = [t[0] >= 0.5, t[1] >= 0.5, t[2] >= 0.5];
+        let [x, y, z] = three(|i| if upper[i] { 1.0 - t[i] } else { t[i] });
         // The first of the largest and the last of the smallest: never the same axis.
         let (long_x, short_z) = ((x >= y) & (x >= z), (z <= x) & (z <= y));
         let (long_y, short_y) = (!long_x & (y >= z), !short_z & (y <= x));
@@ -184,8 +184,7 @@ impl<const W: usize, N: Node<W>> Lanes for Simplices<W, N> {
         let mut hashes = [[0; B]; 4];
         for i in 0..B {
             let place = Place::of([rows[0].t[i], rows[1].t[i], rows[2].t[i]]);
-            let [x, y, z] =
-                [0, 1, 2].map(|a| place.words(a, [rows[a].before[i], rows[a].here[i], rows[a].after[i]]));
+            let [x, y, z] = three(|a| place.words(a, [rows[a].before[i], rows[a].here[i], rows[a].after[i]]));
             let h = each(|c| {
                 let word = x[c] ^ y[c] ^ z[c];
                 hash(if c < 2 { word } else { word ^ CENTRE }, self.cells.key)
@@ -234,10 +233,12 @@ fn jet<const ORDER: u8, const W: usize, N: Node<W>>(nodes: [[u32; W]; 4], t: [f6
     let sum = |a: f64, b: f64, c: f64, d: f64| (a + b) + (c + d);
     let mut out = Point { value: sum(a.value, b.value, c.value, d.value), ..Point::default() };
     if ORDER >= GRADIENT {
-        out.grad = [0, 1, 2].map(|k| sum(a.grad[k], b.grad[k], c.grad[k], d.grad[k]));
+        out.grad = three(|k| sum(a.grad[k], b.grad[k], c.grad[k], d.grad[k]));
     }
     if ORDER >= HESSIAN {
-        out.hess = [0, 1, 2, 3, 4, 5].map(|k| sum(a.hess[k], b.hess[k], c.hess[k], d.hess[k]));
+        for k in 0..6 {
+            out.hess[k] = sum(a.hess[k], b.hess[k], c.hess[k], d.hess[k]);
+        }
     }
     out
 }
@@ -255,16 +256,22 @@ fn part<const ORDER: u8, const W: usize, N: Node<W>>(node: [u32; W], d: [f64; 3]
     if ORDER >= GRADIENT {
         let q3 = 8.0 * (q2 * q);
         let along = q3 * p;
-        out.grad = [0, 1, 2].map(|k| q4 * g[k] - along * d[k]);
+        out.grad = three(|k| q4 * g[k] - along * d[k]);
         if ORDER >= HESSIAN {
             let bend = 48.0 * (q2 * p);
-            let [u, v] = [d.map(|d| bend * d), d.map(|d| q3 * d)];
+            let (u, v) = (three(|k| bend * d[k]), three(|k| q3 * d[k]));
             let same = |i: usize| (u[i] * d[i] - 2.0 * (v[i] * g[i])) - along;
             let cross = |i: usize, j: usize| u[i] * d[j] - (v[i] * g[j] + v[j] * g[i]);
             out.hess = [same(0), same(1), same(2), cross(0, 1), cross(0, 2), cross(1, 2)];
         }
     }
     out
+}
+
+/// A plain array: `array::map` is not always inlined, and what is not inlined is not vectorised.
+#[inline(always)]
+fn three<T>(f: impl Fn(usize) -> T) -> [T; 3] {
+    [f(0), f(1), f(2)]
 }
 
 /// An array over nodes, spelled out as in [`blend`](super::blend).
