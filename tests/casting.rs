@@ -294,7 +294,8 @@ fn picture(eye: DVec3, half: f64) -> Vec<Ray> {
 #[test]
 fn beams_find_what_lone_rays_find() {
     type Scene = fn(&mut Build) -> NodeId;
-    let scenes: [(Scene, DVec3, f64); 5] = [
+    let scenes: [(Scene, DVec3, f64); 6] = [
+        (common::slopes_of_wavelets, DVec3::new(1.0, 2.0, -3.0), 0.4),
         (common::three_octaves, DVec3::new(0.4, 0.9, -4.0), 0.4),
         (common::thin_shell, DVec3::new(3.0, 1.0, -2.0), 0.4),
         (common::thin_rings, DVec3::new(1.0, 3.0, -2.0), 0.15),
@@ -318,11 +319,15 @@ fn beams_find_what_lone_rays_find() {
         }
         let hits = found[0].iter().filter(|h| h.is_hit()).count();
         assert!(hits > 300, "scene {n}: only {hits} hits");
+        let mut field = b.field(root);
         let mut grazing = 0;
         for (i, a) in found[0].iter().enumerate() {
             for b in [&found[1][i], &found[2][i]] {
                 assert!(b.certified, "scene {n}: {:?}", rays[i]);
-                if (a.t - b.t).abs() > 2.0 * TOLERANCE || a.is_hit() != b.is_hit() {
+                // One may stop where the surface is within the tolerance though not along the ray.
+                let first = rays[i].at(a.t.min(b.t));
+                let differ = (a.t - b.t).abs() > 2.0 * TOLERANCE || a.is_hit() != b.is_hit();
+                if differ && field.value(first).abs() > 2.0 * TOLERANCE {
                     grazing += 1;
                 }
             }

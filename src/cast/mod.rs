@@ -76,7 +76,7 @@ impl Ray {
 /// Where a ray meets the surface, or that it does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Distance along the ray of a point just in front of the surface; infinite for a miss.
+    /// Distance along the ray of a point within the tolerance of the surface; infinite for a miss.
     pub t: f64,
     /// Whether it is proven that nothing was missed before `t`, and that the field changes sign or
     /// comes within the tolerance there.

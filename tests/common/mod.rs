@@ -3,7 +3,7 @@
 
 use orogen::expr::{Graph, NodeId};
 use orogen::field::Field;
-use orogen::noise::{Gradient, Kind, Noise};
+use orogen::noise::{Gradient, Kind, Noise, Settings};
 use orogen::op::{self, Op};
 
 /// Builds expressions; nothing here comes near the limit on nodes.
@@ -146,4 +146,15 @@ pub fn balls(b: &mut Build) -> NodeId {
         };
     }
     f
+}
+
+/// A ball with the slopes of a noise that is C1: no bound on how fast they turn.
+pub fn slopes_of_wavelets(b: &mut Build) -> NodeId {
+    let ball = b.sphere([0.0; 3], 1.0);
+    let wavelet = Kind::ALL.iter().find(|k| k.name == "wavelet").expect("a noise of that name");
+    let noise = Noise::new((wavelet.build)(&Settings::new(wavelet.parameters)), 4).slope(0);
+    let p = b.p();
+    let relief = b.0.noise(noise, p).expect("a small graph");
+    let relief = b.scaled(0.02, relief);
+    b.sub(ball, relief)
 }

@@ -54,7 +54,7 @@ impl Section {
     /// The section around rays.
     pub(super) fn around(frame: &Frame, rays: &[Ray]) -> Section {
         let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for ray in rays {
+        for ray in rays.iter().filter(|r| r.near <= r.far) {
             let place = frame.place(ray);
             for k in 0..2 {
                 (lo[k], hi[k]) = (lo[k].min(place[k]), hi[k].max(place[k]));

@@ -20,7 +20,7 @@ pub(super) struct Piece {
 impl Piece {
     /// The piece around `mid` that reaches at least `half` to either side, whatever is rounded.
     fn new(mid: f64, half: f64) -> Piece {
-        Piece { mid, half: half * (1.0 + 1e-9) + 8.0 * f64::EPSILON * mid.abs() }
+        Piece { mid, half: half * (1.0 + 1e-9) + 8.0 * f64::EPSILON * mid.abs() + 1e-300 }
     }
 }
 
@@ -175,7 +175,7 @@ impl March {
         self.plan(piece, before, [gap, left], tolerance);
         if half <= 0.5 * tolerance && self.free == before {
             // Neither free nor inside, however closely one looks.
-            return Next::Root(self.free, self.free + 2.0 * half);
+            return Next::Root(self.free, (self.free + 2.0 * half).min(self.far));
         }
         Next::Look
     }

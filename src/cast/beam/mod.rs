@@ -119,8 +119,11 @@ impl Beams {
                     let near =
                         members.iter().map(|r| r.near / frame.stretch(r)).fold(f64::INFINITY, f64::min);
                     let section = Section::around(&frame, &members);
-                    let far = members.iter().map(|r| r.far / frame.stretch(r)).fold(0.0, f64::max);
-                    let march = March::new(near * (1.0 - 1e-15), far, 0.25 * (far - near), None);
+                    let far =
+                        members.iter().map(|r| r.far / frame.stretch(r)).fold(f64::NEG_INFINITY, f64::max);
+                    // Depths are rounded: all of every ray, and a hair more.
+                    let (near, far) = (near - near.abs() * 1e-15, far + far.abs() * 1e-15);
+                    let march = March::new(near, far, 0.25 * (far - near), None);
                     beams.push(Beam {
                         rays: range,
                         frame: frames.len() - 1,
@@ -208,7 +211,8 @@ impl Beams {
                     let ray = &rays[range.start];
                     let scale = frame.stretch(ray);
                     let root = beam.last.root(relative(frame.place(ray))).map(|z| z * scale);
-                    let near = (beam.march.free * scale * (1.0 - 1e-14)).max(ray.near);
+                    let near =
+                        (beam.march.free * scale - beam.march.free.abs() * scale * 1e-14).max(ray.near);
                     if near > ray.far {
                         continue;
                     }

@@ -140,7 +140,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         for l in 0..B {
             let mut at = [ZERO; N];
             for i in 0..N {
-                at[i] = x[i].range.lane(l);
+                at[i] = x[i].range.lane(l).hull(x[i].value.lane(l));
             }
             let h = f.hess(at);
             for i in 0..N {

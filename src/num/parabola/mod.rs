@@ -172,6 +172,12 @@ impl<const K: usize> Parabola<K> {
         self.slope + radius(self.bend.mag())
     }
 
+    /// All that lies between the value in the middle, as far as that is known, and any other.
+    #[inline(always)]
+    fn reached(&self) -> Interval {
+        self.range.hull(self.value)
+    }
+
     #[inline(always)]
     fn is_finite(&self) -> bool {
         self.value.is_finite() & self.slope.is_finite() & self.bend.is_finite()
@@ -190,7 +196,7 @@ impl<const K: usize> Parabola<K> {
     /// Expansion to first order, with partial derivatives over the whole piece.
     #[inline(always)]
     fn sloped<F: Function<N>, const N: usize>(f: &F, x: &[Self; N], value: Interval) -> Self {
-        let grad = f.grad(each(x, |x| x.range));
+        let grad = f.grad(each(x, |x| x.reached()));
         let mut out = Parabola { value, ..Self::constant(ZERO) };
         for i in 0..N {
             out.slope = out.slope + silenced(grad[i], x[i].chord());
@@ -203,7 +209,7 @@ impl<const K: usize> Parabola<K> {
     /// may be selected.
     #[inline(always)]
     fn selected<F: Function<N>, const N: usize>(f: &F, x: &[Self; N], value: Interval) -> Self {
-        let grad = f.grad(each(x, |x| x.range));
+        let grad = f.grad(each(x, |x| x.reached()));
         let none = Interval { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
         let (mut slope, mut bend, mut wide) = (none, none, 0.0_f64);
         for i in 0..N {
@@ -272,18 +278,20 @@ impl<const K: usize> Parabola<K> {
     fn expand(local: &Local, error: [f64; 3], reach: Reach, p: &[Self; 3]) -> Self {
         let Local { jet, bounds: b, bow } = *local;
         let (d, w, r) = (reach.along, reach.beside, reach.whole());
-        let rounding = error[0] + 2.0 * error[1] * r;
+        // Only the Taylor form reads the gradient, which some kernels cannot vouch for.
+        let (still, tilted) = (error[0], error[0] + 2.0 * error[1] * r);
         let cone = b.lipschitz * r * ROUND_UP;
         let bent = 0.5 * b.hessian * r * r;
         let own_bow = bow.mag() < bent;
         let is_value = jet.value.is_finite();
-        let taylor = is_value & (choose(own_bow, bow.mag(), bent) <= choose(cone < b.range, cone, b.range));
+        let is_jet = is_value & tilted.is_finite() & (jet.grad[0] + jet.grad[1] + jet.grad[2]).is_finite();
+        let taylor = is_jet & (choose(own_bow, bow.mag(), bent) <= choose(cone < b.range, cone, b.range));
         let lipschitz = is_value & !taylor & (cone <= b.range);
 
         let all = radius(b.range);
-        let flat = Interval::around(jet.value, (cone + rounding) * ROUND_UP).meet(all);
+        let flat = Interval::around(jet.value, (cone + still) * ROUND_UP).meet(all);
         let known = pick(is_value, flat, all);
-        let at = Interval::around(jet.value, rounding);
+        let at = Interval::around(jet.value, choose(taylor, tilted, still));
         // The three terms of `M (w + d e)^2 / 2`.
         let rest = choose(own_bow, 0.0, 0.5 * b.hessian * w * w * ROUND_UP);
         let cross = choose(own_bow, 0.0, b.hessian * d * w * ROUND_UP);
