@@ -93,7 +93,16 @@ pub trait Function<const N: usize> {
         true
     }
 
-    /// Whether the value is always that of one of the arguments, as a minimum's is.
+    /// One interval `k` for which `d^T H d` is in `k d . d` for every `d` and everywhere in a box, for
+    /// functions of which the entries of the Hessian `H` would cost more and say little more.
+    #[inline(always)]
+    fn curvature(&self, x: &[Interval; N]) -> Option<Interval> {
+        let _ = x;
+        None
+    }
+
+    /// Whether the value is always that of one of the arguments, as a minimum's is, and always that of
+    /// the same one when all have moved by the same.
     fn selects(&self) -> bool {
         false
     }

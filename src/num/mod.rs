@@ -24,7 +24,6 @@
 //! [`quadratic`]) and the Fourier transform ([`transform`]).
 
 mod affine;
-mod band;
 mod bspline;
 mod dual;
 mod fft;
@@ -43,7 +42,6 @@ mod slope;
 mod turn;
 
 pub use affine::{Affine, Symbol};
-pub use band::Band;
 pub use bspline::{CUBIC_POLE, Edge, Weights, cubic, interpolate_cubic, quadratic};
 pub use dual::Dual;
 pub use fft::{Complex, Direction, Fft, Unfit, transform};

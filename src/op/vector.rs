@@ -17,8 +17,8 @@ impl Function<3> for Length {
     #[inline(always)]
     fn grad<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 3] {
         // Each component of a unit vector lies in [-1, 1]; at the origin they are zero.
-        let r = self.value([x, y, z]).max(R::of(1e-300));
-        [unit(x, r), unit(y, r), unit(z, r)]
+        let shrink = R::of(1.0) / self.value([x, y, z]).max(R::of(1e-300));
+        [unit(x, shrink), unit(y, shrink), unit(z, shrink)]
     }
     #[inline(always)]
     fn hess<R: Real>(&self, [x, y, z]: [R; 3]) -> [[R; 3]; 3] {
@@ -27,6 +27,12 @@ impl Function<3> for Length {
         let (xy, xz, yz) = (-(x * y) * r, -(x * z) * r, -(y * z) * r);
         let [xx, yy, zz] = [(one - x.square()) * r, (one - y.square()) * r, (one - z.square()) * r];
         [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    }
+    /// Nothing along the vector, and the reciprocal length across it.
+    #[inline(always)]
+    fn curvature(&self, x: &[Interval; 3]) -> Option<Interval> {
+        let least = self.range(*x).lo;
+        Some(Interval { lo: 0.0, hi: (Interval::point(1.0) / Interval::point(least)).hi })
     }
     /// The gradient is a unit vector.
     fn steepness(&self, _: &[Interval; 3], _: &[f64; 3], jacobian: f64) -> f64 {
@@ -62,10 +68,10 @@ impl Function<3> for Length {
     }
 }
 
-/// A component of a unit vector.
+/// A component of a unit vector, given the reciprocal of the vector's length.
 #[inline(always)]
-fn unit<R: Real>(x: R, length: R) -> R {
-    (x / length).max(R::of(-1.0)).min(R::of(1.0))
+fn unit<R: Real>(x: R, shrink: R) -> R {
+    (x * shrink).max(R::of(-1.0)).min(R::of(1.0))
 }
 
 /// `a . b` of `(a1, a2, a3, b1, b2, b3)`

@@ -11,7 +11,7 @@
 use crate::num::Half;
 
 /// A piece of the line: its middle and half of its length.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Piece {
     pub mid: f64,
     pub half: f64,
@@ -42,6 +42,8 @@ pub(super) enum Next {
     Look,
     /// The first root lies between two places.
     Root(f64, f64),
+    /// Neither free nor inside here, however closely one looks.
+    Stuck(f64),
     /// There is none.
     Free,
 }
@@ -90,8 +92,6 @@ pub(super) struct March {
     /// Answers in succession that were certain of all of their pieces.
     ease: u32,
     pub pieces: u32,
-    /// Whether all values met were finite.
-    pub finite: bool,
 }
 
 impl March {
@@ -108,7 +108,6 @@ impl March {
             count: 0,
             ease: 0,
             pieces: 0,
-            finite: true,
         }
     }
 
@@ -141,7 +140,6 @@ impl March {
     /// Takes an answer about a piece; `tolerance` is how closely a root is wanted.
     pub(super) fn tell(&mut self, piece: Piece, answer: &Answer, tolerance: f64) -> Next {
         self.pieces += 1;
-        self.finite &= answer.finite;
         let gap = self.inside.min(self.far) - self.free;
         let before = self.free;
         let Piece { mid, half } = piece;
@@ -174,8 +172,7 @@ impl March {
         }
         self.plan(piece, before, [gap, left], tolerance);
         if half <= 0.5 * tolerance && self.free == before {
-            // Neither free nor inside, however closely one looks.
-            return Next::Root(self.free, (self.free + 2.0 * half).min(self.far));
+            return Next::Stuck(self.free);
         }
         Next::Look
     }

@@ -6,14 +6,16 @@
 //! notes on ray casting, 9.6; Keeter's and others' tiles are the same idea with intervals). Beams of
 //! all tiles at one level are answered together, in batches.
 
-mod bundle;
+mod frame;
 mod march;
+mod sketch;
 
 use super::{CastStats, Caster, Hit, Ray};
-use crate::num::{Interval, Number, Parabola, Parabolas};
+use crate::num::{Number, Parabola, Parabolas};
 use crate::tape::{Evaluator, Tape};
-use bundle::{Frame, Section};
+use frame::{Frame, Section, is_real};
 use march::{Answer, March, Next, PIECES, Piece};
+use sketch::Sketch;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,6 +32,12 @@ const PARTS: usize = 4;
 /// A beam marches while its pieces are longer than this share of its radius.
 const NARROW: f64 = 0.3;
 
+/// Pieces after which a beam is cut, however well it goes on.
+const PATIENCE: u32 = 200;
+
+/// First stretch of a march about which nothing is known, as a share of the whole.
+const FIRST: f64 = 0.25;
+
 /// First stretch of a part of a beam, as a share of the way to where its root is expected.
 const TOWARDS: f64 = 0.4;
 
@@ -38,6 +46,18 @@ pub(super) struct Beams {
     tape: Arc<Tape>,
     wide: Evaluator<Parabolas<LANES, 2>>,
     thin: Evaluator<Parabolas<LANES, 0>>,
+    memory: Memory,
+}
+
+/// Lists that are kept from group to group.
+#[derive(Default)]
+struct Memory {
+    frames: Vec<Frame>,
+    beams: Vec<Beam>,
+    parts: Vec<Beam>,
+    thin: Vec<Thin>,
+    /// Entries of a list that are under way.
+    active: Vec<usize>,
 }
 
 /// Rays that march together.
@@ -47,260 +67,219 @@ struct Beam {
     frame: usize,
     section: Section,
     march: March,
-    last: Sketch,
+    piece: Piece,
+    last: Option<Sketch>,
+    state: State,
+}
+
+/// What a beam has come to.
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    Marching,
+    /// Nothing is met by any ray.
+    Free,
+    /// Its parts go on.
+    Ended,
 }
 
 /// A ray under way.
 struct Thin {
+    /// Of the group.
     ray: usize,
     march: March,
+    piece: Piece,
+    /// How it ended.
+    hit: Option<Hit>,
 }
 
-/// What the field is like around the end of a beam: middles of the last answer.
-#[derive(Clone, Copy, Default)]
-struct Sketch {
-    piece: Option<Piece>,
-    /// Value, slope and bend along the beam.
-    along: [f64; 3],
-    /// Slopes across, to the edges of the section.
-    across: [f64; 2],
-}
+impl Beam {
+    fn new(rays: Range<usize>, frame: usize, section: Section, march: March) -> Beam {
+        let piece = Piece::default();
+        Beam { rays, frame, section, march, piece, last: None, state: State::Marching }
+    }
 
-impl Sketch {
-    /// Where the field is expected to be zero, at a place in the section given in units of its extent.
-    fn root(&self, [x, y]: [f64; 2]) -> Option<f64> {
-        let piece = self.piece?;
-        let [value, slope, bend] = self.along;
-        let e = descent([value + x * self.across[0] + y * self.across[1], slope, bend])?;
-        Some(piece.mid + e * piece.half)
+    /// Decides which piece to look at, or that the beam is too wide to go on.
+    fn place(&mut self, frames: &[Frame]) {
+        self.piece = self.march.piece();
+        if self.piece.half < NARROW * self.section.radius(&frames[self.frame], self.piece.mid) {
+            self.state = State::Ended;
+        }
+    }
+
+    fn tell<const K: usize>(&mut self, f: &Parabola<K>, answer: &Answer) {
+        self.last = Some(Sketch::new(f, self.piece));
+        self.state = match self.march.tell(self.piece, answer, 0.0) {
+            Next::Free => State::Free,
+            Next::Look if self.march.pieces <= PATIENCE => State::Marching,
+            _ => State::Ended,
+        };
+    }
+
+    /// Cuts the beam into parts, or into rays.
+    fn cut(&self, frame: &Frame, rays: &[Ray], parts: &mut Vec<Beam>, thin: &mut Vec<Thin>, out: &mut [Hit]) {
+        let size = (self.rays.len().next_power_of_two() / PARTS).max(1);
+        for start in self.rays.clone().step_by(size) {
+            let all = start..(start + size).min(self.rays.end);
+            let Some(range) = trimmed(rays, all) else { continue };
+            if range.len() > 1 {
+                let section = Section::around(frame, &rays[range.clone()]);
+                let (from, to) = (self.march.free.max(section.depth[0]), section.depth[1]);
+                if from > to {
+                    out[range].fill(Hit::MISS);
+                    continue;
+                }
+                let ahead = self.root(section.centre).map_or(0.0, |r| TOWARDS * (r - from));
+                let march = March::new(from, to, self.march.stretch.max(ahead), None);
+                parts.push(Beam { last: self.last, ..Beam::new(range, self.frame, section, march) });
+            } else {
+                let ray = &rays[range.start];
+                let distance = |depth: f64| frame.distance(ray, depth);
+                let free = self.march.free;
+                let near = distance(free - frame.hair(free)).max(ray.near);
+                if near > ray.far {
+                    out[range.start] = Hit::MISS;
+                    continue;
+                }
+                let root = self.root(frame.place(ray)).map(distance);
+                let stretch = distance(free + self.march.stretch) - distance(free);
+                let march = March::new(near, ray.far, stretch, root);
+                thin.push(Thin::new(range.start, march));
+            }
+        }
+    }
+
+    /// The depth at which the field is expected to be zero, at a place of the frame.
+    fn root(&self, place: [f64; 2]) -> Option<f64> {
+        self.last?.root(self.section.relative(place))
     }
 }
 
-/// The place near zero where a parabola falls through zero, within a few units.
-fn descent([c, b, a]: [f64; 3]) -> Option<f64> {
-    if b >= 0.0 || b.is_nan() {
-        return None;
+impl Thin {
+    fn new(ray: usize, march: March) -> Thin {
+        Thin { ray, march, piece: Piece::default(), hit: None }
     }
-    // The root next to the straight line's; where the parabola has none, the line's.
-    let root = -2.0 * c / (b - (b * b - 4.0 * a * c).max(0.0).sqrt());
-    (root.abs() < 8.0).then_some(root)
-}
 
-fn middle(x: Interval) -> f64 {
-    0.5 * (x.lo + x.hi)
+    /// Sets a lane of the coordinates to the next piece.
+    fn ask<const B: usize>(&mut self, ray: &Ray, p: &mut [Parabolas<B, 0>; 3], lane: usize) {
+        self.piece = self.march.piece();
+        let Piece { mid, half } = self.piece;
+        let at = ray.at(mid);
+        let blur = ray.rounding(mid.abs() + half);
+        for axis in 0..3 {
+            p[axis].set(lane, &Parabola::coordinate(at[axis], half * ray.direction[axis], [], 0.0, blur));
+        }
+    }
+
+    fn tell(&mut self, ray: &Ray, answer: &Answer) {
+        let tolerance = ray.tolerance.at(self.march.free);
+        self.hit = match self.march.tell(self.piece, answer, tolerance) {
+            Next::Free => Some(Hit::MISS),
+            Next::Root(a, b) => Some(Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified: true }),
+            Next::Stuck(t) => Some(Hit { t, certified: answer.finite }),
+            Next::Look if self.march.pieces > PIECES => Some(Hit { t: self.march.free, certified: false }),
+            Next::Look => None,
+        };
+    }
 }
 
 /// A lane as an answer.
-fn answer<const K: usize>(f: &Parabola<K>, piece: Piece) -> (Answer, Sketch) {
-    let along = [f.value, f.slope, f.bend].map(middle);
-    let mut sketch = Sketch { piece: Some(piece), along, across: [0.0; 2] };
-    for k in 0..K {
-        sketch.across[k] = f.side[k];
-    }
-    let root = sketch.root([0.0; 2]);
-    (Answer { halves: f.halves(), root, finite: f.range.is_finite() }, sketch)
+fn answer<const B: usize, const K: usize>(f: &Parabolas<B, K>, pieces: [Piece; B]) -> [Answer; B] {
+    let halves = f.halves();
+    std::array::from_fn(|lane| {
+        let x = f.lane(lane);
+        let root = Sketch::new(&x, pieces[lane]).root([0.0; 2]);
+        Answer { halves: halves[lane], root, finite: x.range.is_finite() }
+    })
 }
 
 impl Beams {
     pub(super) fn new(tape: Arc<Tape>) -> Beams {
-        Beams { wide: Evaluator::new(tape.clone()), thin: Evaluator::new(tape.clone()), tape }
+        let (wide, thin) = (Evaluator::new(tape.clone()), Evaluator::new(tape.clone()));
+        Beams { wide, thin, tape, memory: Memory::default() }
     }
 
     /// The widest beams of a group, and the rays that go alone.
-    fn gather(rays: &[Ray], frames: &mut Vec<Frame>, out: &mut [Hit]) -> (Vec<Beam>, Vec<Thin>) {
-        let (mut beams, mut alone) = (Vec::new(), Vec::new());
+    fn gather(memory: &mut Memory, rays: &[Ray], out: &mut [Hit]) {
+        let Memory { frames, beams, thin, .. } = memory;
         for start in (0..rays.len()).step_by(WIDEST) {
             let own = start..(start + WIDEST).min(rays.len());
             let Some(range) = trimmed(rays, own) else { continue };
-            let members: Vec<Ray> = rays[range.clone()].iter().copied().filter(is_real).collect();
-            match Frame::new(&members) {
-                Some(frame) => {
-                    frames.push(frame);
-                    let near =
-                        members.iter().map(|r| r.near / frame.stretch(r)).fold(f64::INFINITY, f64::min);
-                    let section = Section::around(&frame, &members);
-                    let far =
-                        members.iter().map(|r| r.far / frame.stretch(r)).fold(f64::NEG_INFINITY, f64::max);
-                    // Depths are rounded: all of every ray, and a hair more.
-                    let (near, far) = (near - near.abs() * 1e-15, far + far.abs() * 1e-15);
-                    let march = March::new(near, far, 0.25 * (far - near), None);
-                    beams.push(Beam {
-                        rays: range,
-                        frame: frames.len() - 1,
-                        section,
-                        march,
-                        last: Sketch::default(),
-                    });
-                }
-                None => alone.extend(range.filter(|&i| is_real(&rays[i])).map(|ray| {
+            if let Some(frame) = Frame::new(&rays[range.clone()]) {
+                let section = Section::around(&frame, &rays[range.clone()]);
+                let [near, far] = section.depth;
+                frames.push(frame);
+                let march = March::new(near, far, FIRST * (far - near), None);
+                beams.push(Beam::new(range, frames.len() - 1, section, march));
+            } else {
+                thin.extend(range.filter(|&i| is_real(&rays[i])).map(|ray| {
                     let Ray { near, far, .. } = rays[ray];
-                    Thin { ray, march: March::new(near, far, 0.25 * (far - near), None) }
-                })),
+                    Thin::new(ray, March::new(near, far, FIRST * (far - near), None))
+                }));
             }
         }
         for (hit, _) in out.iter_mut().zip(rays).filter(|(_, ray)| !is_real(ray)) {
             *hit = Hit::MISS;
         }
-        (beams, alone)
     }
 
-    /// Marches beams until each is free or too wide to go on; returns those.
-    fn march_beams(
-        &mut self,
-        mut beams: Vec<Beam>,
-        frames: &[Frame],
-        stats: &mut CastStats,
-        cancel: &AtomicBool,
-    ) -> Vec<Beam> {
-        let mut done = Vec::with_capacity(beams.len());
-        let mut next = Vec::with_capacity(beams.len());
+    /// Marches beams until each is free or too wide to go on.
+    fn march_beams(&mut self, stats: &mut CastStats, cancel: &AtomicBool) {
+        let Memory { frames, beams, active, .. } = &mut self.memory;
+        active.clear();
+        active.extend(0..beams.len());
         let mut p = [Parabolas::constant(0.0); 3];
-        while !beams.is_empty() && !cancel.load(Ordering::Relaxed) {
-            for batch in chunks(&mut beams) {
-                let mut pieces = [Piece { mid: 0.0, half: 0.0 }; LANES];
-                let mut asked = Vec::with_capacity(LANES);
-                for mut beam in batch {
-                    let piece = beam.march.piece();
-                    if piece.half < NARROW * beam.section.radius(piece.mid) {
-                        done.push(beam);
-                        continue;
-                    }
-                    let lane = asked.len();
-                    pieces[lane] = piece;
-                    beam.section.ask(&frames[beam.frame], piece, &mut p, lane);
-                    asked.push(beam);
+        while !cancel.load(Ordering::Relaxed) {
+            active.iter().for_each(|&i| beams[i].place(frames));
+            active.retain(|&i| beams[i].state == State::Marching);
+            if active.is_empty() {
+                break;
+            }
+            for batch in active.chunks(LANES) {
+                let mut pieces = [Piece::default(); LANES];
+                for (lane, &i) in batch.iter().enumerate() {
+                    let beam = &beams[i];
+                    pieces[lane] = beam.piece;
+                    beam.section.ask(&frames[beam.frame], beam.piece, &mut p, lane);
                 }
-                if asked.is_empty() {
-                    continue;
-                }
-                stats.evaluations += asked.len() as u64;
-                stats.shared += asked.len() as u64;
                 let f = self.wide.eval(&p);
-                for (lane, mut beam) in asked.into_iter().enumerate() {
-                    let (answer, sketch) = answer(&f.lane(lane), pieces[lane]);
-                    beam.last = sketch;
-                    stats.steps += 1;
-                    match beam.march.tell(pieces[lane], &answer, 0.0) {
-                        Next::Free => stats.culled += 1,
-                        Next::Root(..) => done.push(beam),
-                        Next::Look if beam.march.pieces > 200 => done.push(beam),
-                        Next::Look => next.push(beam),
-                    }
+                let answers = answer(f, pieces);
+                for (lane, &i) in batch.iter().enumerate() {
+                    beams[i].tell(&f.lane(lane), &answers[lane]);
+                    stats.culled += u64::from(beams[i].state == State::Free);
                 }
+                stats.evaluations += batch.len() as u64;
+                stats.shared += batch.len() as u64;
+                stats.steps += batch.len() as u64;
             }
-            std::mem::swap(&mut beams, &mut next);
+            active.retain(|&i| beams[i].state == State::Marching);
         }
-        done
-    }
-
-    /// Cuts beams that have come to their ends into parts.
-    fn cut(beams: Vec<Beam>, frames: &[Frame], rays: &[Ray]) -> (Vec<Beam>, Vec<Thin>) {
-        let (mut parts, mut alone) = (Vec::new(), Vec::new());
-        for beam in beams {
-            let frame = &frames[beam.frame];
-            let whole = beam.rays.len();
-            let size = (whole.next_power_of_two() / PARTS).max(1);
-            let relative = |[x, y]: [f64; 2]| {
-                let Section { centre, extent } = beam.section;
-                [(x - centre[0]) / extent[0], (y - centre[1]) / extent[1]]
-            };
-            let stretch = beam.march.stretch;
-            for start in beam.rays.clone().step_by(size) {
-                let Some(range) = trimmed(rays, start..(start + size).min(beam.rays.end)) else { continue };
-                if range.len() == 1 {
-                    let ray = &rays[range.start];
-                    let scale = frame.stretch(ray);
-                    let root = beam.last.root(relative(frame.place(ray))).map(|z| z * scale);
-                    let near =
-                        (beam.march.free * scale - beam.march.free.abs() * scale * 1e-14).max(ray.near);
-                    if near > ray.far {
-                        continue;
-                    }
-                    alone.push(Thin {
-                        ray: range.start,
-                        march: March::new(near, ray.far, stretch * scale, root),
-                    });
-                } else {
-                    let section = Section::around(frame, &rays[range.clone()]);
-                    let root = beam.last.root(relative(section.centre));
-                    let ahead = root.map_or(0.0, |r| TOWARDS * (r - beam.march.free));
-                    let march = March::new(beam.march.free, beam.march.far, stretch.max(ahead), None);
-                    parts.push(Beam { rays: range, frame: beam.frame, section, march, last: beam.last });
-                }
-            }
-        }
-        (parts, alone)
     }
 
     /// Marches rays to their ends.
-    fn march_rays(
-        &mut self,
-        mut rays: Vec<Thin>,
-        all: &[Ray],
-        out: &mut [Hit],
-        stats: &mut CastStats,
-        cancel: &AtomicBool,
-    ) {
-        let mut next = Vec::with_capacity(rays.len());
+    fn march_rays(&mut self, rays: &[Ray], stats: &mut CastStats, cancel: &AtomicBool) {
+        let Memory { thin, active, .. } = &mut self.memory;
+        active.clear();
+        active.extend(0..thin.len());
         let mut p = [Parabolas::constant(0.0); 3];
-        while !rays.is_empty() && !cancel.load(Ordering::Relaxed) {
-            for batch in chunks(&mut rays) {
-                let mut pieces = [Piece { mid: 0.0, half: 0.0 }; LANES];
-                let mut batch: Vec<Thin> = batch.collect();
-                for (lane, thin) in batch.iter_mut().enumerate() {
-                    let ray = &all[thin.ray];
-                    let piece = thin.march.piece();
-                    pieces[lane] = piece;
-                    let at = ray.at(piece.mid);
-                    let blur = ray.rounding(piece.mid.abs() + piece.half);
-                    for axis in 0..3 {
-                        let slope = piece.half * ray.direction[axis];
-                        p[axis].set(lane, &Parabola::coordinate(at[axis], slope, [], 0.0, blur));
-                    }
+        while !active.is_empty() && !cancel.load(Ordering::Relaxed) {
+            for batch in active.chunks(LANES) {
+                let mut pieces = [Piece::default(); LANES];
+                for (lane, &i) in batch.iter().enumerate() {
+                    let thin = &mut thin[i];
+                    thin.ask(&rays[thin.ray], &mut p, lane);
+                    pieces[lane] = thin.piece;
+                }
+                let answers = answer(self.thin.eval(&p), pieces);
+                for (lane, &i) in batch.iter().enumerate() {
+                    let thin = &mut thin[i];
+                    thin.tell(&rays[thin.ray], &answers[lane]);
                 }
                 stats.evaluations += batch.len() as u64;
-                let f = self.thin.eval(&p);
-                for (lane, mut thin) in batch.into_iter().enumerate() {
-                    let ray = &all[thin.ray];
-                    let (answer, _) = answer(&f.lane(lane), pieces[lane]);
-                    stats.steps += 1;
-                    let tolerance = ray.tolerance.at(thin.march.free);
-                    let outcome = thin.march.tell(pieces[lane], &answer, tolerance);
-                    let finite = thin.march.finite;
-                    out[thin.ray] = match outcome {
-                        Next::Free => Hit { certified: finite, ..Hit::MISS },
-                        Next::Root(a, b) => {
-                            Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified: finite }
-                        }
-                        Next::Look if thin.march.pieces > PIECES => {
-                            Hit { t: thin.march.free, certified: false }
-                        }
-                        Next::Look => {
-                            next.push(thin);
-                            continue;
-                        }
-                    };
-                    stats.hits += u64::from(out[thin.ray].is_hit());
-                    stats.uncertified += u64::from(!out[thin.ray].certified);
-                }
+                stats.steps += batch.len() as u64;
             }
-            std::mem::swap(&mut rays, &mut next);
+            active.retain(|&i| thin[i].hit.is_none());
         }
     }
-}
-
-/// Takes all entries, a batch at a time.
-fn chunks<T>(all: &mut Vec<T>) -> impl Iterator<Item = impl Iterator<Item = T>> {
-    let mut rest = std::mem::take(all).into_iter();
-    std::iter::from_fn(move || {
-        let batch: Vec<T> = rest.by_ref().take(LANES).collect();
-        (!batch.is_empty()).then(|| batch.into_iter())
-    })
-}
-
-/// Whether there is anything of a ray.
-fn is_real(ray: &Ray) -> bool {
-    ray.near <= ray.far
 }
 
 /// The range from the first ray of which there is anything to the last.
@@ -313,16 +292,33 @@ fn trimmed(rays: &[Ray], range: Range<usize>) -> Option<Range<usize>> {
 impl Caster for Beams {
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
         stats.rays += rays.len() as u64;
-        out.fill(Hit::MISS);
-        let mut frames = Vec::new();
-        let (mut beams, mut alone) = Self::gather(rays, &mut frames, out);
-        while !beams.is_empty() {
-            let done = self.march_beams(beams, &frames, stats, cancel);
-            let (parts, thin) = Self::cut(done, &frames, rays);
-            alone.extend(thin);
-            beams = parts;
+        let memory = &mut self.memory;
+        memory.frames.clear();
+        memory.beams.clear();
+        memory.thin.clear();
+        Self::gather(memory, rays, out);
+        while !self.memory.beams.is_empty() {
+            self.march_beams(stats, cancel);
+            let Memory { frames, beams, parts, thin, .. } = &mut self.memory;
+            for beam in beams.iter() {
+                match beam.state {
+                    State::Free => out[beam.rays.clone()].fill(Hit::MISS),
+                    State::Ended => beam.cut(&frames[beam.frame], rays, parts, thin, out),
+                    // Given up.
+                    State::Marching => {}
+                }
+            }
+            beams.clear();
+            std::mem::swap(beams, parts);
         }
-        self.march_rays(alone, rays, out, stats, cancel);
+        self.march_rays(rays, stats, cancel);
+        for thin in &self.memory.thin {
+            if let Some(hit) = thin.hit {
+                out[thin.ray] = hit;
+                stats.hits += u64::from(hit.is_hit());
+                stats.uncertified += u64::from(!hit.certified);
+            }
+        }
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

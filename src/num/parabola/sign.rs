@@ -1,56 +1,119 @@
-//! Where a quadratic polynomial is positive for certain.
+//! Where a parabola is positive or negative for certain.
 
+use super::{Parabola, Parabolas, choose};
 use crate::num::ROUNDOFF;
+use crate::num::simd::widest;
+
+/// What is certain of one half of a piece, in units of its half length from the middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Half {
+    /// The quantity is positive between these two places; `[1, 1]` where it is certain of none.
+    pub above: [f64; 2],
+    /// Nearest place where the quantity is negative for certain; 1 if there is none.
+    pub below: f64,
+}
+
+impl<const K: usize> Parabola<K> {
+    /// What is certain of both halves of the piece: backwards, then forwards.
+    pub fn halves(&self) -> [Half; 2] {
+        Parabolas::<1, K>::all(*self).halves()[0]
+    }
+}
+
+impl<const B: usize, const K: usize> Parabolas<B, K> {
+    /// What is certain of both halves of every lane's piece: backwards, then forwards.
+    pub fn halves(&self) -> [[Half; 2]; B] {
+        let mut out = [[Half { above: [1.0; 2], below: 1.0 }; 2]; B];
+        for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
+            let ([from, to], below) = widest(
+                #[inline(always)]
+                || (self.above(sign), self.below(sign)),
+            );
+            for i in 0..B {
+                out[i][side] = Half { above: [from[i], to[i]], below: below[i] };
+            }
+        }
+        out
+    }
+
+    /// Where each lane is positive on the side that `sign` says.
+    #[inline(always)]
+    fn above(&self, sign: f64) -> [[f64; B]; 2] {
+        let mut out = [[1.0; B]; 2];
+        for i in 0..B {
+            let x = self.lane(i);
+            let [from, to] = positive(ends(x.mid, sign, &x));
+            let known = x.range.lo > 0.0;
+            (out[0][i], out[1][i]) = (choose(known, 0.0, from), choose(known, 1.0, to));
+        }
+        out
+    }
+
+    /// From where on each lane is negative on the side that `sign` says.
+    #[inline(always)]
+    fn below(&self, sign: f64) -> [f64; B] {
+        let mut out = [1.0; B];
+        for i in 0..B {
+            let x = self.lane(i);
+            let [from, _] = positive(ends([-x.mid[0], -x.mid[1], -x.mid[2]], sign, &x));
+            out[i] = choose(x.range.hi < 0.0, 0.0, from);
+        }
+        out
+    }
+}
+
+/// Lower bound of `mid` and the rests of `x` on the side that `sign` says, as a polynomial.
+#[inline(always)]
+fn ends<const K: usize>([c, b, a]: [f64; 3], sign: f64, x: &Parabola<K>) -> [f64; 3] {
+    // The ends of the band are rounded: by less than half of what is charged here.
+    let end = |m: f64, r: f64| m - (r + 4.0 * ROUNDOFF * (m.abs() + r));
+    [end(c, x.off_middle()), end(sign * b, x.rest[1]), end(a, x.rest[2])]
+}
 
 /// The first part of [0, 1] in which `c + b t + a t^2` is positive for certain; `[1, 1]` if there is none.
 ///
 /// Roots only propose its ends. A proposal counts where the polynomial is positive beyond rounding at
 /// both ends, and at its vertex should that be a minimum between them: then it is so throughout.
-pub(super) fn positive(polynomial @ [c, b, a]: [f64; 3]) -> [f64; 2] {
-    const NONE: [f64; 2] = [1.0, 1.0];
-    let is_positive = |t: f64| {
-        let (linear, square) = (b * t, a * t * t);
-        c + linear + square > 16.0 * ROUNDOFF * (c.abs() + linear.abs() + square.abs())
-    };
-    let [start, end] = proposal(polynomial);
-    if start >= end || start.is_nan() || end.is_nan() {
-        return NONE;
-    }
-    let vertex = -0.5 * b / a;
-    let sure = |from: f64, to: f64| {
-        let dips = a > 0.0 && from < vertex && vertex < to;
-        is_positive(from) && is_positive(to) && (!dips || is_positive(vertex))
-    };
-    // Roots are rounded: draw back a little, then more.
-    for back in [8.0 * f64::EPSILON, 1e-9, 1e-3] {
-        let from = if start > 0.0 { start * (1.0 + back) } else { 0.0 };
-        let to = if end < 1.0 { end * (1.0 - back) } else { 1.0 };
-        if from < to && sure(from, to) {
-            return [from, to];
-        }
-    }
-    NONE
+#[inline(always)]
+fn positive([c, b, a]: [f64; 3]) -> [f64; 2] {
+    let (square, product) = (b * b, 4.0 * a * c);
+    let discriminant = square - product;
+    // At a root the polynomial falls or rises as fast as this.
+    let speed = discriminant.abs().sqrt();
+    let [start, end] = proposal([c, b, a], speed, discriminant >= 0.0);
+    // Draw back by as much as makes it positive beyond rounding, but for roots that nearly meet.
+    let size = |t: f64| c.abs() + (b * t).abs() + (a * t * t).abs();
+    let (slow, hair) = (32.0 * ROUNDOFF / speed, 32.0 * ROUNDOFF);
+    let from = choose(start > 0.0, start + (slow * size(start) + hair * start), 0.0);
+    let to = choose(end < 1.0, end - (slow * size(end) + hair * end), 1.0);
+    let is_positive = |t: f64| c + b * t + a * t * t > 16.0 * ROUNDOFF * size(t);
+    let dips = (b + 2.0 * a * from < 0.0) & (b + 2.0 * a * to > 0.0);
+    // The polynomial is `(product - square) / 4 a` at its vertex.
+    let stays = product - square > 16.0 * ROUNDOFF * (product.abs() + square);
+    let some = (from < to) & is_positive(from) & is_positive(to) & (!dips | stays);
+    [choose(some, from, 1.0), choose(some, to, 1.0)]
 }
 
-/// Where in [0, 1] the polynomial first becomes positive and where it ceases to be, by its roots.
-fn proposal([c, b, a]: [f64; 3]) -> [f64; 2] {
-    let discriminant = b * b - 4.0 * a * c;
-    if discriminant < 0.0 || discriminant.is_nan() {
-        return if c > 0.0 { [0.0, 1.0] } else { [1.0, 1.0] };
-    }
+/// Where in [0, 1] the polynomial first becomes positive and where it ceases to be, by its roots, if
+/// those are real; `root` is that of the discriminant.
+#[inline(always)]
+fn proposal([c, b, a]: [f64; 3], root: f64, is_real: bool) -> [f64; 2] {
     // Both roots without cancellation.
-    let q = -0.5 * (b + discriminant.sqrt().copysign(b));
+    let q = -0.5 * (b + root.copysign(b));
     let (r, s) = (q / a, c / q);
-    let (low, high) = if r < s { (r, s) } else { (s, r) };
-    let within = |t: f64| if t > 0.0 && t < 1.0 { t } else { 1.0 };
-    if c > 0.0 {
-        // Up to the first root ahead.
-        [0.0, if low > 0.0 { within(low) } else { within(high) }]
-    } else if a < 0.0 {
-        [if low > 0.0 { low } else { 0.0 }, within(high)]
-    } else {
-        // From the greater root on; a straight line has one root only.
-        let root = if high.is_finite() { high } else { low };
-        [if root >= 0.0 { root } else { 1.0 }, 1.0]
-    }
+    let (low, high) = (choose(r < s, r, s), choose(r < s, s, r));
+    let within = |t: f64| choose((t > 0.0) & (t < 1.0), t, 1.0);
+    // Positive from the start, up to the first root ahead.
+    let until = within(choose(low > 0.0, low, high));
+    // Below at the start, above between two roots.
+    let between = [choose(low > 0.0, low, 0.0), within(high)];
+    // Below at the start, above from the greater root on; a straight line has one root only.
+    let last = choose(high.is_finite(), high, low);
+    let from = choose(last >= 0.0, last, 1.0);
+    let rises = [choose(a < 0.0, between[0], from), choose(a < 0.0, between[1], 1.0)];
+    let starts = c > 0.0;
+    [
+        choose(starts, 0.0, choose(is_real, rises[0], 1.0)),
+        choose(starts & !is_real, 1.0, choose(starts, until, choose(is_real, rises[1], 1.0))),
+    ]
 }

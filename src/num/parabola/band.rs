@@ -3,11 +3,11 @@
 //! A lane is an [`Interval`]; only the layout in memory differs, so that a loop over lanes becomes
 //! vector instructions.
 
-use super::Interval;
+use crate::num::Interval;
 
 /// `B` intervals side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Band<const B: usize> {
+pub(super) struct Band<const B: usize> {
     lo: [f64; B],
     hi: [f64; B],
 }

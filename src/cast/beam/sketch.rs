@@ -1,0 +1,42 @@
+//! What the last answer suggests about a root. Nothing here is certain, nor needs to be: it only says
+//! where to look next.
+
+use super::march::Piece;
+use crate::num::Parabola;
+
+/// What the field is like around a piece: middles of an answer.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sketch {
+    piece: Piece,
+    /// Value, slope and bend along the piece.
+    along: [f64; 3],
+    /// Slopes across, to the edges of the section.
+    across: [f64; 2],
+}
+
+impl Sketch {
+    pub(super) fn new<const K: usize>(f: &Parabola<K>, piece: Piece) -> Sketch {
+        let mut across = [0.0; 2];
+        for k in 0..K.min(2) {
+            across[k] = f.side[k];
+        }
+        Sketch { piece, along: f.mid, across }
+    }
+
+    /// Where the field is expected to be zero, at a place in the section given in units of its extent.
+    pub(super) fn root(&self, [x, y]: [f64; 2]) -> Option<f64> {
+        let [value, slope, bend] = self.along;
+        let e = descent([value + x * self.across[0] + y * self.across[1], slope, bend])?;
+        Some(self.piece.mid + e * self.piece.half)
+    }
+}
+
+/// The place near zero where a parabola falls through zero, within a few units.
+fn descent([c, b, a]: [f64; 3]) -> Option<f64> {
+    if b >= 0.0 || b.is_nan() {
+        return None;
+    }
+    // The root next to the straight line's; where the parabola has none, the line's.
+    let root = -2.0 * c / (b - (b * b - 4.0 * a * c).max(0.0).sqrt());
+    (root.abs() < 8.0).then_some(root)
+}
