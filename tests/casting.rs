@@ -148,12 +148,16 @@ fn check(name: &str, build: fn(&mut Build) -> NodeId, kinds: &[Kind]) {
     assert!(met > RAYS / 50, "{name}: only {met} rays meet the surface");
     let region = Aabb::cube(REGION);
     for &kind in kinds {
+        // An arithmetic that works on one question at a time is slow: a few of the rays will do.
+        let share = if kind == Kind::Standard { RAYS / 16 } else { RAYS };
+        let (rays, truth) = (&rays[..share], &truth[..share]);
+        let met = truth.iter().flatten().count();
         let made = caster(kind, &mut field.clone(), &region, &rays[..200]).expect("a caster for the field");
-        let (hits, stats) = cast(&*made, &rays);
+        let (hits, stats) = cast(&*made, rays);
         let lipschitz = lipschitz_outside(&mut field.clone(), &region);
         let mut field = field.clone();
         let mut early = 0;
-        for ((ray, hit), truth) in rays.iter().zip(&hits).zip(&truth) {
+        for ((ray, hit), truth) in rays.iter().zip(&hits).zip(truth) {
             if let Some(t) = truth {
                 assert!(hit.t <= t + TOLERANCE, "{name}, {kind:?}: {ray:?} hits at {t}, found {hit:?}");
             }
@@ -167,7 +171,7 @@ fn check(name: &str, build: fn(&mut Build) -> NodeId, kinds: &[Kind]) {
         assert_eq!(stats.uncertified, 0, "{name}, {kind:?}");
         let per_ray = stats.evaluations as f64 / rays.len() as f64;
         println!("{name} {kind:?}: {met} hits, {early} early, {per_ray:.1} evaluations a ray");
-        assert!(early * 200 < RAYS, "{name}, {kind:?}: {early} hits in front of the surface");
+        assert!(early * 200 < rays.len(), "{name}, {kind:?}: {early} hits in front of the surface");
     }
 }
 
@@ -188,7 +192,22 @@ fn cast(made: &dyn Caster, rays: &[Ray]) -> (Vec<Hit>, CastStats) {
     (parts.into_iter().flat_map(|p| p.0).collect(), stats)
 }
 
-const ALL: [Kind; 5] = [Kind::Sphere, Kind::Speculative, Kind::Affine, Kind::Beam, Kind::Auto];
+const ALL: [Kind; 9] = [
+    Kind::Sphere,
+    Kind::Speculative,
+    Kind::Segment,
+    Kind::Interval,
+    Kind::Standard,
+    Kind::Reduced,
+    Kind::Affine,
+    Kind::Beam,
+    Kind::Auto,
+];
+
+/// The casters that need no Lipschitz bound.
+fn boundless() -> Vec<Kind> {
+    ALL.into_iter().filter(|k| ![Kind::Sphere, Kind::Speculative].contains(k)).collect()
+}
 
 #[test]
 fn three_octaves() {
@@ -217,7 +236,7 @@ fn carved_balls() {
 
 #[test]
 fn ridges_without_a_lipschitz_bound() {
-    check("ridges", common::square_root_ridges, &[Kind::Affine, Kind::Beam, Kind::Auto]);
+    check("ridges", common::square_root_ridges, &boundless());
     let mut b = Build::default();
     let root = common::square_root_ridges(&mut b);
     for kind in [Kind::Sphere, Kind::Speculative] {
