@@ -293,6 +293,47 @@ fn any_grouping_gives_the_same_hits() {
     }
 }
 
+#[test]
+fn any_hits_are_those_rays_that_have_a_first_hit() {
+    type Scene = fn(&mut Build) -> NodeId;
+    let scenes: [Scene; 3] = [common::three_octaves, common::thin_shell, common::square_root_ridges];
+    let never = AtomicBool::new(false);
+    for (n, build) in scenes.into_iter().enumerate() {
+        let mut b = Build::default();
+        let root = build(&mut b);
+        let mut field = b.field(root);
+        let rays = &rays(5)[..2000];
+        let kinds = if n == 2 { boundless() } else { ALL.to_vec() };
+        for kind in kinds {
+            let mut made = caster(kind, &mut field, &Aabb::cube(REGION), &rays[..100]).expect("a caster");
+            let mut found = [vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]];
+            let [mut first_cost, mut any_cost] = [CastStats::default(); 2];
+            made.first_hits(rays, &mut found[0], &mut first_cost, &never);
+            made.any_hits(rays, &mut found[1], &mut any_cost, &never);
+            let mut grazing = 0;
+            for ((ray, first), any) in rays.iter().zip(&found[0]).zip(&found[1]) {
+                assert!(any.certified, "scene {n}, {kind:?}: {ray:?}");
+                if any.is_hit() == first.is_hit() {
+                    assert!(any.t <= first.t + TOLERANCE, "scene {n}, {kind:?}: {any:?} behind {first:?}");
+                } else {
+                    // Where a ray comes within the tolerance without meeting anything, either is right.
+                    let value = field.value(ray.at(any.t.min(first.t)));
+                    assert!(value < 0.1, "scene {n}, {kind:?}: {any:?} but {first:?}, where f = {value}");
+                    grazing += 1;
+                }
+            }
+            assert!(grazing * 200 < rays.len(), "scene {n}, {kind:?}: {grazing} answers differ");
+            assert_eq!(any_cost.rays, first_cost.rays);
+            let (any, first) = (any_cost.evaluations, first_cost.evaluations);
+            println!("scene {n}, {kind:?}: {any} evaluations instead of {first}");
+            assert!(any <= first, "scene {n}, {kind:?}: {any} evaluations instead of {first}");
+            if [Kind::Speculative, Kind::Affine].contains(&kind) {
+                assert!(any < first, "scene {n}, {kind:?}: nothing saved");
+            }
+        }
+    }
+}
+
 /// Rays through the pixels of a small picture, in Morton's order.
 fn picture(eye: DVec3, half: f64) -> Vec<Ray> {
     let region = Aabb::cube(REGION);
@@ -387,6 +428,8 @@ fn a_ray_of_one_point_hits_where_it_is_inside() {
             let mut hit = [Hit::MISS];
             made.first_hits(&[ray], &mut hit, &mut CastStats::default(), &AtomicBool::new(false));
             assert_eq!(hit[0].is_hit(), inside, "{kind:?} at {t}: {hit:?}");
+            made.any_hits(&[ray], &mut hit, &mut CastStats::default(), &AtomicBool::new(false));
+            assert_eq!(hit[0].is_hit(), inside, "{kind:?} at {t}, anywhere: {hit:?}");
         }
     }
 }
