@@ -6,9 +6,10 @@
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+mod view;
 
 use glam::DVec3;
-use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, caster};
+use orogen::cast::{CastStats, Hit, Kind, Ray, caster};
 use orogen::expr::NodeId;
 use orogen::render::Job;
 use orogen::scene::{Aabb, Camera, Film, Scene, Sky, Sun, Surface, direction};
@@ -17,36 +18,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// The view of the published tables: eye at (0, 0, -4), the sphere of radius 1.6 filling the width.
-fn rays(size: usize) -> Vec<Ray> {
-    let half = 1.6 / (16.0f64 - 1.6 * 1.6).sqrt();
-    let origin = DVec3::new(0.0, 0.0, -4.0);
-    let tiles = size.div_ceil(16);
-    let mut out = Vec::new();
-    for tile in 0..tiles * tiles {
-        for i in 0..256 {
-            let (x, y) = (tile % tiles * 16 + every_other(i), tile / tiles * 16 + every_other(i >> 1));
-            let u = |k: usize| half * (2.0 * (k as f64 + 0.5) / size as f64 - 1.0);
-            let direction = DVec3::new(u(x), -u(y), 1.0).normalize();
-            let (b, c) = (origin.dot(direction), origin.length_squared() - 1.55 * 1.55);
-            let q = b * b - c;
-            // Rays that pass by keep their place in the tile.
-            let (near, far) = if q > 0.0 { (-b - q.sqrt(), -b + q.sqrt()) } else { (0.0, -1.0) };
-            out.push(Ray { origin, direction, near, far, tolerance: Tolerance::fixed(1e-4) });
-        }
-    }
-    out
-}
-
-/// Every other bit, from the lowest on: one axis of Morton's order.
-fn every_other(i: usize) -> usize {
-    (0..4).fold(0, |x, bit| x | (i >> (2 * bit) & 1) << bit)
-}
-
 fn main() {
     let mut b = common::Build::default();
     let root = common::three_octaves(&mut b);
-    let rays = rays(800);
+    let rays = view::rays(800, 1.55);
     let real: Vec<Ray> = rays.iter().copied().filter(|r| r.near < r.far).collect();
     let typical: Vec<Ray> = real.iter().copied().step_by(real.len() / 128).collect();
     println!("| caster | evaluations/ray | steps/ray | backtracks/ray | hits | CPU us/ray |");
@@ -56,12 +31,12 @@ fn main() {
         let mut field = b.field(root);
         let Ok(mut caster) = caster(kind, &mut field, &Aabb::cube(1.55), &typical) else { continue };
         let mut stats = CastStats::default();
-        let start = Instant::now();
+        let watch = view::Stopwatch::start();
         for group in rays.chunks(4096) {
             let mut hits = vec![Hit::MISS; group.len()];
             caster.first_hits(group, &mut hits, &mut stats, &AtomicBool::new(false));
         }
-        let time = start.elapsed().as_secs_f64();
+        let time = watch.seconds();
         let per_ray = |n: u64| n as f64 / real.len() as f64;
         println!(
             "| {name} | {:.2} | {:.2} | {:.2} | {} | {:.2} |",

@@ -39,7 +39,7 @@ fn usage_errors_exit_with_2_and_show_how() {
         ("render a.rhai --threads 0", &["--threads"]),
         ("render a.rhai --threads many", &["--threads 4"]),
         ("render a.rhai --threads 1000000", &["from 1 to 1024"]),
-        ("render a.rhai --caster magic", &["--caster", "auto", "sphere", "speculative", "affine"]),
+        ("render a.rhai --caster magic", &["--caster", "auto", "speculative", "segment", "standard"]),
         ("render a.rhai --set relief", &["--set", "--set relief=0.04"]),
         ("render a.rhai --set relief=high", &["--set", "not a number"]),
         ("render a.rhai --set a=1 --set a=2", &["`a` twice"]),
@@ -118,7 +118,7 @@ fn the_picture_does_not_depend_on_threads() {
 #[test]
 fn every_caster_renders() {
     let bench = Bench::new(&[("a.rhai", BALL)]);
-    for caster in ["auto", "sphere", "speculative", "affine"] {
+    for (_, caster) in orogen::cast::Kind::ALL {
         bench.run(&format!("render a.rhai --size 20x20 --caster {caster} -o {caster}.png")).success();
         assert_eq!(bench.picture(&format!("{caster}.png")).0, 20);
     }

@@ -50,6 +50,12 @@ picture 3.17a 3.17 --set octaves=2
 picture 3.17b 3.17 --set octaves=5
 picture 3.17c 3.17 --set octaves=8
 
+# Chapter 5: three hypertextures, and a surface without a Lipschitz bound.
+picture 5.6a 5.6 --set noise=1
+picture 5.6b 5.6 --set noise=2
+picture 5.6c 5.6 --set noise=3
+picture 5.10 5.10
+
 # The kernels: 4.4 the quintic fade, 4.9 the kernels of sparse convolution.
 if is_wanted 4.04 || is_wanted 4.09; then
     cargo run --quiet --release --example profiles -- "$out"

@@ -5,120 +5,175 @@
 //! has them answered a batch at a time.
 
 use super::{CastStats, Caster, Hit, Ray};
-use crate::num::{Centred, Many};
+use crate::num::{Affine, Centred, Many, Number};
 use crate::tape::{Evaluator, Tape};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Questions answered together. More would amortise dispatch better but leave more lanes idle when
 /// few rays are left.
-const LANES: usize = 32;
+pub(super) const LANES: usize = 32;
+
+/// What the questions of several rays are gathered in.
+pub(super) trait Batch: Number {
+    /// A coordinate in a question, or an answer.
+    type Lane: Clone;
+
+    /// Questions in a batch.
+    const LANES: usize;
+
+    /// All lanes alike.
+    fn alike(lane: Self::Lane) -> Self;
+
+    /// Changes a lane.
+    fn set(&mut self, lane: usize, to: Self::Lane);
+
+    /// A lane.
+    fn lane(&self, lane: usize) -> &Self::Lane;
+}
+
+impl<T: Centred + Copy> Batch for Many<T, LANES> {
+    type Lane = T;
+    const LANES: usize = LANES;
+    fn alike(lane: T) -> Self {
+        Many([lane; LANES])
+    }
+    fn set(&mut self, lane: usize, to: T) {
+        self.0[lane] = to;
+    }
+    fn lane(&self, lane: usize) -> &T {
+        &self.0[lane]
+    }
+}
+
+/// One question at a time.
+impl Batch for Affine {
+    type Lane = Affine;
+    const LANES: usize = 1;
+    fn alike(lane: Affine) -> Self {
+        lane
+    }
+    fn set(&mut self, _: usize, to: Affine) {
+        *self = to;
+    }
+    fn lane(&self, _: usize) -> &Affine {
+        self
+    }
+}
+
+/// A coordinate in a question of a strategy, or an answer to one.
+type Lane<S> = <<S as Strategy>::Batch as Batch>::Lane;
 
 /// One way to cast a ray.
 pub(super) trait Strategy: Clone + Send + 'static {
     /// What the field is evaluated on.
-    type Number: Centred + Copy;
+    type Batch: Batch;
     /// Progress of one ray.
     type March;
+
+    /// The same way, content with any place that is inside.
+    fn any(&self) -> Self;
 
     /// Before the first question.
     fn start(&self, ray: &Ray) -> Self::March;
 
     /// The coordinates to evaluate the field on next.
-    fn ask(&self, ray: &Ray, march: &Self::March) -> [Self::Number; 3];
+    fn ask(&self, ray: &Ray, march: &Self::March) -> [Lane<Self>; 3];
 
     /// The field there; returns the hit once it is known.
-    fn tell(
-        &self,
-        ray: &Ray,
-        march: &mut Self::March,
-        f: &Self::Number,
-        stats: &mut CastStats,
-    ) -> Option<Hit>;
+    fn tell(&self, ray: &Ray, march: &mut Self::March, f: &Lane<Self>, stats: &mut CastStats) -> Option<Hit>;
 }
 
 /// A strategy with the memory to run it.
 pub(super) struct Group<S: Strategy> {
     strategy: S,
-    evaluator: Evaluator<Many<S::Number, LANES>>,
+    any: S,
+    evaluator: Evaluator<S::Batch>,
 }
 
 impl<S: Strategy> Group<S> {
     pub(super) fn new(strategy: S, tape: Arc<Tape>) -> Self {
-        Group { strategy, evaluator: Evaluator::new(tape) }
+        Group { any: strategy.any(), strategy, evaluator: Evaluator::new(tape) }
     }
 
     /// The same with memory of its own.
     pub(super) fn again(&self) -> Self {
         Group::new(self.strategy.clone(), self.evaluator.tape().clone())
     }
+}
 
-    /// Marches all rays to their ends, or until cancelled; `done` gets the number of a ray, its last state and its hit.
-    pub(super) fn march(
-        &mut self,
-        rays: &[Ray],
-        stats: &mut CastStats,
-        cancel: &AtomicBool,
-        mut done: impl FnMut(usize, S::March, Hit),
-    ) {
-        let mut active: Vec<(usize, S::March)> = Vec::with_capacity(rays.len());
-        for (i, ray) in rays.iter().enumerate() {
-            stats.rays += 1;
-            let march = self.strategy.start(ray);
-            // A single point is a ray, too; there is nothing on one that ends before it begins.
-            if ray.near <= ray.far {
-                active.push((i, march));
-            } else {
-                done(i, march, Hit::MISS);
-            }
-        }
-        let mut outcomes: Vec<Option<Hit>> = Vec::with_capacity(rays.len());
-        while !active.is_empty() && !cancel.load(Ordering::Relaxed) {
-            outcomes.clear();
-            for batch in active.chunks_mut(LANES) {
-                self.round(rays, batch, &mut outcomes, stats);
-            }
-            let settle = |((i, march), outcome): ((usize, S::March), &Option<Hit>)| match outcome {
-                Some(hit) => {
-                    stats.hits += u64::from(hit.is_hit());
-                    stats.uncertified += u64::from(!hit.certified);
-                    done(i, march, *hit);
-                    None
-                }
-                None => Some((i, march)),
-            };
-            active = active.into_iter().zip(&outcomes).filter_map(settle).collect();
+/// Marches all rays to their ends, or until cancelled; `done` gets the number of a ray, its last state
+/// and its hit.
+pub(super) fn march<S: Strategy>(
+    strategy: &S,
+    evaluator: &mut Evaluator<S::Batch>,
+    rays: &[Ray],
+    stats: &mut CastStats,
+    cancel: &AtomicBool,
+    mut done: impl FnMut(usize, S::March, Hit),
+) {
+    let mut active: Vec<(usize, S::March)> = Vec::with_capacity(rays.len());
+    for (i, ray) in rays.iter().enumerate() {
+        stats.rays += 1;
+        let march = strategy.start(ray);
+        // A single point is a ray, too; there is nothing on one that ends before it begins.
+        if ray.near <= ray.far {
+            active.push((i, march));
+        } else {
+            done(i, march, Hit::MISS);
         }
     }
-
-    /// One question and answer for each ray of a batch.
-    fn round(
-        &mut self,
-        rays: &[Ray],
-        batch: &mut [(usize, S::March)],
-        outcomes: &mut Vec<Option<Hit>>,
-        stats: &mut CastStats,
-    ) {
-        // Idle lanes repeat the first question.
-        let first = self.strategy.ask(&rays[batch[0].0], &batch[0].1);
-        let mut p = first.map(|c| Many([c; LANES]));
-        for (l, (i, march)) in batch.iter().enumerate().skip(1) {
-            let asked = self.strategy.ask(&rays[*i], march);
-            for axis in 0..3 {
-                p[axis].0[l] = asked[axis];
+    let mut outcomes: Vec<Option<Hit>> = Vec::with_capacity(rays.len());
+    while !active.is_empty() && !cancel.load(Ordering::Relaxed) {
+        outcomes.clear();
+        for batch in active.chunks_mut(S::Batch::LANES) {
+            round(strategy, evaluator, rays, batch, &mut outcomes, stats);
+        }
+        let settle = |((i, march), outcome): ((usize, S::March), &Option<Hit>)| match outcome {
+            Some(hit) => {
+                stats.hits += u64::from(hit.is_hit());
+                stats.uncertified += u64::from(!hit.certified);
+                done(i, march, *hit);
+                None
             }
+            None => Some((i, march)),
+        };
+        active = active.into_iter().zip(&outcomes).filter_map(settle).collect();
+    }
+}
+
+/// One question and answer for each ray of a batch.
+fn round<S: Strategy>(
+    strategy: &S,
+    evaluator: &mut Evaluator<S::Batch>,
+    rays: &[Ray],
+    batch: &mut [(usize, S::March)],
+    outcomes: &mut Vec<Option<Hit>>,
+    stats: &mut CastStats,
+) {
+    // Idle lanes repeat the first question.
+    let first = strategy.ask(&rays[batch[0].0], &batch[0].1);
+    let mut p = first.map(S::Batch::alike);
+    for (l, (i, march)) in batch.iter().enumerate().skip(1) {
+        let asked = strategy.ask(&rays[*i], march);
+        for (p, asked) in p.iter_mut().zip(asked) {
+            p.set(l, asked);
         }
-        let answers = self.evaluator.eval(&p);
-        stats.evaluations += batch.len() as u64;
-        for (l, (i, march)) in batch.iter_mut().enumerate() {
-            outcomes.push(self.strategy.tell(&rays[*i], march, &answers.0[l], stats));
-        }
+    }
+    let answers = evaluator.eval(&p);
+    stats.evaluations += batch.len() as u64;
+    for (l, (i, march)) in batch.iter_mut().enumerate() {
+        outcomes.push(strategy.tell(&rays[*i], march, answers.lane(l), stats));
     }
 }
 
 impl<S: Strategy> Caster for Group<S> {
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
-        self.march(rays, stats, cancel, |i, _, hit| out[i] = hit);
+        march(&self.strategy, &mut self.evaluator, rays, stats, cancel, |i, _, hit| out[i] = hit);
+    }
+
+    fn any_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
+        march(&self.any, &mut self.evaluator, rays, stats, cancel, |i, _, hit| out[i] = hit);
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

@@ -3,25 +3,37 @@
 //! A caster takes rays in groups, because the work of a group is batched: one instruction of the
 //! tape serves many rays.
 //!
-//! Three casters share one loop (`group.rs`), in which rays never influence one another:
-//! [`Kind::Sphere`] and [`Kind::Speculative`] sphere tracing, which need a Lipschitz bound, and
-//! [`Kind::Affine`], which needs none. [`Kind::Beam`] (`beam/`) has rays of one origin share what is
-//! certain of all of them; their hits depend on the group, within the tolerance.
+//! Most casters share one loop (`group.rs`), in which rays never influence one another:
+//!
+//! | kind | looks at | by | in |
+//! |---|---|---|---|
+//! | [`Kind::Sphere`], [`Kind::Speculative`] | balls | a Lipschitz bound of all space, which there must be | `sphere.rs` |
+//! | [`Kind::Segment`] | segments | a Lipschitz bound of each | `segment.rs` |
+//! | [`Kind::Interval`], [`Kind::Standard`], [`Kind::Reduced`] | pieces | an enclosure, halving | `pieces.rs`, `along.rs` |
+//! | [`Kind::Affine`] | pieces | reduced affine arithmetic, trimming to where roots may be | likewise |
+//!
+//! [`Kind::Beam`] (`beam/`) has rays of one origin share what is certain of all of them; their hits
+//! depend on the group, within the tolerance.
 
-mod affine;
+mod along;
 mod beam;
 mod group;
+mod handover;
+mod pieces;
+mod segment;
 mod sphere;
 
 use crate::field::{Field, lipschitz_outside};
-use crate::num::ROUNDOFF;
+use crate::num::{Affine, Interval, ROUNDOFF, Reduced};
 use crate::scene::Aabb;
-use crate::tape::Census;
-use affine::AffineMarch;
+use crate::tape::{Census, Evaluator};
 use beam::Beams;
 use glam::DVec3;
-use group::Group;
-use sphere::{SphereTracing, Spheres};
+use group::{Group, march};
+use handover::Handover;
+use pieces::{Pieces, Seek};
+use segment::SegmentTracing;
+use sphere::SphereTracing;
 use std::sync::atomic::AtomicBool;
 
 /// A piece of a line: `origin + t direction` for `near <= t <= far`.
@@ -133,6 +145,13 @@ pub trait Caster: Send {
     /// `cancel` is set, rays that are still under way are given up and their entries left alone.
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool);
 
+    /// Whether each ray of a group meets the solid at all, as shadows want to know: like
+    /// [`first_hits`](Caster::first_hits), but the solid may be met anywhere behind `t`. Cheaper for
+    /// casters that know of a place inside before they have narrowed down the first.
+    fn any_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
+        self.first_hits(rays, out, stats, cancel);
+    }
+
     /// The same caster with memory of its own, for another thread.
     fn clone_box(&self) -> Box<dyn Caster>;
 }
@@ -148,6 +167,14 @@ pub enum Kind {
     Sphere,
     /// Speculative sphere tracing.
     Speculative,
+    /// Segment tracing.
+    Segment,
+    /// Interval arithmetic.
+    Interval,
+    /// Standard affine arithmetic.
+    Standard,
+    /// Reduced affine arithmetic.
+    Reduced,
     /// Reduced affine arithmetic with interval optimisation.
     Affine,
     /// Beams of rays with certificates on both sides.
@@ -156,11 +183,15 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds, with the names that the command line uses.
-    pub const ALL: [(Kind, &'static str); 5] = [
+    pub const ALL: [(Kind, &'static str); 9] = [
         (Kind::Beam, "beam"),
         (Kind::Auto, "auto"),
         (Kind::Sphere, "sphere"),
         (Kind::Speculative, "speculative"),
+        (Kind::Segment, "segment"),
+        (Kind::Interval, "interval"),
+        (Kind::Standard, "standard"),
+        (Kind::Reduced, "reduced"),
         (Kind::Affine, "affine"),
     ];
 }
@@ -186,16 +217,22 @@ pub fn caster(
     typical: &[Ray],
 ) -> Result<Box<dyn Caster>, CastError> {
     let tape = field.tape().clone();
-    let affine = || Box::new(Group::new(AffineMarch { all: false }, tape.clone()));
-    if kind == Kind::Affine {
-        return Ok(affine());
-    }
-    if kind == Kind::Beam {
-        return Ok(Box::new(Beams::new(tape)));
+    let affine = || Box::new(Group::new(Pieces::<Reduced<1>>::trimming(Seek::First), tape.clone()));
+    match kind {
+        Kind::Auto | Kind::Sphere | Kind::Speculative => {}
+        Kind::Segment => return Ok(Box::new(Handover::new(SegmentTracing { any: false }, tape))),
+        Kind::Interval => return Ok(Box::new(Group::new(Pieces::<Interval>::halving(Seek::First), tape))),
+        Kind::Standard => return Ok(Box::new(Group::new(Pieces::<Affine>::halving(Seek::First), tape))),
+        Kind::Reduced => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::halving(Seek::First), tape))),
+        Kind::Affine => return Ok(affine()),
+        Kind::Beam => return Ok(Box::new(Beams::new(tape))),
     }
     let lipschitz = lipschitz_outside(field, region);
     let bounded = lipschitz.is_finite() && lipschitz > 0.0;
-    let spheres = |relaxation| Box::new(Spheres::new(SphereTracing { lipschitz, relaxation }, tape.clone()));
+    let spheres = |relaxation| {
+        let strategy = SphereTracing { lipschitz, relaxation, any: false };
+        Box::new(Handover::new(strategy, tape.clone()))
+    };
     match kind {
         Kind::Auto if bounded && lipschitz < STEEP => {
             let (mut one, mut other) = (spheres(RELAXATION), affine());
@@ -235,8 +272,12 @@ const RELAXATION: f64 = 1.46;
 /// at least one change of sign or come within rounding of zero, and whether each list is proven
 /// complete.
 pub fn all_hits(field: &Field, rays: &[Ray], stats: &mut CastStats) -> Vec<(Vec<(f64, f64)>, bool)> {
-    let mut group = Group::new(AffineMarch { all: true }, field.tape().clone());
+    let strategy = Pieces::<Reduced<1>>::trimming(Seek::All);
+    let mut evaluator = Evaluator::new(field.tape().clone());
     let mut out = vec![(Vec::new(), true); rays.len()];
-    group.march(rays, stats, &AtomicBool::new(false), |i, march, hit| out[i] = (march.roots, hit.certified));
+    let never = AtomicBool::new(false);
+    march(&strategy, &mut evaluator, rays, stats, &never, |i, march, hit| {
+        out[i] = (march.roots, hit.certified);
+    });
     out
 }

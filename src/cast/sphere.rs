@@ -8,14 +8,11 @@
 //! ray whose ball is shorter than the tolerance *creeps*: it looks one tolerance ahead. A change of
 //! sign there is a hit known to within the tolerance; if the two balls cover the piece it is passed
 //! for certain; else the plain step is taken. A ray that creeps too long grazes the surface, where
-//! balls are a poor tool: it is handed over to affine arithmetic, from the frontier on.
+//! balls are a poor tool: it is handed over to affine arithmetic (`handover.rs`), from the frontier on.
 
-use super::affine::AffineMarch;
-use super::group::{Group, Strategy};
-use super::{CastStats, Caster, Hit, Ray};
-use crate::tape::Tape;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use super::group::{LANES, Strategy};
+use super::{CastStats, Hit, Ray};
+use crate::num::Many;
 
 /// Creeping steps after which a ray is handed over.
 const CREEP: u32 = 16;
@@ -29,6 +26,8 @@ pub(super) struct SphereTracing {
     pub lipschitz: f64,
     /// Factor on the length of a step.
     pub relaxation: f64,
+    /// Whether any place inside will do.
+    pub any: bool,
 }
 
 /// Progress of one ray.
@@ -69,47 +68,13 @@ fn undecided(t: f64) -> Hit {
     Hit { t, certified: false }
 }
 
-/// Sphere tracing, with affine arithmetic for the rays that it cannot decide.
-pub(super) struct Spheres {
-    spheres: Group<SphereTracing>,
-    affine: Group<AffineMarch>,
-}
-
-impl Spheres {
-    pub(super) fn new(spheres: SphereTracing, tape: Arc<Tape>) -> Self {
-        let affine = AffineMarch { all: false };
-        Spheres { spheres: Group::new(spheres, tape.clone()), affine: Group::new(affine, tape) }
-    }
-}
-
-impl Caster for Spheres {
-    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
-        let mut own = CastStats::default();
-        self.spheres.first_hits(rays, out, &mut own, cancel);
-        let open: Vec<usize> = (0..rays.len()).filter(|&i| !out[i].certified).collect();
-        let rest: Vec<Ray> = open.iter().map(|&i| Ray { near: out[i].t, ..rays[i] }).collect();
-        let mut hits = vec![Hit::MISS; rest.len()];
-        let mut theirs = CastStats::default();
-        self.affine.first_hits(&rest, &mut hits, &mut theirs, cancel);
-        for (&i, &hit) in open.iter().zip(&hits) {
-            out[i] = hit;
-        }
-        // A ray that was handed over is one ray, and was no hit before.
-        theirs.rays = 0;
-        own.hits -= rest.len() as u64;
-        own.uncertified = 0;
-        *stats += own;
-        *stats += theirs;
-    }
-
-    fn clone_box(&self) -> Box<dyn Caster> {
-        Box::new(Spheres { spheres: self.spheres.again(), affine: self.affine.again() })
-    }
-}
-
 impl Strategy for SphereTracing {
-    type Number = f64;
+    type Batch = Many<f64, LANES>;
     type March = March;
+
+    fn any(&self) -> Self {
+        SphereTracing { any: true, ..*self }
+    }
 
     fn start(&self, ray: &Ray) -> March {
         March { t: ray.near, radius: 0.0, probe: ray.near, crept: 0, steps: 0 }
@@ -124,6 +89,9 @@ impl Strategy for SphereTracing {
         march.steps += 1;
         if f.is_nan() || march.steps > STEPS {
             return Some(undecided(march.t));
+        }
+        if self.any && *f < 0.0 {
+            return Some(Hit { t: march.t, certified: true });
         }
         // A hair less than f / L, for the rounding of the field, of this division, and of the point.
         let radius = f / self.lipschitz * (1.0 - 1e-12) - 2.0 * ray.rounding(march.probe);

@@ -51,7 +51,8 @@ pub struct PictureOptions {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Film::MAX_SAMPLES)))]
     pub samples: Option<u32>,
 
-    /// How rays find the surface: auto, beam, sphere, speculative or affine
+    /// How rays find the surface: auto, beam, sphere, speculative, segment or affine; to compare with,
+    /// reduced, standard or interval
     #[arg(long, value_name = "KIND", default_value = "auto", hide_possible_values = true)]
     #[arg(value_parser = PossibleValuesParser::new(Kind::ALL.map(|k| k.1)).map(|s| kind(&s)))]
     pub caster: Kind,

@@ -188,7 +188,7 @@ impl<'a> Worker<'a> {
             }
             self.hits.clear();
             self.hits.resize(self.rays.len(), Hit::MISS);
-            self.caster.first_hits(&self.rays, &mut self.hits, &mut self.stats.shadow, cancel);
+            self.caster.any_hits(&self.rays, &mut self.hits, &mut self.stats.shadow, cancel);
             for (owner, hit) in owners.into_iter().zip(&self.hits) {
                 self.lit[owner] = !hit.is_hit();
             }
