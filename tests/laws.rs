@@ -630,13 +630,18 @@ mod composites {
     #[test]
     fn batches_and_pruned_tapes_give_the_same_bits() {
         let mut shorter = 0;
+        // One that evaluates whatever it is given, after all that it was given before.
+        let mut reused: Option<Evaluator<f64>> = None;
         each("tapes", |g, root, rng| {
             let tape = Arc::new(Tape::new(g, &[root]));
             let x = region(rng);
             let pruned = Arc::new(tape.prune(&x));
             shorter += usize::from(pruned.len() < tape.len());
             let mut full = Evaluator::<f64>::new(tape.clone());
-            let mut less = Evaluator::<f64>::new(pruned);
+            let reused = reused.get_or_insert_with(|| full.clone());
+            let mut less = full.clone();
+            less.load(pruned);
+            reused.load(tape.clone());
             let mut batch = Evaluator::<Many<f64, 8>>::new(tape.clone());
             let mut duals = Evaluator::<Dual>::new(tape.clone());
             let mut dual_batch = Evaluator::<Many<Dual, 8>>::new(tape);
@@ -656,6 +661,11 @@ mod composites {
                 assert!(
                     value.to_bits() == short.to_bits() || value.is_nan(),
                     "{value} {short}: pruning changed {p:?}"
+                );
+                let again = *reused.eval(p);
+                assert!(
+                    value.to_bits() == again.to_bits() || value.is_nan(),
+                    "{value} {again}: memory leaked"
                 );
                 let dual = *duals.eval(&std::array::from_fn(|axis| Dual::coordinate(p[axis], axis)));
                 assert_eq!(format!("{dual:?}"), format!("{:?}", slopes[lane]), "a batch of duals differs");

@@ -3,9 +3,11 @@
 //! Nodes are hash-consed: equal expressions are one node, whatever the order in which they were
 //! built. Constants are folded and the identities of arithmetic applied on the way in. Arguments
 //! precede their users, so that every walk over a graph is a loop over increasing node numbers and
-//! no expression is too deep. A node remembers the place in the script that made it.
+//! no expression is too deep. A node remembers the place in the script that made it. [`text`] reads
+//! expressions that other programs wrote.
 
 mod fold;
 mod graph;
+pub mod text;
 
 pub use graph::{Graph, Input, Node, NodeId, TooLarge};

@@ -8,8 +8,35 @@ use super::number::{Centred, Jets, centred_kernel, error};
 use super::simd::widest;
 use super::{Function, Interval, Jets4, Kernel, Local, Number, Order, Point, Point4, Pointwise};
 
-/// `B` numbers side by side.
+/// Writes `f` of each lane. Like the next two a function with its arrays as plain arguments: so the
+/// compiler knows that none of them is written, and vectorises the loop without asking.
+#[inline(always)]
+fn fill1<T, const B: usize>(out: &mut [T; B], a: &[T; B], f: impl Fn(&T) -> T) {
+    for i in 0..B {
+        out[i] = f(&a[i]);
+    }
+}
+
+/// The same of two arguments.
+#[inline(always)]
+fn fill2<T, const B: usize>(out: &mut [T; B], a: &[T; B], b: &[T; B], f: impl Fn([&T; 2]) -> T) {
+    for i in 0..B {
+        out[i] = f([&a[i], &b[i]]);
+    }
+}
+
+/// The same of three arguments.
+#[inline(always)]
+fn fill3<T, const B: usize>(out: &mut [T; B], a: &[T; B], b: &[T; B], c: &[T; B], f: impl Fn([&T; 3]) -> T) {
+    for i in 0..B {
+        out[i] = f([&a[i], &b[i], &c[i]]);
+    }
+}
+
+/// `B` numbers side by side, from a cache line's start on: a vector across two lines is slow to store
+/// and to load again.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub struct Many<T, const B: usize>(pub [T; B]);
 
 impl<T: Copy, const B: usize> Many<T, B> {
@@ -86,6 +113,36 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
                 )
             },
         )
+    }
+    #[inline]
+    fn scale_to(&self, k: f64, out: &mut Self) {
+        widest(
+            #[inline(always)]
+            move || fill1(&mut out.0, &self.0, |x| x.scale(k)),
+        );
+    }
+    #[inline]
+    fn shift_to(&self, c: f64, out: &mut Self) {
+        widest(
+            #[inline(always)]
+            move || fill1(&mut out.0, &self.0, |x| x.shift(c)),
+        );
+    }
+    #[inline]
+    fn apply_to<F: Function<N>, const N: usize>(f: &F, x: [&Self; N], out: &mut Self) {
+        widest(
+            #[inline(always)]
+            move || match x[..] {
+                [a] => fill1(&mut out.0, &a.0, |a| f.apply([a; N])),
+                [a, b] => fill2(&mut out.0, &a.0, &b.0, |p| f.apply(std::array::from_fn(|k| p[k]))),
+                [a, b, c] => fill3(&mut out.0, &a.0, &b.0, &c.0, |p| f.apply(std::array::from_fn(|k| p[k]))),
+                _ => {
+                    for i in 0..B {
+                        out.0[i] = f.apply(x.map(|x| &x.0[i]));
+                    }
+                }
+            },
+        );
     }
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
         let bounds = k.bounds();

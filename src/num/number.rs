@@ -229,6 +229,25 @@ pub trait Number: Clone + Send + Sync + 'static {
     /// The image of `x` under `f`.
     fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self;
 
+    /// Writes `k * self` to `out`. Like the next two, the same bits as by value; batches, which are
+    /// large, are written in place.
+    #[inline(always)]
+    fn scale_to(&self, k: f64, out: &mut Self) {
+        *out = self.scale(k);
+    }
+
+    /// Writes `self + c` to `out`.
+    #[inline(always)]
+    fn shift_to(&self, c: f64, out: &mut Self) {
+        *out = self.shift(c);
+    }
+
+    /// Writes `f` of `x` to `out`.
+    #[inline(always)]
+    fn apply_to<F: Function<N>, const N: usize>(f: &F, x: [&Self; N], out: &mut Self) {
+        *out = f.apply(x);
+    }
+
     /// The image of a point under a kernel.
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self;
 

@@ -73,6 +73,14 @@ macro_rules! ops {
                 }
             }
 
+            /// Applies the operation and writes the result to `out`, with the same bits.
+            #[inline]
+            pub fn apply_to<'a, T: Number>(&self, arg: impl Fn(usize) -> &'a T, out: &mut T) {
+                match self {
+                    $(Op::$op(f) => T::apply_to::<_, $arity>(f, std::array::from_fn(&arg), out),)*
+                }
+            }
+
             /// Shows every operation to `visitor`.
             pub fn visit_all(visitor: &mut impl Visitor) {
                 $(visitor.visit::<$op, $arity>($name, $doc, &$sample);)*

@@ -46,7 +46,13 @@ impl Explainer<'_> {
         let position = if error.position().is_none() { fallback } else { error.position() };
         let place = self.place(&file, position);
         let mut d = self.innermost(error, &file);
-        d.place = self.blamed(error).or_else(|| self.key_place(error, place.as_ref())).or(place);
+        let blamed = self.blamed(error);
+        if let (Some(own), Some(call)) = (&blamed, &place)
+            && own.file != call.file
+        {
+            trace.insert(0, ("asked for".to_owned(), call.clone()));
+        }
+        d.place = blamed.or_else(|| self.key_place(error, place.as_ref())).or(place);
         if matches!(error, EvalAltResult::ErrorParsing(..)) {
             self.blame_the_bracket(&mut d, &file);
         }
@@ -61,16 +67,20 @@ impl Explainer<'_> {
 
     /// A position in a file, as wide as the token there.
     fn place(&self, file: &str, position: Position) -> Option<Place> {
-        let (line, column) = (position.line()? as u32, position.position().unwrap_or(1).max(1) as u32);
+        Some(self.measured(file, position.line()? as u32, position.position().unwrap_or(1).max(1) as u32))
+    }
+
+    /// A place as wide as the token there.
+    fn measured(&self, file: &str, line: u32, column: u32) -> Place {
         let sources = self.sources();
         let width = sources.get(file).map_or(1, |text| lexer::width_at(text, line, column));
-        Some(Place { file: Arc::from(file), line, column, width })
+        Place { file: Arc::from(file), line, column, width }
     }
 
     /// Where a fault itself lays the blame.
     fn blamed(&self, error: &EvalAltResult) -> Option<Place> {
-        let place = fault_of(error)?.place?;
-        self.place(&place.file, Position::new(place.line as u16, place.column as u16))
+        let place = *fault_of(error)?.place?;
+        Some(if place.width > 1 { place } else { self.measured(&place.file, place.line, place.column) })
     }
 
     /// The key of an object map that a fault is about.

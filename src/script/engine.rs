@@ -118,8 +118,9 @@ pub fn setup(
     bound(&mut engine, limits);
     watch(&mut engine, &host);
     listen(&mut engine, &host);
-    engine.set_module_resolver(resolver(loaded.clone()));
-    let entries = library::register(&mut engine, &host);
+    let folder = resolver(loaded.clone());
+    engine.set_module_resolver(folder.clone());
+    let entries = library::register(&mut engine, &host, &folder);
     let broken = |e: String| Box::new(Diagnostic::error(format!("the standard library does not load: {e}")));
     let globals = globals(&host).map_err(|f| broken(f.to_string()))?;
     engine.register_global_module(globals.into());

@@ -71,7 +71,8 @@ impl Loaded {
     }
 }
 
-/// Reads modules through a world.
+/// Reads modules, and other files of the main script's folder, through a world.
+#[derive(Clone)]
 pub struct Resolver {
     /// Where bytes come from.
     pub world: Arc<dyn World + Send + Sync>,
@@ -126,20 +127,42 @@ impl Resolver {
 
     /// The text of a module and the name that messages give it.
     fn read(&self, path: &str) -> std::result::Result<(String, Arc<str>), Fault> {
-        inside(path)?;
+        if !is_inside(path) {
+            return Err(outside(path).hint("imports name files in the folder of the main script or below, such as \"rocks/basalt\", or \"std/...\""));
+        }
         let file = self.root.join(format!("{path}.rhai"));
-        self.loaded.touched(&file);
         let shown = file.to_string_lossy().into_owned();
-        match self.world.read(&file) {
-            Ok(text) => {
-                self.refuse_links_out(&file)?;
-                Ok((shown, text))
-            }
+        match self.open(&file)? {
+            Ok(text) => Ok((shown, text)),
             Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
                 embedded(path).ok_or_else(|| self.missing(path, &shown))
             }
             Err(e) => Err(unreadable(&shown, &e)),
         }
+    }
+
+    /// The text of a file that is no module, and the name that messages give it.
+    pub fn file(&self, path: &str) -> std::result::Result<(String, Arc<str>), Fault> {
+        if !is_inside(path) {
+            return Err(
+                outside(path).hint("put the file into the folder of the main script, or a folder there")
+            );
+        }
+        let file = self.root.join(path);
+        let shown = file.to_string_lossy().into_owned();
+        let text = self.open(&file)?.map_err(|e| unreadable(&shown, &e))?;
+        self.loaded.source(&shown, &text);
+        Ok((shown, text))
+    }
+
+    /// Reads a file, and notes that it was asked for.
+    fn open(&self, file: &Path) -> std::result::Result<io::Result<Arc<str>>, Fault> {
+        self.loaded.touched(file);
+        let text = self.world.read(file);
+        if text.is_ok() {
+            self.refuse_links_out(file)?;
+        }
+        Ok(text)
     }
 
     /// A link that leaves the folder would let a script read what is not its own. Only real files
@@ -174,14 +197,14 @@ fn embedded(path: &str) -> Option<(String, Arc<str>)> {
 }
 
 /// Only names of files below the folder are let through.
-fn inside(path: &str) -> std::result::Result<(), Fault> {
+fn is_inside(path: &str) -> bool {
     let plain =
         |part: &str| !part.is_empty() && part != "." && part != ".." && !part.contains(['\\', ':', '\0']);
-    if path.split('/').all(plain) {
-        return Ok(());
-    }
-    Err(Fault::new(format!("\"{path}\" is outside the script's folder"))
-        .hint("imports name files in the folder of the main script or below, such as \"rocks/basalt\", or \"std/...\""))
+    path.split('/').all(plain)
+}
+
+fn outside(path: &str) -> Fault {
+    Fault::new(format!("\"{path}\" is outside the script's folder"))
 }
 
 /// A file that is there but cannot be read.

@@ -1,4 +1,8 @@
 //! The one evaluation loop.
+//!
+//! A tape names its values by the instructions that compute them. An evaluator keeps them in fewer
+//! *registers*: one is taken again as soon as its value has been read for the last time, so that the
+//! registers of a long tape stay in the first-level cache, however wide the batches are.
 
 use super::{Instr, Tape};
 use crate::noise::Given;
@@ -9,18 +13,43 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Evaluator<T> {
     tape: Arc<Tape>,
-    slots: Vec<T>,
+    /// The register of the value of each instruction.
+    home: Vec<u32>,
+    registers: Vec<T>,
 }
 
 impl<T: Number> Evaluator<T> {
     /// Memory for a tape; its constants are set once, here.
     pub fn new(tape: Arc<Tape>) -> Self {
-        let constant = |i: &Instr| match i {
-            Instr::Const(c) => T::constant(*c),
-            _ => T::constant(0.0),
-        };
-        let slots = tape.code.iter().map(constant).collect();
-        Evaluator { tape, slots }
+        let mut evaluator = Evaluator { tape: tape.clone(), home: Vec::new(), registers: Vec::new() };
+        evaluator.load(tape);
+        evaluator
+    }
+
+    /// An evaluator that keeps the values of all instructions; see [`value`](Self::value).
+    pub(super) fn keeping_all(tape: Arc<Tape>) -> Self {
+        let home = (0..tape.code.len() as u32).collect();
+        let mut evaluator = Evaluator { registers: vec![T::constant(0.0); tape.code.len()], tape, home };
+        evaluator.set_constants();
+        evaluator
+    }
+
+    /// Evaluates another tape from now on, in the same memory as far as that suffices.
+    pub fn load(&mut self, tape: Arc<Tape>) {
+        let count = allocate(&tape, &mut self.home);
+        if self.registers.len() < count {
+            self.registers.resize(count, T::constant(0.0));
+        }
+        self.tape = tape;
+        self.set_constants();
+    }
+
+    fn set_constants(&mut self) {
+        for (instr, &home) in self.tape.code.iter().zip(&self.home) {
+            if let Instr::Const(c) = instr {
+                self.registers[home as usize] = T::constant(*c);
+            }
+        }
     }
 
     /// The tape.
@@ -30,33 +59,72 @@ impl<T: Number> Evaluator<T> {
 
     /// Evaluates all outputs at a point and returns the first; see [`output`](Self::output).
     pub fn eval(&mut self, p: &[T; 3]) -> &T {
-        for (i, instr) in self.tape.code.iter().enumerate() {
-            let (done, rest) = self.slots.split_at_mut(i);
-            let at = |a: u32| &done[a as usize];
-            rest[0] = match instr {
-                Instr::Const(_) => continue,
-                Instr::Coordinate(axis) => p[*axis].clone(),
-                Instr::Scale(a, k) => at(*a).scale(*k),
-                Instr::Shift(a, c) => at(*a).shift(*c),
-                Instr::Op(op, args) => op.apply(|i| at(args[i])),
-                Instr::Noise(noise, p) => T::kernel(noise, p.map(at)),
-                Instr::Grid(grid, p) => T::kernel(&**grid, p.map(at)),
+        let home = &self.home[..];
+        for (instr, &own) in self.tape.code.iter().zip(home) {
+            // The register that is written is none of those that are read.
+            let (below, rest) = self.registers.split_at_mut(own as usize);
+            let Some((out, above)) = rest.split_first_mut() else { break };
+            let at = |a: u32| {
+                let a = home[a as usize];
+                if a < own { &below[a as usize] } else { &above[(a - own) as usize - 1] }
+            };
+            match instr {
+                Instr::Const(_) => {}
+                Instr::Coordinate(axis) => out.clone_from(&p[*axis]),
+                Instr::Scale(a, k) => at(*a).scale_to(*k, out),
+                Instr::Shift(a, c) => at(*a).shift_to(*c, out),
+                Instr::Op(op, args) => op.apply_to(|i| at(args[i]), out),
+                Instr::Noise(noise, p) => *out = T::kernel(noise, p.map(at)),
+                Instr::Grid(grid, p) => *out = T::kernel(&**grid, p.map(at)),
                 Instr::Fractal(fractal, p, further) => {
                     let [footprint, hurst] = further.map(|a| a.map(at));
-                    fractal.eval_given(&Given { point: p.map(at), footprint, hurst })
+                    *out = fractal.eval_given(&Given { point: p.map(at), footprint, hurst });
                 }
-            };
+            }
         }
         self.output(0)
     }
 
     /// An output of the last evaluation.
     pub fn output(&self, k: usize) -> &T {
-        &self.slots[self.tape.outputs[k] as usize]
+        self.value(self.tape.outputs[k])
     }
 
-    /// The slots of the last evaluation, one an instruction.
-    pub(super) fn slots(&self) -> &[T] {
-        &self.slots
+    /// The value of an instruction in the last evaluation; of those that are neither outputs nor
+    /// constants only if [all are kept](Self::keeping_all).
+    pub(super) fn value(&self, slot: u32) -> &T {
+        &self.registers[self.home[slot as usize] as usize]
     }
+}
+
+/// Chooses a register for each value and returns how many there are. Registers whose values were
+/// read for the last time are taken again, the latest first, but never for the very instruction that
+/// reads them; constants and outputs keep theirs.
+fn allocate(tape: &Tape, home: &mut Vec<u32>) -> usize {
+    let code = &tape.code;
+    // The instruction that reads a value last; none does where that is the value's own.
+    let mut last: Vec<u32> = (0..code.len() as u32).collect();
+    for (i, instr) in code.iter().enumerate() {
+        instr.each_arg(|a| last[a as usize] = i as u32);
+    }
+    let constants = (0..code.len() as u32).filter(|&i| matches!(code[i as usize], Instr::Const(_)));
+    constants.chain(tape.outputs.iter().copied()).for_each(|kept| last[kept as usize] = u32::MAX);
+    let (mut free, mut count) = (Vec::new(), 0);
+    home.clear();
+    for (i, instr) in code.iter().enumerate() {
+        // Constants are written before all others, so their registers must be new.
+        let again = if matches!(instr, Instr::Const(_)) { None } else { free.pop() };
+        home.push(again.unwrap_or_else(|| {
+            count += 1;
+            count - 1
+        }));
+        instr.each_arg(|a| {
+            // An argument that is read twice is free once.
+            if last[a as usize] == i as u32 {
+                last[a as usize] = u32::MAX;
+                free.push(home[a as usize]);
+            }
+        });
+    }
+    count as usize
 }

@@ -178,10 +178,13 @@ fn lower_op(graph: &Graph, op: Op, args: &[NodeId], at: impl Fn(&NodeId) -> u32)
 
 impl Instr {
     pub(super) fn each_arg(&self, mut f: impl FnMut(u32)) {
-        self.clone().map_args(|a| {
-            f(a);
-            a
-        });
+        match self {
+            Instr::Const(_) | Instr::Coordinate(_) => {}
+            Instr::Scale(a, _) | Instr::Shift(a, _) => f(*a),
+            Instr::Op(op, args) => args.iter().take(op.arity()).for_each(|a| f(*a)),
+            Instr::Noise(_, p) | Instr::Grid(_, p) => p.iter().for_each(|a| f(*a)),
+            Instr::Fractal(_, p, further) => p.iter().chain(further.iter().flatten()).for_each(|a| f(*a)),
+        }
     }
 
     pub(super) fn map_args(&mut self, mut f: impl FnMut(u32) -> u32) {

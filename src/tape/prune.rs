@@ -9,23 +9,23 @@ impl Tape {
     /// The tape with everything dropped that cannot matter within `region`. Equals the full tape
     /// there, bit for bit.
     pub fn prune(self: &Arc<Tape>, region: &[Interval; 3]) -> Tape {
-        let mut evaluator = Evaluator::<Interval>::new(self.clone());
+        let mut evaluator = Evaluator::<Interval>::keeping_all(self.clone());
         evaluator.eval(region);
-        let range = evaluator.slots();
+        let range = |slot: u32| *evaluator.value(slot);
         // Slot that stands for each slot; arguments are resolved before their users.
         let mut alias: Vec<u32> = (0..self.code.len() as u32).collect();
         let mut code = self.code.clone();
         let mut defined = vec![true; code.len()];
         for i in 0..code.len() {
-            let mut whole = range[i].is_finite();
+            let mut whole = range(i as u32).is_finite();
             code[i].each_arg(|a| whole &= defined[a as usize]);
             if let Instr::Op(op, args) = &code[i] {
-                whole &= op.is_defined(|k| range[args[k] as usize]);
+                whole &= op.is_defined(|k| range(args[k]));
             }
             defined[i] = whole;
             code[i].map_args(|a| alias[a as usize]);
             // Where a side may have no value, a minimum is not decided by the values that it has.
-            if whole && let Some(side) = decided(&code[i], range) {
+            if whole && let Some(side) = decided(&code[i], &range) {
                 alias[i] = side;
             }
         }
@@ -35,9 +35,9 @@ impl Tape {
 }
 
 /// The argument that an instruction always equals.
-fn decided(instr: &Instr, range: &[Interval]) -> Option<u32> {
+fn decided(instr: &Instr, range: &dyn Fn(u32) -> Interval) -> Option<u32> {
     let Instr::Op(op, [a, b, c, ..]) = instr else { return None };
-    let below = |x: u32, y: u32| range[x as usize].hi < range[y as usize].lo;
+    let below = |x: u32, y: u32| range(x).hi < range(y).lo;
     match op {
         Op::Min(_) if below(*a, *b) => Some(*a),
         Op::Min(_) if below(*b, *a) => Some(*b),

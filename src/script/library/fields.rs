@@ -35,9 +35,9 @@ fn smooth(c: &Call<'_>) -> Outcome<Dynamic> {
     let rough = crate::field::smooth(&c.host.graph.borrow(), f.node).err();
     let Some(d) = rough else { return Ok(Dynamic::from(f)) };
     // What the standard library did is shown where it was asked for.
-    let own = d.place.filter(|place| !place.file.starts_with("std/"));
-    let fault = Fault::new(d.message).at(own);
-    Err(d.hints.into_iter().fold(fault, Fault::hint))
+    let mut fault = Fault::from(d);
+    fault.place = fault.place.filter(|place| !place.file.starts_with("std/"));
+    Err(fault)
 }
 
 fn queries(lib: &mut Library<'_>) {

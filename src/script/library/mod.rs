@@ -8,6 +8,7 @@ mod algebra;
 mod camera;
 mod color;
 mod fields;
+mod files;
 mod grid;
 mod noise;
 mod numbers;
@@ -20,6 +21,7 @@ pub use scene::SceneValue;
 
 use super::fault::{Fault, Outcome};
 use super::host::Host;
+use super::modules::Resolver;
 use super::noises::Source;
 use super::options::describe;
 use super::value::{Field, Value, number};
@@ -51,6 +53,7 @@ pub struct Entry {
 pub struct Library<'a> {
     engine: &'a mut Engine,
     host: Rc<Host>,
+    folder: &'a Resolver,
     entries: Vec<Entry>,
     group: &'static str,
 }
@@ -58,16 +61,17 @@ pub struct Library<'a> {
 /// Declares the functions under one heading.
 type Group = fn(&mut Library<'_>);
 
-/// Registers everything and returns what there is.
-pub fn register(engine: &mut Engine, host: &Rc<Host>) -> Vec<Entry> {
-    let mut library = Library { engine, host: host.clone(), entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 9] = [
+/// Registers everything and returns what there is; files are read in `folder`.
+pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
+    let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
+    let groups: [(&'static str, Group); 10] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
         ("Fields", fields::register),
         ("Noise", noise::register),
         ("Grids", grid::register),
+        ("Files", files::register),
         ("Colour", color::register),
         ("Cameras", camera::register),
         ("Scenes", scene::register),
