@@ -277,13 +277,14 @@ fn a_full_disk_keeps_the_earlier_picture() {
 #[test]
 fn ctrl_c_keeps_what_was_rendered() {
     let bench = Bench::new(&[("a.rhai", SLOW)]);
-    let run = bench.start("render a.rhai --size 1000x1000 --samples 9 --stats a.json");
-    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let run = bench.start("render a.rhai --size 2000x2000 --samples 9 --stats a.json");
+    // Said once some of the picture is there, after the first seconds.
+    run.wait_for("% after", 1);
     run.interrupt();
     let (code, said) = run.end();
     assert_eq!(code, Some(1), "{said}");
     has(&said, &["a.png", "%"]);
-    assert_eq!(bench.picture("a.png").0, 1000);
+    assert_eq!(bench.picture("a.png").0, 2000);
     let stats: serde_json::Value = serde_json::from_slice(&bench.read("a.json")).unwrap();
     assert_eq!(stats["complete"], false);
 }
@@ -291,9 +292,10 @@ fn ctrl_c_keeps_what_was_rendered() {
 #[cfg(unix)]
 #[test]
 fn a_second_ctrl_c_quits_at_once() {
-    let bench = Bench::new(&[("a.rhai", SLOW), ("a.png", "earlier")]);
+    let script = format!("print(\"it runs\"); {SLOW}");
+    let bench = Bench::new(&[("a.rhai", &script), ("a.png", "earlier")]);
     let run = bench.start("render a.rhai --size 2000x2000 --samples 64");
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    run.wait_for("it runs", 1);
     run.interrupt();
     run.interrupt();
     let (code, said) = run.end();
