@@ -142,6 +142,20 @@ fn statistics_are_json() {
     assert_eq!(stats["params"]["size"], 0.75);
     assert!(stats["seconds"].as_f64().unwrap() > 0.0, "{stats}");
     assert!(stats["cast"]["rays"].as_u64().unwrap() > 0, "{stats}");
+    assert_eq!(stats["render"]["octaves"]["primary"], 0, "a sphere has no noise: {stats}");
+}
+
+#[test]
+fn statistics_can_be_read() {
+    let bench = Bench::new(&[("a.rhai", "sphere(1.0) - 0.1 * gradient(7).scaled(3.0)")]);
+    let run = bench.run("render a.rhai --size 20x10 --samples 1 --stats").success();
+    let said = stdout(&run);
+    let rows =
+        ["rays ", "field evaluations", "  per ray", "octaves of noise", "certified", "rays to the sun"];
+    has(&said, &rows);
+    has(&stderr(&run), &["a.png"]);
+    let said = stderr(&bench.run("render --stats a.rhai").code(2));
+    has(&said, &["a.rhai", "does not end in .json", "at the end"]);
 }
 
 #[test]

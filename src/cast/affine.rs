@@ -113,6 +113,7 @@ impl Strategy for AffineMarch {
         }
         if march.pieces > PIECES {
             march.certified = false;
+            stats.given_up += 1;
             return Some(Hit { t: a, certified: false });
         }
         let (ta, tb) = trim(a, b, g);

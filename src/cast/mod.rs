@@ -112,6 +112,9 @@ pub struct CastStats {
     pub backtracks: u64,
     /// Rays whose answer is not proven.
     pub uncertified: u64,
+    /// Of these, the ones that were given up after too many pieces; the others came by places where
+    /// the field is not known to be finite.
+    pub given_up: u64,
 }
 
 impl std::ops::AddAssign for CastStats {
@@ -124,6 +127,7 @@ impl std::ops::AddAssign for CastStats {
         self.steps += o.steps;
         self.backtracks += o.backtracks;
         self.uncertified += o.uncertified;
+        self.given_up += o.given_up;
     }
 }
 

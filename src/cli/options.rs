@@ -83,6 +83,18 @@ pub fn picture_path(path: PathBuf) -> Result<PathBuf, Failure> {
     }
 }
 
+/// Parses a path for statistics. Another ending is a mistake, and may be that of a script.
+pub fn statistics_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension() {
+        Some(ending) if ending.eq_ignore_ascii_case("json") => Ok(path),
+        _ => Err(
+            "it does not end in .json; for example: --stats statistics.json, or a lone --stats at the end"
+                .into(),
+        ),
+    }
+}
+
 fn kind(name: &str) -> Kind {
     Kind::ALL.into_iter().find(|k| k.1 == name).map(|k| k.0).unwrap_or_default()
 }

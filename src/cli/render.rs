@@ -1,9 +1,10 @@
 //! `orogen render`: one picture of one script.
 
 use super::interrupt::Interrupt;
-use super::options::{PictureOptions, ScriptOptions};
+use super::options::{PictureOptions, ScriptOptions, statistics_path};
 use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err};
+use super::stats;
 use super::work::{self, Work};
 use crate::render::{self, Job};
 use crate::session::{self, Session};
@@ -25,7 +26,8 @@ const PLANET: &str = include_str!("../../scripts/planet.rhai");
   orogen render rock.rhai                  to rock.png, in the size that the script says
   orogen render rock.rhai -o big.png --size 3840x2160 --samples 16
   orogen render rock.rhai --set relief=0.04 --set seed=3
-  orogen render rock.rhai -o light.exr     linear light, with depth, normals and positions")]
+  orogen render rock.rhai -o light.exr     linear light, with depth, normals and positions
+  orogen render rock.rhai --stats          and what it cost")]
 pub struct Args {
     /// Script to render [default: the built-in planet]
     #[arg(value_name = "SCRIPT")]
@@ -37,9 +39,14 @@ pub struct Args {
     #[command(flatten)]
     scripting: ScriptOptions,
 
-    /// Writes statistics to a file: rays, evaluations, seconds, parameters
-    #[arg(long, value_name = "FILE.json")]
-    stats: Option<PathBuf>,
+    /// Says what the picture cost, in a table or to a file: rays, evaluations, octaves, seconds
+    ///
+    /// A field evaluation is one at a point or over a piece of a ray, for a ray or for a whole beam of
+    /// rays. An octave is a noise at one place: octaves are counted where they are evaluated, in every
+    /// lane of a batch, so that lanes that wait for others count too; what fades out with distance, or
+    /// is skipped because a piece is too long for it, does not.
+    #[arg(long, value_name = "FILE.json", num_args = 0..=1, value_parser = statistics_path)]
+    stats: Option<Option<PathBuf>>,
 }
 
 /// Runs the command.
@@ -48,8 +55,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         Some(script) => Session::new(script, Arc::new(Disk)),
         None => Session::new("planet.rhai", Arc::new(Memory([("planet.rhai".into(), PLANET.into())].into()))),
     };
-    let work = Work::new(session, &args.scripting, &args.picture, args.stats.as_deref())?;
-    render(work, terminal)?;
+    let file = args.stats.as_ref().and_then(|file| file.as_deref());
+    let work = Work::new(session, &args.scripting, &args.picture, file)?;
+    render(work, matches!(args.stats, Some(None)), terminal)?;
     if args.script.is_none() {
         err("\nTry:\n  \
              orogen new rock            a script of your own, rock.rhai\n  \
@@ -59,7 +67,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     Ok(())
 }
 
-fn render(mut work: Work, terminal: &Terminal) -> Outcome {
+fn render(mut work: Work, table: bool, terminal: &Terminal) -> Outcome {
     let start = Instant::now();
     let progress = Progress::new(terminal, &work.output.display().to_string());
     let bar = progress.clone();
@@ -85,6 +93,9 @@ fn render(mut work: Work, terminal: &Terminal) -> Outcome {
     let file = work.save(&loaded, &scene, &picture)?;
     work.save_stats(&file, &scene, &picture)?;
     err(work::summary(&file, &picture, start.elapsed().as_secs_f64()));
+    if table {
+        stats::print(&picture.stats, terminal);
+    }
     if picture.finished {
         return Ok(());
     }

@@ -46,6 +46,6 @@ pub use prepare::{Prepared, prepare};
 pub use probe::Probe;
 pub use save::{Format, Metadata, SaveError, can_save, save};
 pub use settings::Settings;
-pub use stats::{Seconds, Stats};
+pub use stats::{Octaves, Seconds, Stats};
 pub use tone::{srgb, tone_map};
 pub use view::View;

@@ -6,6 +6,7 @@ use super::sample::{Purpose, Strata, uniform};
 use super::surface::{Patch, Surface};
 use super::{Job, Pixel, Prepared, Rect, Stats, light};
 use crate::cast::{Caster, Hit, Ray, Tolerance};
+use crate::noise;
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
@@ -122,7 +123,7 @@ impl<'a> Worker<'a> {
 
     /// Casts rays through the pixels of the tile.
     fn primary(&mut self, rect: &Rect, samples: Range<u32>, cancel: &AtomicBool) {
-        let start = Instant::now();
+        let stage = Stage::begin();
         let Prepared { settings, view, tolerance, .. } = self.scene;
         self.samples.clear();
         self.rays.clear();
@@ -153,12 +154,12 @@ impl<'a> Worker<'a> {
         for (owner, hit) in owners.into_iter().zip(&self.hits) {
             self.samples[owner].distance = hit.t;
         }
-        self.stats.seconds.primary += start.elapsed().as_secs_f64();
+        stage.end(&mut self.stats.seconds.primary, &mut self.stats.octaves.primary);
     }
 
     /// Finds normals and colours where rays met the solid.
     fn surface(&mut self) {
-        let start = Instant::now();
+        let stage = Stage::begin();
         let eye = self.scene.view.eye;
         let mut seen = Vec::new();
         for sample in self.samples.iter_mut().filter(|s| s.distance.is_finite()) {
@@ -168,12 +169,12 @@ impl<'a> Worker<'a> {
         self.patches.clear();
         self.surface.patches(&seen, &mut self.patches);
         self.stats.undefined += self.patches.iter().filter(|p| p.undefined).count() as u64;
-        self.stats.seconds.surface += start.elapsed().as_secs_f64();
+        stage.end(&mut self.stats.seconds.surface, &mut self.stats.octaves.surface);
     }
 
     /// Casts rays towards the sun from the patches that face it.
     fn shadows(&mut self, cancel: &AtomicBool) {
-        let start = Instant::now();
+        let stage = Stage::begin();
         let sun = &self.scene.sun;
         self.lit.clear();
         self.lit.extend(self.patches.iter().map(|p| light::faces(p, sun)));
@@ -193,7 +194,7 @@ impl<'a> Worker<'a> {
                 self.lit[owner] = !hit.is_hit();
             }
         }
-        self.stats.seconds.shadow += start.elapsed().as_secs_f64();
+        stage.end(&mut self.stats.seconds.shadow, &mut self.stats.octaves.shadow);
     }
 
     /// Adds the light of all samples to their pixels.
@@ -224,6 +225,25 @@ impl<'a> Worker<'a> {
             sum.alpha += alpha;
         }
         self.stats.seconds.shading += start.elapsed().as_secs_f64();
+    }
+}
+
+/// The clock of a stage.
+struct Stage {
+    time: Instant,
+    octaves: u64,
+}
+
+impl Stage {
+    /// Now.
+    fn begin() -> Stage {
+        Stage { time: Instant::now(), octaves: noise::evaluated() }
+    }
+
+    /// Adds what has passed since, and the octaves that this thread has evaluated.
+    fn end(self, seconds: &mut f64, octaves: &mut u64) {
+        *seconds += self.time.elapsed().as_secs_f64();
+        *octaves += noise::evaluated() - self.octaves;
     }
 }
 

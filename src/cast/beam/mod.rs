@@ -273,6 +273,7 @@ impl Beams {
                             Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified: finite }
                         }
                         Next::Look if thin.march.pieces > PIECES => {
+                            stats.given_up += 1;
                             Hit { t: thin.march.free, certified: false }
                         }
                         Next::Look => {
