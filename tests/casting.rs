@@ -180,6 +180,9 @@ fn cast(made: &dyn Caster, rays: &[Ray]) -> (Vec<Hit>, CastStats) {
             let mut hits = vec![Hit::MISS; rays.len()];
             let mut stats = CastStats::default();
             caster.first_hits(rays, &mut hits, &mut stats, &AtomicBool::new(false));
+            let costs = caster.costs();
+            assert_eq!(costs.len(), rays.len());
+            assert!((costs.iter().sum::<f64>() - stats.evaluations as f64).abs() < 1e-6);
             (hits, stats)
         })
         .collect();

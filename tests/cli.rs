@@ -159,6 +159,22 @@ fn statistics_can_be_read() {
 }
 
 #[test]
+fn heat_maps_show_what_pixels_cost() {
+    let bench = Bench::new(&[("a.rhai", BALL)]);
+    bench.run("render a.rhai --size 40x30 --samples 1 --heatmap evals").success();
+    // Larger than the picture by title and scale, and beside where that would go.
+    assert!(bench.picture("a.evals.png").0 > 40);
+    assert_eq!(bench.names(), ["a.evals.png", "a.rhai"]);
+    bench.run("render a.rhai --size 40x30 --samples 1 --heatmap evals -o b.png").success();
+    assert_eq!(bench.read("a.evals.png"), bench.read("b.png"));
+    has(
+        &stderr(&bench.run("render a.rhai --heatmap evals -o a.exr").code(2)),
+        &["a heat map is a .png", "-o a.png"],
+    );
+    has(&stderr(&bench.run("render a.rhai --heatmap heat").code(2)), &["heat", "evals"]);
+}
+
+#[test]
 fn parameters_and_time_change_the_picture() {
     let script = "sphere(param(\"size\", 1.0, 0.1..2.0) + 0.1 * time)";
     let bench = Bench::new(&[("a.rhai", script)]);

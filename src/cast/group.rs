@@ -41,11 +41,13 @@ pub(super) trait Strategy: Clone + Send + 'static {
 pub(super) struct Group<S: Strategy> {
     strategy: S,
     evaluator: Evaluator<Many<S::Number, LANES>>,
+    /// Evaluations for each ray of the last group.
+    pub(super) costs: Vec<f64>,
 }
 
 impl<S: Strategy> Group<S> {
     pub(super) fn new(strategy: S, tape: Arc<Tape>) -> Self {
-        Group { strategy, evaluator: Evaluator::new(tape) }
+        Group { strategy, evaluator: Evaluator::new(tape), costs: Vec::new() }
     }
 
     /// The same with memory of its own.
@@ -61,6 +63,8 @@ impl<S: Strategy> Group<S> {
         cancel: &AtomicBool,
         mut done: impl FnMut(usize, S::March, Hit),
     ) {
+        self.costs.clear();
+        self.costs.resize(rays.len(), 0.0);
         let mut active: Vec<(usize, S::March)> = Vec::with_capacity(rays.len());
         for (i, ray) in rays.iter().enumerate() {
             stats.rays += 1;
@@ -111,6 +115,7 @@ impl<S: Strategy> Group<S> {
         let answers = self.evaluator.eval(&p);
         stats.evaluations += batch.len() as u64;
         for (l, (i, march)) in batch.iter_mut().enumerate() {
+            self.costs[*i] += 1.0;
             outcomes.push(self.strategy.tell(&rays[*i], march, &answers.0[l], stats));
         }
     }
@@ -119,6 +124,10 @@ impl<S: Strategy> Group<S> {
 impl<S: Strategy> Caster for Group<S> {
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
         self.march(rays, stats, cancel, |i, _, hit| out[i] = hit);
+    }
+
+    fn costs(&self) -> &[f64] {
+        &self.costs
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

@@ -137,6 +137,12 @@ pub trait Caster: Send {
     /// `cancel` is set, rays that are still under way are given up and their entries left alone.
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool);
 
+    /// Evaluations of the field that each ray of the last group needed, in their order; one that served
+    /// `n` rays at once is `1 / n` to each of them. Together they are what the group added to
+    /// [`CastStats::evaluations`], but for rounding. They are always counted, since that costs nothing
+    /// beside an evaluation.
+    fn costs(&self) -> &[f64];
+
     /// The same caster with memory of its own, for another thread.
     fn clone_box(&self) -> Box<dyn Caster>;
 }

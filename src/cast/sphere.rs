@@ -91,8 +91,9 @@ impl Caster for Spheres {
         let mut hits = vec![Hit::MISS; rest.len()];
         let mut theirs = CastStats::default();
         self.affine.first_hits(&rest, &mut hits, &mut theirs, cancel);
-        for (&i, &hit) in open.iter().zip(&hits) {
+        for ((&i, &hit), cost) in open.iter().zip(&hits).zip(self.affine.costs()) {
             out[i] = hit;
+            self.spheres.costs[i] += cost;
         }
         // A ray that was handed over is one ray, and was no hit before.
         theirs.rays = 0;
@@ -100,6 +101,10 @@ impl Caster for Spheres {
         own.uncertified = 0;
         *stats += own;
         *stats += theirs;
+    }
+
+    fn costs(&self) -> &[f64] {
+        self.spheres.costs()
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

@@ -62,10 +62,11 @@ pub struct PictureOptions {
 }
 
 impl PictureOptions {
-    /// The file to write: what was asked for, or the stem of the script in the current folder.
-    pub fn output(&self, script: &Path) -> Result<PathBuf, Failure> {
+    /// The file to write: what was asked for, or the stem of the script in the current folder, with
+    /// this ending.
+    pub fn output(&self, script: &Path, ending: &str) -> Result<PathBuf, Failure> {
         let stem = || script.file_stem().unwrap_or("picture".as_ref());
-        let path = self.output.clone().unwrap_or_else(|| Path::new(stem()).with_extension("png"));
+        let path = self.output.clone().unwrap_or_else(|| Path::new(stem()).with_extension(ending));
         picture_path(path)
     }
 }

@@ -20,6 +20,7 @@
 
 mod air;
 mod error;
+mod heatmap;
 mod job;
 mod light;
 mod openexr;
@@ -40,6 +41,7 @@ mod view;
 mod tests;
 
 pub use error::{CameraError, RenderError};
+pub use heatmap::Heatmap;
 pub use job::{Job, Progress, render};
 pub use picture::{Picture, Pixel, Rect};
 pub use prepare::{Prepared, prepare};

@@ -50,6 +50,7 @@ struct Sum {
     nearest: f64,
     position: DVec3,
     normal: DVec3,
+    evaluations: f64,
 }
 
 /// One thread's caster and memory.
@@ -65,6 +66,8 @@ pub(super) struct Worker<'a> {
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     patches: Vec<Patch>,
+    /// The pixel of each patch.
+    patch_pixels: Vec<usize>,
     lit: Vec<bool>,
     pixels: Vec<Pixel>,
 }
@@ -83,6 +86,7 @@ impl<'a> Worker<'a> {
             rays: Vec::new(),
             hits: Vec::new(),
             patches: Vec::new(),
+            patch_pixels: Vec::new(),
             lit: Vec::new(),
             pixels: Vec::new(),
         }
@@ -96,6 +100,7 @@ impl<'a> Worker<'a> {
             nearest: f64::INFINITY,
             position: DVec3::ZERO,
             normal: DVec3::ZERO,
+            evaluations: 0.0,
         };
         let area = rect.width * rect.height;
         self.sums.clear();
@@ -151,8 +156,10 @@ impl<'a> Worker<'a> {
         self.hits.clear();
         self.hits.resize(self.rays.len(), Hit::MISS);
         self.caster.first_hits(&self.rays, &mut self.hits, &mut self.stats.primary, cancel);
-        for (owner, hit) in owners.into_iter().zip(&self.hits) {
-            self.samples[owner].distance = hit.t;
+        for ((owner, hit), cost) in owners.into_iter().zip(&self.hits).zip(self.caster.costs()) {
+            let sample = &mut self.samples[owner];
+            sample.distance = hit.t;
+            self.sums[sample.pixel].evaluations += cost;
         }
         stage.end(&mut self.stats.seconds.primary, &mut self.stats.octaves.primary);
     }
@@ -162,8 +169,10 @@ impl<'a> Worker<'a> {
         let stage = Stage::begin();
         let eye = self.scene.view.eye;
         let mut seen = Vec::new();
+        self.patch_pixels.clear();
         for sample in self.samples.iter_mut().filter(|s| s.distance.is_finite()) {
             sample.patch = seen.len();
+            self.patch_pixels.push(sample.pixel);
             seen.push((eye + sample.distance * sample.direction, sample.direction));
         }
         self.patches.clear();
@@ -190,8 +199,9 @@ impl<'a> Worker<'a> {
             self.hits.clear();
             self.hits.resize(self.rays.len(), Hit::MISS);
             self.caster.first_hits(&self.rays, &mut self.hits, &mut self.stats.shadow, cancel);
-            for (owner, hit) in owners.into_iter().zip(&self.hits) {
+            for ((owner, hit), cost) in owners.into_iter().zip(&self.hits).zip(self.caster.costs()) {
                 self.lit[owner] = !hit.is_hit();
+                self.sums[self.patch_pixels[owner]].evaluations += cost;
             }
         }
         stage.end(&mut self.stats.seconds.shadow, &mut self.stats.octaves.shadow);
@@ -277,6 +287,7 @@ fn resolve(sum: &Sum, samples: u32) -> Pixel {
         depth: sum.nearest as f32,
         position: sum.position.as_vec3().to_array(),
         normal: sum.normal.as_vec3().to_array(),
+        evaluations: sum.evaluations as f32,
     }
 }
 

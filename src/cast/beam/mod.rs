@@ -38,6 +38,8 @@ pub(super) struct Beams {
     tape: Arc<Tape>,
     wide: Evaluator<Parabolas<LANES, 2>>,
     thin: Evaluator<Parabolas<LANES, 0>>,
+    /// Evaluations for each ray of the last group.
+    costs: Vec<f64>,
 }
 
 /// Rays that march together.
@@ -103,7 +105,8 @@ fn answer<const K: usize>(f: &Parabola<K>, piece: Piece) -> (Answer, Sketch) {
 
 impl Beams {
     pub(super) fn new(tape: Arc<Tape>) -> Beams {
-        Beams { wide: Evaluator::new(tape.clone()), thin: Evaluator::new(tape.clone()), tape }
+        let (wide, thin) = (Evaluator::new(tape.clone()), Evaluator::new(tape.clone()));
+        Beams { tape, wide, thin, costs: Vec::new() }
     }
 
     /// The widest beams of a group, and the rays that go alone.
@@ -179,6 +182,8 @@ impl Beams {
                 for (lane, mut beam) in asked.into_iter().enumerate() {
                     let (answer, sketch) = answer(&f.lane(lane), pieces[lane]);
                     beam.last = sketch;
+                    let share = 1.0 / beam.rays.len() as f64;
+                    self.costs[beam.rays.clone()].iter_mut().for_each(|cost| *cost += share);
                     stats.steps += 1;
                     match beam.march.tell(pieces[lane], &answer, 0.0) {
                         Next::Free => stats.culled += 1,
@@ -263,6 +268,7 @@ impl Beams {
                 for (lane, mut thin) in batch.into_iter().enumerate() {
                     let ray = &all[thin.ray];
                     let (answer, _) = answer(&f.lane(lane), pieces[lane]);
+                    self.costs[thin.ray] += 1.0;
                     stats.steps += 1;
                     let tolerance = ray.tolerance.at(thin.march.free);
                     let outcome = thin.march.tell(pieces[lane], &answer, tolerance);
@@ -315,6 +321,8 @@ impl Caster for Beams {
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
         stats.rays += rays.len() as u64;
         out.fill(Hit::MISS);
+        self.costs.clear();
+        self.costs.resize(rays.len(), 0.0);
         let mut frames = Vec::new();
         let (mut beams, mut alone) = Self::gather(rays, &mut frames, out);
         while !beams.is_empty() {
@@ -324,6 +332,10 @@ impl Caster for Beams {
             beams = parts;
         }
         self.march_rays(alone, rays, out, stats, cancel);
+    }
+
+    fn costs(&self) -> &[f64] {
+        &self.costs
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {
