@@ -152,7 +152,8 @@ fn check(name: &str, build: fn(&mut Build) -> NodeId, kinds: &[Kind]) {
         let share = if kind == Kind::Standard { RAYS / 16 } else { RAYS };
         let (rays, truth) = (&rays[..share], &truth[..share]);
         let met = truth.iter().flatten().count();
-        let made = caster(kind, &mut field.clone(), &region, &rays[..200]).expect("a caster for the field");
+        let made = caster(kind, &mut field.clone(), &region, &[rays[..200].to_vec()])
+            .expect("a caster for the field");
         let (hits, stats) = cast(&*made, rays);
         let lipschitz = lipschitz_outside(&mut field.clone(), &region);
         let mut field = field.clone();
@@ -184,6 +185,9 @@ fn cast(made: &dyn Caster, rays: &[Ray]) -> (Vec<Hit>, CastStats) {
             let mut hits = vec![Hit::MISS; rays.len()];
             let mut stats = CastStats::default();
             caster.first_hits(rays, &mut hits, &mut stats, &AtomicBool::new(false));
+            let costs = caster.costs();
+            assert_eq!(costs.len(), rays.len());
+            assert!((costs.iter().sum::<f64>() - stats.evaluations as f64).abs() < 1e-6);
             (hits, stats)
         })
         .collect();
@@ -278,8 +282,8 @@ fn any_grouping_gives_the_same_hits() {
     let root = common::three_octaves(&mut b);
     // Rays of a beam share what they find, so that their hits agree to within the tolerance only.
     for (kind, _) in Kind::ALL.into_iter().filter(|k| k.0 != Kind::Beam) {
-        let mut made =
-            caster(kind, &mut b.field(root), &Aabb::cube(REGION), &rays(4)[..100]).expect("a caster");
+        let mut made = caster(kind, &mut b.field(root), &Aabb::cube(REGION), &[rays(4)[..100].to_vec()])
+            .expect("a caster");
         let rays = &rays(4)[..700];
         let mut whole = vec![Hit::MISS; rays.len()];
         made.first_hits(rays, &mut whole, &mut CastStats::default(), &AtomicBool::new(false));
@@ -305,7 +309,8 @@ fn any_hits_are_those_rays_that_have_a_first_hit() {
         let rays = &rays(5)[..2000];
         let kinds = if n == 2 { boundless() } else { ALL.to_vec() };
         for kind in kinds {
-            let mut made = caster(kind, &mut field, &Aabb::cube(REGION), &rays[..100]).expect("a caster");
+            let mut made =
+                caster(kind, &mut field, &Aabb::cube(REGION), &[rays[..100].to_vec()]).expect("a caster");
             let mut found = [vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]];
             let [mut first_cost, mut any_cost] = [CastStats::default(); 2];
             made.first_hits(rays, &mut found[0], &mut first_cost, &never);
@@ -370,8 +375,8 @@ fn beams_find_what_lone_rays_find() {
         for (out, (kind, size)) in
             found.iter_mut().zip([(Kind::Affine, 4096), (Kind::Beam, 4096), (Kind::Beam, 1)])
         {
-            let mut made =
-                caster(kind, &mut b.field(root), &Aabb::cube(REGION), &rays[..200]).expect("a caster");
+            let mut made = caster(kind, &mut b.field(root), &Aabb::cube(REGION), &[rays[..200].to_vec()])
+                .expect("a caster");
             out.resize(rays.len(), Hit::MISS);
             for (rays, out) in rays.chunks(size).zip(out.chunks_mut(size)) {
                 made.first_hits(rays, out, &mut CastStats::default(), &AtomicBool::new(false));

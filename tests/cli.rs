@@ -142,6 +142,36 @@ fn statistics_are_json() {
     assert_eq!(stats["params"]["size"], 0.75);
     assert!(stats["seconds"].as_f64().unwrap() > 0.0, "{stats}");
     assert!(stats["cast"]["rays"].as_u64().unwrap() > 0, "{stats}");
+    assert_eq!(stats["render"]["octaves"]["primary"], 0, "a sphere has no noise: {stats}");
+}
+
+#[test]
+fn statistics_can_be_read() {
+    let bench = Bench::new(&[("a.rhai", "sphere(1.0) - 0.1 * gradient(7).scaled(3.0)")]);
+    let run = bench.run("render a.rhai --size 20x10 --samples 1 --stats").success();
+    let said = stdout(&run);
+    let rows =
+        ["rays ", "field evaluations", "  per ray", "octaves of noise", "certified", "rays to the sun"];
+    has(&said, &rows);
+    has(&stderr(&run), &["a.png"]);
+    let said = stderr(&bench.run("render --stats a.rhai").code(2));
+    has(&said, &["a.rhai", "does not end in .json", "at the end"]);
+}
+
+#[test]
+fn heat_maps_show_what_pixels_cost() {
+    let bench = Bench::new(&[("a.rhai", BALL)]);
+    bench.run("render a.rhai --size 40x30 --samples 1 --heatmap evals").success();
+    // Larger than the picture by title and scale, and beside where that would go.
+    assert!(bench.picture("a.evals.png").0 > 40);
+    assert_eq!(bench.names(), ["a.evals.png", "a.rhai"]);
+    bench.run("render a.rhai --size 40x30 --samples 1 --heatmap evals -o b.png").success();
+    assert_eq!(bench.read("a.evals.png"), bench.read("b.png"));
+    has(
+        &stderr(&bench.run("render a.rhai --heatmap evals -o a.exr").code(2)),
+        &["a heat map is a .png", "-o a.png"],
+    );
+    has(&stderr(&bench.run("render a.rhai --heatmap heat").code(2)), &["heat", "evals"]);
 }
 
 #[test]
@@ -277,13 +307,14 @@ fn a_full_disk_keeps_the_earlier_picture() {
 #[test]
 fn ctrl_c_keeps_what_was_rendered() {
     let bench = Bench::new(&[("a.rhai", SLOW)]);
-    let run = bench.start("render a.rhai --size 1000x1000 --samples 9 --stats a.json");
-    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let run = bench.start("render a.rhai --size 2000x2000 --samples 9 --stats a.json");
+    // Said once some of the picture is there, after the first seconds.
+    run.wait_for("% after", 1);
     run.interrupt();
     let (code, said) = run.end();
     assert_eq!(code, Some(1), "{said}");
     has(&said, &["a.png", "%"]);
-    assert_eq!(bench.picture("a.png").0, 1000);
+    assert_eq!(bench.picture("a.png").0, 2000);
     let stats: serde_json::Value = serde_json::from_slice(&bench.read("a.json")).unwrap();
     assert_eq!(stats["complete"], false);
 }
@@ -291,9 +322,10 @@ fn ctrl_c_keeps_what_was_rendered() {
 #[cfg(unix)]
 #[test]
 fn a_second_ctrl_c_quits_at_once() {
-    let bench = Bench::new(&[("a.rhai", SLOW), ("a.png", "earlier")]);
+    let script = format!("print(\"it runs\"); {SLOW}");
+    let bench = Bench::new(&[("a.rhai", &script), ("a.png", "earlier")]);
     let run = bench.start("render a.rhai --size 2000x2000 --samples 64");
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    run.wait_for("it runs", 1);
     run.interrupt();
     run.interrupt();
     let (code, said) = run.end();

@@ -61,6 +61,12 @@ if is_wanted 4.04 || is_wanted 4.09; then
     cargo run --quiet --release --example profiles -- "$out"
 fi
 
+# Which nodes a point depends on, by noise; and the creases of sparse convolution with a linear kernel.
+picture 4.03 4.03
+picture 4.08 4.08
+picture 4.13 4.13
+picture 4.14 4.14
+
 # 4.5 to 4.7, gradient noise: samples, covariance and spectrum, radial power and anisotropy.
 noise gradient gradient $plates
 

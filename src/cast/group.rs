@@ -89,11 +89,13 @@ pub(super) struct Group<S: Strategy> {
     strategy: S,
     any: S,
     evaluator: Evaluator<S::Batch>,
+    /// Evaluations for each ray of the last group.
+    pub(super) costs: Vec<f64>,
 }
 
 impl<S: Strategy> Group<S> {
     pub(super) fn new(strategy: S, tape: Arc<Tape>) -> Self {
-        Group { any: strategy.any(), strategy, evaluator: Evaluator::new(tape) }
+        Group { any: strategy.any(), strategy, evaluator: Evaluator::new(tape), costs: Vec::new() }
     }
 
     /// The same with memory of its own.
@@ -102,25 +104,34 @@ impl<S: Strategy> Group<S> {
     }
 }
 
-/// Marches all rays to their ends, or until cancelled; `done` gets the number of a ray, its last state
-/// and its hit.
+/// A ray under way.
+struct Active<S: Strategy> {
+    /// Of the group.
+    ray: usize,
+    march: S::March,
+    /// Evaluations so far.
+    asked: u32,
+}
+
+/// Marches all rays to their ends, or until cancelled; `done` gets the number of a ray, its last
+/// state, its hit, and how often the field was evaluated for it.
 pub(super) fn march<S: Strategy>(
     strategy: &S,
     evaluator: &mut Evaluator<S::Batch>,
     rays: &[Ray],
     stats: &mut CastStats,
     cancel: &AtomicBool,
-    mut done: impl FnMut(usize, S::March, Hit),
+    mut done: impl FnMut(usize, S::March, Hit, u32),
 ) {
-    let mut active: Vec<(usize, S::March)> = Vec::with_capacity(rays.len());
+    let mut active: Vec<Active<S>> = Vec::with_capacity(rays.len());
     for (i, ray) in rays.iter().enumerate() {
         stats.rays += 1;
         let march = strategy.start(ray);
         // A single point is a ray, too; there is nothing on one that ends before it begins.
         if ray.near <= ray.far {
-            active.push((i, march));
+            active.push(Active { ray: i, march, asked: 0 });
         } else {
-            done(i, march, Hit::MISS);
+            done(i, march, Hit::MISS, 0);
         }
     }
     let mut outcomes: Vec<Option<Hit>> = Vec::with_capacity(rays.len());
@@ -129,14 +140,14 @@ pub(super) fn march<S: Strategy>(
         for batch in active.chunks_mut(S::Batch::LANES) {
             round(strategy, evaluator, rays, batch, &mut outcomes, stats);
         }
-        let settle = |((i, march), outcome): ((usize, S::March), &Option<Hit>)| match outcome {
+        let settle = |(active, outcome): (Active<S>, &Option<Hit>)| match outcome {
             Some(hit) => {
                 stats.hits += u64::from(hit.is_hit());
                 stats.uncertified += u64::from(!hit.certified);
-                done(i, march, *hit);
+                done(active.ray, active.march, *hit, active.asked);
                 None
             }
-            None => Some((i, march)),
+            None => Some(active),
         };
         active = active.into_iter().zip(&outcomes).filter_map(settle).collect();
     }
@@ -147,33 +158,45 @@ fn round<S: Strategy>(
     strategy: &S,
     evaluator: &mut Evaluator<S::Batch>,
     rays: &[Ray],
-    batch: &mut [(usize, S::March)],
+    batch: &mut [Active<S>],
     outcomes: &mut Vec<Option<Hit>>,
     stats: &mut CastStats,
 ) {
     // Idle lanes repeat the first question.
-    let first = strategy.ask(&rays[batch[0].0], &batch[0].1);
+    let first = strategy.ask(&rays[batch[0].ray], &batch[0].march);
     let mut p = first.map(S::Batch::alike);
-    for (l, (i, march)) in batch.iter().enumerate().skip(1) {
-        let asked = strategy.ask(&rays[*i], march);
+    for (l, active) in batch.iter().enumerate().skip(1) {
+        let asked = strategy.ask(&rays[active.ray], &active.march);
         for (p, asked) in p.iter_mut().zip(asked) {
             p.set(l, asked);
         }
     }
     let answers = evaluator.eval(&p);
     stats.evaluations += batch.len() as u64;
-    for (l, (i, march)) in batch.iter_mut().enumerate() {
-        outcomes.push(strategy.tell(&rays[*i], march, answers.lane(l), stats));
+    for (l, active) in batch.iter_mut().enumerate() {
+        active.asked += 1;
+        outcomes.push(strategy.tell(&rays[active.ray], &mut active.march, answers.lane(l), stats));
     }
 }
 
 impl<S: Strategy> Caster for Group<S> {
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
-        march(&self.strategy, &mut self.evaluator, rays, stats, cancel, |i, _, hit| out[i] = hit);
+        let Group { strategy, evaluator, costs, .. } = self;
+        costs.clear();
+        costs.resize(rays.len(), 0.0);
+        march(strategy, evaluator, rays, stats, cancel, |i, _, hit, asked| {
+            (out[i], costs[i]) = (hit, f64::from(asked));
+        });
     }
 
     fn any_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
-        march(&self.any, &mut self.evaluator, rays, stats, cancel, |i, _, hit| out[i] = hit);
+        std::mem::swap(&mut self.strategy, &mut self.any);
+        self.first_hits(rays, out, stats, cancel);
+        std::mem::swap(&mut self.strategy, &mut self.any);
+    }
+
+    fn costs(&self) -> &[f64] {
+        &self.costs
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

@@ -38,8 +38,9 @@ impl<S: Strategy> Handover<S> {
         let mut hits = vec![Hit::MISS; rest.len()];
         let mut theirs = CastStats::default();
         surely(&mut self.sure, &rest, &mut hits, &mut theirs, cancel);
-        for (&i, &hit) in open.iter().zip(&hits) {
+        for ((&i, &hit), cost) in open.iter().zip(&hits).zip(&self.sure.costs) {
             out[i] = hit;
+            self.quick.costs[i] += cost;
         }
         // A ray that was handed over is one ray, and was no hit before.
         theirs.rays = 0;
@@ -57,6 +58,10 @@ impl<S: Strategy> Caster for Handover<S> {
 
     fn any_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
         self.cast((Group::any_hits, Group::any_hits), rays, out, stats, cancel);
+    }
+
+    fn costs(&self) -> &[f64] {
+        &self.quick.costs
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

@@ -124,6 +124,9 @@ pub struct CastStats {
     pub backtracks: u64,
     /// Rays whose answer is not proven.
     pub uncertified: u64,
+    /// Of these, the ones that were given up after too many pieces; the others came by places where
+    /// the field is not known to be finite.
+    pub given_up: u64,
 }
 
 impl std::ops::AddAssign for CastStats {
@@ -136,6 +139,7 @@ impl std::ops::AddAssign for CastStats {
         self.steps += o.steps;
         self.backtracks += o.backtracks;
         self.uncertified += o.uncertified;
+        self.given_up += o.given_up;
     }
 }
 
@@ -151,6 +155,12 @@ pub trait Caster: Send {
     fn any_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
         self.first_hits(rays, out, stats, cancel);
     }
+
+    /// Evaluations of the field that each ray of the last group needed, in their order; one that served
+    /// `n` rays at once is `1 / n` to each of them. Together they are what the group added to
+    /// [`CastStats::evaluations`], but for rounding. They are always counted, since that costs nothing
+    /// beside an evaluation.
+    fn costs(&self) -> &[f64];
 
     /// The same caster with memory of its own, for another thread.
     fn clone_box(&self) -> Box<dyn Caster>;
@@ -206,7 +216,8 @@ pub enum CastError {
     NoLipschitzBound,
 }
 
-/// A caster for a field within a region. `typical` rays help [`Kind::Auto`] to choose.
+/// A caster for a field within a region. `typical` bundles of rays, neighbours each, help
+/// [`Kind::Auto`] to choose.
 ///
 /// # Errors
 /// [`CastError::NoLipschitzBound`] where sphere tracing was asked for and cannot be had.
@@ -214,17 +225,16 @@ pub fn caster(
     kind: Kind,
     field: &mut Field,
     region: &Aabb,
-    typical: &[Ray],
+    typical: &[Vec<Ray>],
 ) -> Result<Box<dyn Caster>, CastError> {
     let tape = field.tape().clone();
-    let affine = || Box::new(Group::new(Pieces::<Reduced<1>>::trimming(Seek::First), tape.clone()));
     match kind {
         Kind::Auto | Kind::Sphere | Kind::Speculative => {}
         Kind::Segment => return Ok(Box::new(Handover::new(SegmentTracing { any: false }, tape))),
         Kind::Interval => return Ok(Box::new(Group::new(Pieces::<Interval>::halving(Seek::First), tape))),
         Kind::Standard => return Ok(Box::new(Group::new(Pieces::<Affine>::halving(Seek::First), tape))),
         Kind::Reduced => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::halving(Seek::First), tape))),
-        Kind::Affine => return Ok(affine()),
+        Kind::Affine => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::trimming(Seek::First), tape))),
         Kind::Beam => return Ok(Box::new(Beams::new(tape))),
     }
     let lipschitz = lipschitz_outside(field, region);
@@ -234,34 +244,40 @@ pub fn caster(
         Box::new(Handover::new(strategy, tape.clone()))
     };
     match kind {
-        Kind::Auto if bounded && lipschitz < STEEP => {
-            let (mut one, mut other) = (spheres(RELAXATION), affine());
-            let (at_points, along_pieces) = costs(tape.census());
-            let cost = [at_points * trial(&mut *one, typical), along_pieces * trial(&mut *other, typical)];
-            Ok(if cost[0] < cost[1] { one } else { other })
+        Kind::Auto => {
+            let mut beams: Box<dyn Caster> = Box::new(Beams::new(tape.clone()));
+            if bounded && lipschitz < STEEP {
+                let mut balls = spheres(RELAXATION);
+                let (at_points, along_pieces) = costs(tape.census());
+                if at_points * trial(&mut *balls, typical) < along_pieces * trial(&mut *beams, typical) {
+                    return Ok(balls);
+                }
+            }
+            Ok(beams)
         }
-        Kind::Auto => Ok(affine()),
         _ if !bounded => Err(CastError::NoLipschitzBound),
         Kind::Sphere => Ok(spheres(1.0)),
         _ => Ok(spheres(RELAXATION)),
     }
 }
 
-/// What an evaluation at a point costs, and what one along a piece of a ray: about as many
+/// What an evaluation at a point costs, and what one along a piece of a line: about as many
 /// nanoseconds in batches with AVX-512 (`benches/casting.rs`). Their ratio decides, not the clock, so
 /// that the choice, and with it the picture, is the same on every machine.
 fn costs(census: Census) -> (f64, f64) {
     let [sums, functions, octaves] = [census.sums, census.functions, census.octaves].map(|n| n as f64);
-    (2.0 * (sums + functions) + 10.0 * octaves, 10.0 * sums + 60.0 * (functions + octaves))
+    (15.0 + 2.0 * (sums + functions) + 10.0 * octaves, 80.0 + 2.0 * sums + 15.0 * functions + 35.0 * octaves)
 }
 
 /// Lipschitz bound above which sphere tracing is not worth a trial.
 const STEEP: f64 = 1e4;
 
 /// Evaluations that the rays need.
-fn trial(caster: &mut dyn Caster, rays: &[Ray]) -> f64 {
+fn trial(caster: &mut dyn Caster, bundles: &[Vec<Ray>]) -> f64 {
     let mut stats = CastStats::default();
-    caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats, &AtomicBool::new(false));
+    for rays in bundles {
+        caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats, &AtomicBool::new(false));
+    }
     stats.evaluations as f64
 }
 
@@ -276,7 +292,7 @@ pub fn all_hits(field: &Field, rays: &[Ray], stats: &mut CastStats) -> Vec<(Vec<
     let mut evaluator = Evaluator::new(field.tape().clone());
     let mut out = vec![(Vec::new(), true); rays.len()];
     let never = AtomicBool::new(false);
-    march(&strategy, &mut evaluator, rays, stats, &never, |i, march, hit| {
+    march(&strategy, &mut evaluator, rays, stats, &never, |i, march, hit, _| {
         out[i] = (march.roots, hit.certified);
     });
     out

@@ -176,6 +176,7 @@ impl<A: Along> Strategy for Pieces<A> {
             return self.advance(ray, march, at, 2.0 * (b - a));
         }
         if march.pieces > PIECES {
+            stats.given_up += 1;
             march.certified = false;
             return Some(Hit { t: a, certified: false });
         }

@@ -18,6 +18,7 @@ mod progress;
 mod render;
 mod repl;
 mod report;
+mod stats;
 mod watch;
 mod work;
 

@@ -63,10 +63,11 @@ pub struct PictureOptions {
 }
 
 impl PictureOptions {
-    /// The file to write: what was asked for, or the stem of the script in the current folder.
-    pub fn output(&self, script: &Path) -> Result<PathBuf, Failure> {
+    /// The file to write: what was asked for, or the stem of the script in the current folder, with
+    /// this ending.
+    pub fn output(&self, script: &Path, ending: &str) -> Result<PathBuf, Failure> {
         let stem = || script.file_stem().unwrap_or("picture".as_ref());
-        let path = self.output.clone().unwrap_or_else(|| Path::new(stem()).with_extension("png"));
+        let path = self.output.clone().unwrap_or_else(|| Path::new(stem()).with_extension(ending));
         picture_path(path)
     }
 }
@@ -81,6 +82,18 @@ pub fn picture_path(path: PathBuf) -> Result<PathBuf, Failure> {
             let message = format!("`{}` does not end in .png or .exr", path.display());
             Err(Failure::usage(message, hint))
         }
+    }
+}
+
+/// Parses a path for statistics. Another ending is a mistake, and may be that of a script.
+pub fn statistics_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension() {
+        Some(ending) if ending.eq_ignore_ascii_case("json") => Ok(path),
+        _ => Err(
+            "it does not end in .json; for example: --stats statistics.json, or a lone --stats at the end"
+                .into(),
+        ),
     }
 }
 

@@ -1,14 +1,15 @@
 //! `orogen render`: one picture of one script.
 
 use super::interrupt::Interrupt;
-use super::options::{PictureOptions, ScriptOptions};
+use super::options::{PictureOptions, ScriptOptions, statistics_path};
 use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err};
+use super::stats;
 use super::work::{self, Work};
-use crate::render::{self, Job};
+use crate::render::{self, Format, Job};
 use crate::session::{self, Session};
 use crate::world::{Disk, Memory};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -25,7 +26,9 @@ const PLANET: &str = include_str!("../../scripts/planet.rhai");
   orogen render rock.rhai                  to rock.png, in the size that the script says
   orogen render rock.rhai -o big.png --size 3840x2160 --samples 16
   orogen render rock.rhai --set relief=0.04 --set seed=3
-  orogen render rock.rhai -o light.exr     linear light, with depth, normals and positions")]
+  orogen render rock.rhai -o light.exr     linear light, with depth, normals and positions
+  orogen render rock.rhai --stats          and what it cost
+  orogen render rock.rhai --heatmap evals  where it cost how much, to rock.evals.png")]
 pub struct Args {
     /// Script to render [default: the built-in planet]
     #[arg(value_name = "SCRIPT")]
@@ -37,9 +40,44 @@ pub struct Args {
     #[command(flatten)]
     scripting: ScriptOptions,
 
-    /// Writes statistics to a file: rays, evaluations, seconds, parameters
-    #[arg(long, value_name = "FILE.json")]
-    stats: Option<PathBuf>,
+    /// Says what the picture cost, in a table or to a file: rays, evaluations, octaves, seconds
+    ///
+    /// A field evaluation is one at a point or over a piece of a ray, for a ray or for a whole beam of
+    /// rays. An octave is a noise at one place: octaves are counted where they are evaluated, in every
+    /// lane of a batch, so that lanes that wait for others count too; what fades out with distance, or
+    /// is skipped because a piece is too long for it, does not.
+    #[arg(long, value_name = "FILE.json", num_args = 0..=1, value_parser = statistics_path)]
+    stats: Option<Option<PathBuf>>,
+
+    /// Draws what every pixel cost, in place of the picture
+    ///
+    /// An evaluation that served a beam of rays is shared out among them. The scale leaves out the most
+    /// expensive 0.5 % of the pixels, which have the colour of its end; the title says what is spent at
+    /// most.
+    #[arg(long, value_name = "COST")]
+    heatmap: Option<Cost>,
+}
+
+/// What a pixel may cost.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Cost {
+    /// Evaluations of the field, by its rays to the eye and to the sun
+    Evals,
+}
+
+impl Cost {
+    /// Where its heat map goes: unless a file is named, not where the picture does.
+    fn output(self, picture: &PictureOptions, script: &Path) -> Result<PathBuf, Failure> {
+        let Cost::Evals = self;
+        let path = picture.output(script, "evals.png")?;
+        match Format::of(&path) {
+            Ok(Format::Png) => Ok(path),
+            _ => {
+                let hint = format!("for example: -o {}", path.with_extension("png").display());
+                Err(Failure::usage("a heat map is a .png", hint))
+            }
+        }
+    }
 }
 
 /// Runs the command.
@@ -48,8 +86,13 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         Some(script) => Session::new(script, Arc::new(Disk)),
         None => Session::new("planet.rhai", Arc::new(Memory([("planet.rhai".into(), PLANET.into())].into()))),
     };
-    let work = Work::new(session, &args.scripting, &args.picture, args.stats.as_deref())?;
-    render(work, terminal)?;
+    let mut options = args.picture.clone();
+    if let Some(cost) = args.heatmap {
+        options.output = Some(cost.output(&options, session.script())?);
+    }
+    let file = args.stats.as_ref().and_then(|file| file.as_deref());
+    let work = Work::new(session, &args.scripting, &options, file)?;
+    render(work, args, terminal)?;
     if args.script.is_none() {
         err("\nTry:\n  \
              orogen new rock            a script of your own, rock.rhai\n  \
@@ -59,7 +102,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     Ok(())
 }
 
-fn render(mut work: Work, terminal: &Terminal) -> Outcome {
+fn render(mut work: Work, args: &Args, terminal: &Terminal) -> Outcome {
     let start = Instant::now();
     let progress = Progress::new(terminal, &work.output.display().to_string());
     let bar = progress.clone();
@@ -82,9 +125,15 @@ fn render(mut work: Work, terminal: &Terminal) -> Outcome {
         return Err(Failure::error("stopped before anything was finished", "no file was written"));
     }
     work::report_warnings(&loaded, &picture, terminal);
-    let file = work.save(&loaded, &scene, &picture)?;
+    let file = match args.heatmap {
+        Some(Cost::Evals) => work.save_heatmap(&picture)?,
+        None => work.save(&loaded, &scene, &picture)?,
+    };
     work.save_stats(&file, &scene, &picture)?;
     err(work::summary(&file, &picture, start.elapsed().as_secs_f64()));
+    if matches!(args.stats, Some(None)) {
+        stats::print(&picture.stats, terminal);
+    }
     if picture.finished {
         return Ok(());
     }

@@ -5,7 +5,7 @@
 //! thread, quick coarse pictures first; a save stops it.
 
 use super::interrupt::Interrupt;
-use super::options::{PictureOptions, ScriptOptions};
+use super::options::{PictureOptions, ScriptOptions, statistics_path};
 use super::report::{Failure, Outcome, Terminal, err};
 use super::work::{self, Work};
 use crate::diag::Diagnostic;
@@ -43,7 +43,7 @@ pub struct Args {
     scripting: ScriptOptions,
 
     /// Writes statistics of each full picture to a file
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "FILE.json", value_parser = statistics_path)]
     stats: Option<PathBuf>,
 }
 

@@ -4,7 +4,7 @@ use super::options::{PictureOptions, ScriptOptions};
 use super::report::{Failure, Terminal, count, out, plural, seconds};
 use crate::cast::CastStats;
 use crate::diag::Diagnostic;
-use crate::render::{self, Metadata, Picture};
+use crate::render::{self, Heatmap, Metadata, Picture};
 use crate::scene::Scene;
 use crate::session::{Loaded, Order, Session};
 use crate::world::atomic;
@@ -35,7 +35,7 @@ impl Work {
         stats: Option<&Path>,
     ) -> Result<Work, Failure> {
         session.set(script.params()?, script.time);
-        let output = picture.output(session.script())?;
+        let output = picture.output(session.script(), "png")?;
         if stats.is_some_and(|stats| same_file(stats, &output)) {
             let hint = "for example: --stats statistics.json";
             return Err(Failure::usage("picture and statistics would be the same file", hint));
@@ -50,17 +50,30 @@ impl Work {
         Ok(Work { session, order, output, stats: stats.map(Path::to_path_buf) })
     }
 
-    /// Saves a picture; an unfinished one never takes the place of an earlier picture. Returns the
-    /// file that was written.
-    pub fn save(&self, loaded: &Loaded, scene: &Scene, picture: &Picture) -> Result<PathBuf, Failure> {
-        let path = if !picture.finished && self.output.exists() {
+    /// Where a picture goes: an unfinished one never takes the place of an earlier picture.
+    fn file(&self, picture: &Picture) -> PathBuf {
+        if !picture.finished && self.output.exists() {
             self.output.with_extension(match self.output.extension() {
                 Some(e) => format!("partial.{}", e.to_string_lossy()),
                 None => "partial".into(),
             })
         } else {
             self.output.clone()
-        };
+        }
+    }
+
+    /// Saves what the pixels of a picture cost, in place of the picture. Returns the file that was
+    /// written.
+    pub fn save_heatmap(&self, picture: &Picture) -> Result<PathBuf, Failure> {
+        let path = self.file(picture);
+        let figure = Heatmap::of(picture).draw().map_err(|e| Diagnostic::error(e.to_string()))?;
+        atomic::write(&path, |f| figure.write_png(f)).map_err(|e| Diagnostic::error(e.to_string()))?;
+        Ok(path)
+    }
+
+    /// Saves a picture. Returns the file that was written.
+    pub fn save(&self, loaded: &Loaded, scene: &Scene, picture: &Picture) -> Result<PathBuf, Failure> {
+        let path = self.file(picture);
         let script = loaded.sources.get(&*self.session.script().to_string_lossy());
         let metadata = Metadata {
             script: script.map(|text| text.to_string()).unwrap_or_default(),

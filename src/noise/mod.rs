@@ -22,6 +22,7 @@ mod bundle;
 mod cascade;
 mod cellular;
 pub mod certify;
+mod count;
 mod fractal;
 mod gabor;
 mod gradient;
@@ -49,6 +50,7 @@ mod weierstrass;
 
 pub use basis::Basis;
 pub use cellular::Cellular;
+pub use count::evaluated;
 pub use fractal::{Fractal, Given};
 pub use gabor::Gabor;
 pub use gradient::Gradient;
@@ -67,6 +69,7 @@ pub use waves::Waves;
 pub use weierstrass::Weierstrass;
 
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
+use count::count;
 use slope::{Slope, rougher, steeper};
 use std::hash::{Hash, Hasher};
 
@@ -193,6 +196,7 @@ impl Kernel for Noise {
         if let Part::Slope(axis) = self.part {
             return Slope::new(&self.whole(), axis, self.step()).jets(at, out);
         }
+        count(at[0].len());
         let k = self.frequency;
         for start in (0..at[0].len()).step_by(BATCH) {
             let scaled = widest(
@@ -216,6 +220,7 @@ impl Kernel for Noise {
         if let Part::Slope(axis) = self.part {
             return Slope::new(&self.whole(), axis, self.step()).jet(order, at);
         }
+        count(1);
         let k = self.frequency;
         scaled(self.kind.jet(&self.lattice, order, at.map(|x| x * k)), k)
     }
@@ -229,6 +234,7 @@ impl Kernel for Noise {
         if let Part::Slope(axis) = self.part {
             return Slope::new(&self.whole(), axis, self.step()).local(order, at, radius);
         }
+        count(1);
         let k = self.frequency;
         let centre = at.map(|x| x * k);
         // The scaled centre is off by a roundoff of its size, and a kind may move it further.

@@ -20,6 +20,7 @@
 
 mod air;
 mod error;
+mod heatmap;
 mod job;
 mod light;
 mod openexr;
@@ -40,12 +41,13 @@ mod view;
 mod tests;
 
 pub use error::{CameraError, RenderError};
+pub use heatmap::Heatmap;
 pub use job::{Job, Progress, render};
 pub use picture::{Picture, Pixel, Rect};
 pub use prepare::{Prepared, prepare};
 pub use probe::Probe;
 pub use save::{Format, Metadata, SaveError, can_save, save};
 pub use settings::Settings;
-pub use stats::{Seconds, Stats};
+pub use stats::{Octaves, Seconds, Stats};
 pub use tone::{srgb, tone_map};
 pub use view::View;

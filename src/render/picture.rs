@@ -17,12 +17,20 @@ pub struct Pixel {
     pub position: [f32; 3],
     /// Unit normal there; zero where there is none.
     pub normal: [f32; 3],
+    /// Evaluations of the field that the pixel's rays needed, those to the sun included.
+    pub evaluations: f32,
 }
 
 impl Pixel {
     /// Nothing.
-    pub const EMPTY: Pixel =
-        Pixel { color: [0.0; 3], alpha: 0.0, depth: f32::INFINITY, position: [0.0; 3], normal: [0.0; 3] };
+    pub const EMPTY: Pixel = Pixel {
+        color: [0.0; 3],
+        alpha: 0.0,
+        depth: f32::INFINITY,
+        position: [0.0; 3],
+        normal: [0.0; 3],
+        evaluations: 0.0,
+    };
 
     /// The pixel in front of a background.
     pub fn over(&self, background: [f32; 3]) -> [f64; 3] {

@@ -71,13 +71,19 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
 }
 
 impl Prepared {
-    /// Lines of sight all over the picture, for choosing a caster.
-    pub fn typical_rays(&self) -> Vec<Ray> {
-        const ACROSS: u32 = 12;
+    /// Bundles of neighbouring lines of sight all over the picture, for choosing a caster.
+    pub fn typical_rays(&self) -> Vec<Vec<Ray>> {
+        /// Bundles across the picture, and rays across a bundle.
+        const ACROSS: u32 = 3;
+        const WITHIN: u32 = 8;
         let Settings { width, height, bounds, .. } = self.settings;
-        let place = |i: u32, size: u32| (f64::from(i) + 0.5) / f64::from(ACROSS) * f64::from(size);
-        let through = |i: u32| self.view.direction(place(i % ACROSS, width), place(i / ACROSS, height));
-        (0..ACROSS * ACROSS).filter_map(|i| self.view.ray(through(i), &bounds, self.tolerance)).collect()
+        let corner = |i: u32, size: u32| (f64::from(i) + 0.5) / f64::from(ACROSS) * f64::from(size);
+        let bundle = |i: u32| {
+            let (x, y) = (corner(i % ACROSS, width), corner(i / ACROSS, height));
+            let through = |j: u32| self.view.direction(x + f64::from(j % WITHIN), y + f64::from(j / WITHIN));
+            (0..WITHIN * WITHIN).filter_map(|j| self.view.ray(through(j), &bounds, self.tolerance)).collect()
+        };
+        (0..ACROSS * ACROSS).map(bundle).collect()
     }
 }
 

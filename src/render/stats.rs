@@ -18,6 +18,17 @@ pub struct Seconds {
     pub wall: f64,
 }
 
+/// Noises evaluated, by what for; see [`noise::evaluated`](crate::noise::evaluated) for what counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Octaves {
+    /// By rays through the pixels.
+    pub primary: u64,
+    /// For normals and colours.
+    pub surface: u64,
+    /// By rays to the sun.
+    pub shadow: u64,
+}
+
 /// What a picture cost, and how far it is to be trusted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Stats {
@@ -25,6 +36,8 @@ pub struct Stats {
     pub primary: CastStats,
     /// Rays to the sun.
     pub shadow: CastStats,
+    /// Octaves of noise that were evaluated.
+    pub octaves: Octaves,
     /// Where the time went.
     pub seconds: Seconds,
     /// Pixels finished.
@@ -54,10 +67,19 @@ impl AddAssign for Seconds {
     }
 }
 
+impl AddAssign for Octaves {
+    fn add_assign(&mut self, o: Octaves) {
+        self.primary += o.primary;
+        self.surface += o.surface;
+        self.shadow += o.shadow;
+    }
+}
+
 impl AddAssign for Stats {
     fn add_assign(&mut self, o: Stats) {
         self.primary += o.primary;
         self.shadow += o.shadow;
+        self.octaves += o.octaves;
         self.seconds += o.seconds;
         self.pixels += o.pixels;
         self.samples += o.samples;

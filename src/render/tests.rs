@@ -11,15 +11,17 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Many small steps, then bisection: slow, and blind to what is thinner than a step.
+/// Many small steps, then bisection: slow, and blind to what is thinner than a step. Every ray is said
+/// to cost 1.
 struct March {
     field: Evaluator<f64>,
     steps: u32,
+    costs: Vec<f64>,
 }
 
 impl March {
     fn new(tape: &Arc<Tape>) -> Self {
-        March { field: Evaluator::new(tape.clone()), steps: 150 }
+        March { field: Evaluator::new(tape.clone()), steps: 150, costs: Vec::new() }
     }
 
     fn inside(&mut self, ray: &Ray, t: f64) -> bool {
@@ -41,6 +43,7 @@ impl March {
 
 impl Caster for March {
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, _: &AtomicBool) {
+        self.costs = vec![1.0; rays.len()];
         for (ray, out) in rays.iter().zip(out) {
             *out = self.first_hit(ray);
             stats.rays += 1;
@@ -49,8 +52,12 @@ impl Caster for March {
         }
     }
 
+    fn costs(&self) -> &[f64] {
+        &self.costs
+    }
+
     fn clone_box(&self) -> Box<dyn Caster> {
-        Box::new(March { field: self.field.clone(), steps: self.steps })
+        Box::new(March { field: self.field.clone(), steps: self.steps, costs: Vec::new() })
     }
 }
 
@@ -211,6 +218,17 @@ fn air_has_a_blue_rim_by_day_and_none_by_night() {
     let (day, night) = (rim(0.99), rim(-0.99));
     assert!(day[2] > 1.5 * day[0] && day[2] > 0.05, "{day:?}");
     assert!(night.iter().all(|c| *c < 1e-3), "{night:?}");
+}
+
+#[test]
+fn pixels_know_what_their_rays_cost() {
+    let scene = ball();
+    let picture = shoot(&scene);
+    let all: f64 = picture.pixels.iter().map(|p| f64::from(p.evaluations)).sum();
+    assert_eq!(all, (picture.stats.primary.rays + picture.stats.shadow.rays) as f64);
+    // Four rays to the eye; where the sun shines, four to the sun besides.
+    let cost = |x: f64, z: f64| pixel_of(&picture, &scene, DVec3::new(x, 0.0, z)).evaluations;
+    assert_eq!((cost(0.6, 0.8), cost(-0.6, 0.8)), (8.0, 4.0));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::sample::{Purpose, Strata, uniform};
 use super::surface::{Patch, Surface};
 use super::{Job, Pixel, Prepared, Rect, Stats, light};
 use crate::cast::{Caster, Hit, Ray, Tolerance};
+use crate::noise;
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
@@ -49,6 +50,7 @@ struct Sum {
     nearest: f64,
     position: DVec3,
     normal: DVec3,
+    evaluations: f64,
 }
 
 /// One thread's caster and memory.
@@ -64,6 +66,8 @@ pub(super) struct Worker<'a> {
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     patches: Vec<Patch>,
+    /// The pixel of each patch.
+    patch_pixels: Vec<usize>,
     lit: Vec<bool>,
     pixels: Vec<Pixel>,
 }
@@ -82,6 +86,7 @@ impl<'a> Worker<'a> {
             rays: Vec::new(),
             hits: Vec::new(),
             patches: Vec::new(),
+            patch_pixels: Vec::new(),
             lit: Vec::new(),
             pixels: Vec::new(),
         }
@@ -95,6 +100,7 @@ impl<'a> Worker<'a> {
             nearest: f64::INFINITY,
             position: DVec3::ZERO,
             normal: DVec3::ZERO,
+            evaluations: 0.0,
         };
         let area = rect.width * rect.height;
         self.sums.clear();
@@ -122,7 +128,7 @@ impl<'a> Worker<'a> {
 
     /// Casts rays through the pixels of the tile.
     fn primary(&mut self, rect: &Rect, samples: Range<u32>, cancel: &AtomicBool) {
-        let start = Instant::now();
+        let stage = Stage::begin();
         let Prepared { settings, view, tolerance, .. } = self.scene;
         self.samples.clear();
         self.rays.clear();
@@ -150,30 +156,34 @@ impl<'a> Worker<'a> {
         self.hits.clear();
         self.hits.resize(self.rays.len(), Hit::MISS);
         self.caster.first_hits(&self.rays, &mut self.hits, &mut self.stats.primary, cancel);
-        for (owner, hit) in owners.into_iter().zip(&self.hits) {
-            self.samples[owner].distance = hit.t;
+        for ((owner, hit), cost) in owners.into_iter().zip(&self.hits).zip(self.caster.costs()) {
+            let sample = &mut self.samples[owner];
+            sample.distance = hit.t;
+            self.sums[sample.pixel].evaluations += cost;
         }
-        self.stats.seconds.primary += start.elapsed().as_secs_f64();
+        stage.end(&mut self.stats.seconds.primary, &mut self.stats.octaves.primary);
     }
 
     /// Finds normals and colours where rays met the solid.
     fn surface(&mut self) {
-        let start = Instant::now();
+        let stage = Stage::begin();
         let eye = self.scene.view.eye;
         let mut seen = Vec::new();
+        self.patch_pixels.clear();
         for sample in self.samples.iter_mut().filter(|s| s.distance.is_finite()) {
             sample.patch = seen.len();
+            self.patch_pixels.push(sample.pixel);
             seen.push((eye + sample.distance * sample.direction, sample.direction));
         }
         self.patches.clear();
         self.surface.patches(&seen, &mut self.patches);
         self.stats.undefined += self.patches.iter().filter(|p| p.undefined).count() as u64;
-        self.stats.seconds.surface += start.elapsed().as_secs_f64();
+        stage.end(&mut self.stats.seconds.surface, &mut self.stats.octaves.surface);
     }
 
     /// Casts rays towards the sun from the patches that face it.
     fn shadows(&mut self, cancel: &AtomicBool) {
-        let start = Instant::now();
+        let stage = Stage::begin();
         let sun = &self.scene.sun;
         self.lit.clear();
         self.lit.extend(self.patches.iter().map(|p| light::faces(p, sun)));
@@ -189,11 +199,12 @@ impl<'a> Worker<'a> {
             self.hits.clear();
             self.hits.resize(self.rays.len(), Hit::MISS);
             self.caster.any_hits(&self.rays, &mut self.hits, &mut self.stats.shadow, cancel);
-            for (owner, hit) in owners.into_iter().zip(&self.hits) {
+            for ((owner, hit), cost) in owners.into_iter().zip(&self.hits).zip(self.caster.costs()) {
                 self.lit[owner] = !hit.is_hit();
+                self.sums[self.patch_pixels[owner]].evaluations += cost;
             }
         }
-        self.stats.seconds.shadow += start.elapsed().as_secs_f64();
+        stage.end(&mut self.stats.seconds.shadow, &mut self.stats.octaves.shadow);
     }
 
     /// Adds the light of all samples to their pixels.
@@ -227,6 +238,25 @@ impl<'a> Worker<'a> {
     }
 }
 
+/// The clock of a stage.
+struct Stage {
+    time: Instant,
+    octaves: u64,
+}
+
+impl Stage {
+    /// Now.
+    fn begin() -> Stage {
+        Stage { time: Instant::now(), octaves: noise::evaluated() }
+    }
+
+    /// Adds what has passed since, and the octaves that this thread has evaluated.
+    fn end(self, seconds: &mut f64, octaves: &mut u64) {
+        *seconds += self.time.elapsed().as_secs_f64();
+        *octaves += noise::evaluated() - self.octaves;
+    }
+}
+
 impl Prepared {
     /// The ray from a patch towards the sun, as far as the bounds go. It starts a few tolerances
     /// above the solid, so as not to meet the patch that it comes from.
@@ -257,6 +287,7 @@ fn resolve(sum: &Sum, samples: u32) -> Pixel {
         depth: sum.nearest as f32,
         position: sum.position.as_vec3().to_array(),
         normal: sum.normal.as_vec3().to_array(),
+        evaluations: sum.evaluations as f32,
     }
 }
 

@@ -1,7 +1,7 @@
 //! A square of numbers as shades of grey, with a bar that says which shade is which number.
 
-use super::{FONT, Figure, PlotError, TEXT, TITLE, decimals, drawing, font, tick};
-use plotters::coord::Shift;
+use super::bar::{Bar, pixels};
+use super::{Area, FONT, Figure, Frame, PlotError, TEXT, TITLE, decimals, drawing, font, tick};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::ops::Range;
@@ -32,14 +32,6 @@ const RIGHT: u32 = 98;
 const MARGIN: u32 = 8;
 const TOP: u32 = 34;
 const BOTTOM: u32 = 46;
-/// Room in front of the bar and for its labels.
-const GAP: u32 = 14;
-const BAR_LABELS: u32 = 60;
-
-/// What is drawn on.
-type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
-/// Pixels of a frame.
-type Frame = (Range<i32>, Range<i32>);
 
 impl Map<'_> {
     /// Draws it; the height follows from the width.
@@ -57,10 +49,8 @@ impl Map<'_> {
         root.present().map_err(drawing)?;
         drop(root);
         self.fill(&mut figure, image);
-        let last = f64::from(bar.1.end - bar.1.start - 1).max(1.0);
-        for y in bar.1.clone() {
-            let shade = (255.0 * f64::from(bar.1.end - 1 - y) / last).round() as u8;
-            bar.0.clone().for_each(|x| figure.set(x, y, [shade; 3]));
+        for (x, y, share) in pixels(bar) {
+            figure.set(x, y, [(255.0 * share).round() as u8; 3]);
         }
         Ok(figure)
     }
@@ -97,29 +87,8 @@ impl Map<'_> {
             .draw()
             .map_err(drawing)?;
         let image = chart.plotting_area().get_pixel_range();
-        let mut chart = ChartBuilder::on(&right)
-            .margin_top(TOP)
-            .margin_bottom(BOTTOM)
-            .margin_left(GAP)
-            .margin_right(MARGIN)
-            .set_label_area_size(LabelAreaPosition::Right, BAR_LABELS)
-            .build_cartesian_2d(0.0..1.0, self.shades.0..self.shades.1)
-            .map_err(drawing)?;
-        // Apart from the tick in front of it, which would look like a minus sign.
-        let plain = ticks(self.shades);
-        let format = |v: &f64| format!("  {}", plain(v));
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .disable_x_axis()
-            .y_labels(9)
-            .y_label_formatter(&format)
-            .label_style((FONT, TEXT))
-            .axis_desc_style((FONT, TEXT + 1))
-            .y_desc(self.bar)
-            .draw()
-            .map_err(drawing)?;
-        Ok((image, chart.plotting_area().get_pixel_range()))
+        let bar = Bar { label: self.bar, ends: self.shades, top: TOP, bottom: BOTTOM, right: MARGIN };
+        Ok((image, bar.frame(&right)?))
     }
 
     /// Puts the shades into their frame: each pixel is the mean of the numbers that it covers.

@@ -1,17 +1,23 @@
-//! Figures: curves and grey images with axes, as pixels.
+//! Figures: curves, and images of numbers with scales, as pixels.
 //!
 //! Axes, ticks and texts are drawn by `plotters` with a font that is part of the program, so that a
 //! figure is the same, bit for bit, on every machine. Images are put into their frames pixel by pixel
 //! here.
 
+mod bar;
 mod curves;
+mod heat;
 mod map;
 
 pub use curves::{Axis, Curves, Line};
+pub use heat::Heat;
 pub use map::Map;
 
+use plotters::coord::Shift;
+use plotters::prelude::{BitMapBackend, DrawingArea};
 use png::{BitDepth, ColorType, Compression, Encoder, EncodingError};
 use std::io::{self, Write};
+use std::ops::Range;
 use std::sync::OnceLock;
 
 /// A picture with 8 bits for red, green and blue, row by row.
@@ -38,6 +44,11 @@ pub enum PlotError {
     #[error("{0} pixels are too few for a figure with axes")]
     Small(u32),
 }
+
+/// What is drawn on.
+type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
+/// Pixels of a frame.
+type Frame = (Range<i32>, Range<i32>);
 
 /// Name under which the font is known to the drawing library.
 const FONT: &str = "figure";

@@ -55,19 +55,20 @@ const ISLANDS: usize = 4;
 // reach back to the frontier for sure against evaluations that gain more if they do. All minima are flat.
 
 /// Where the next middle lies ahead of the frontier, as a share of the stretch that is expected.
-const AHEAD: f64 = 0.7;
+const AHEAD: f64 = 0.5;
 
 /// Half the next piece, as a multiple of that.
-const SPAN: f64 = 1.8;
+const SPAN: f64 = 2.0;
 
 /// What is expected after an answer that was certain of only part of its piece, as a share of that.
-const SHORT: f64 = 0.7;
+const SHORT: f64 = 1.0;
 
-/// After this many answers in succession that were certain of all of their pieces, more is expected.
-const EASY: u32 = 6;
+/// What is expected at most after an answer that was certain of all of its piece, as a multiple of half
+/// of it.
+const FARTHER: f64 = 6.0;
 
 /// A root is aimed at when it is expected within this many stretches.
-const AIM: f64 = 1.3;
+const AIM: f64 = 1.0;
 
 /// Pieces after which a march is given up.
 pub(super) const PIECES: u32 = 20_000;
@@ -89,8 +90,8 @@ pub(super) struct March {
     aimed: bool,
     islands: [[f64; 2]; ISLANDS],
     count: usize,
-    /// Answers in succession that were certain of all of their pieces.
-    ease: u32,
+    /// Half the piece that is to be looked at around the end of the line, or zero.
+    ending: f64,
     pub pieces: u32,
 }
 
@@ -106,13 +107,23 @@ impl March {
             aimed: false,
             islands: [[0.0; 2]; ISLANDS],
             count: 0,
-            ease: 0,
+            ending: 0.0,
             pieces: 0,
         }
     }
 
+    /// The same for a line that ends close to the surface. There only a piece with its middle on the
+    /// end is certain of anything: so one makes an island of it first.
+    pub(super) fn ending(self) -> March {
+        March { ending: self.stretch.min(self.far - self.free), ..self }
+    }
+
     /// The piece to look at next.
     pub(super) fn piece(&mut self) -> Piece {
+        if self.ending > 0.0 {
+            self.aimed = false;
+            return Piece::new(self.far, self.ending);
+        }
         let end =
             self.far.min(self.inside).min(if self.count > 0 { self.islands[0][0] } else { f64::INFINITY });
         let gap = end - self.free;
@@ -159,6 +170,14 @@ impl March {
             self.join(place(behind[0]), place(behind[1]));
             self.join(place(beyond[0]), place(beyond[1]));
         }
+        if self.ending > 0.0 {
+            let is_island = self.islands[..self.count].iter().any(|i| i[1] >= self.far);
+            let shorter = 0.35 * self.ending;
+            self.ending = if is_island || shorter < tolerance { 0.0 } else { shorter };
+            if self.free < self.far.min(self.inside) {
+                return Next::Look;
+            }
+        }
         if self.free >= self.far.min(self.inside) {
             return if self.inside <= self.far {
                 Next::Root(self.free.min(self.inside), self.inside)
@@ -170,7 +189,7 @@ impl March {
         if self.inside.is_finite() && left <= tolerance {
             return Next::Root(self.free, self.inside);
         }
-        self.plan(piece, before, [gap, left], tolerance);
+        self.plan(piece, before, [gap, left], fore.reach, tolerance);
         if half <= 0.5 * tolerance && self.free == before {
             return Next::Stuck(self.free);
         }
@@ -178,16 +197,13 @@ impl March {
     }
 
     /// Guesses the next stretch.
-    fn plan(&mut self, piece: Piece, before: f64, [gap, left]: [f64; 2], tolerance: f64) {
+    fn plan(&mut self, piece: Piece, before: f64, [gap, left]: [f64; 2], reach: f64, tolerance: f64) {
         let gained = self.free - before;
         let whole = self.free >= piece.mid + 0.999 * piece.half;
-        self.ease = if whole { self.ease + 1 } else { 0 };
         if gained > 0.0 {
-            // What the answer gained beyond its middle is what the next one may be expected to; more where
-            // one after another was certain of everything.
-            let hope =
-                if whole { f64::from(self.ease.clamp(EASY, 4 * EASY)) / f64::from(EASY) } else { SHORT };
-            self.stretch = (self.free - piece.mid).max(0.5 * gained) * hope;
+            // How far from its middle the answer is certain, or would be if the piece were longer.
+            let reach = if whole { reach.min(FARTHER) } else { SHORT * (self.free - piece.mid) / piece.half };
+            self.stretch = (reach * piece.half).max(0.5 * gained);
         } else {
             self.stretch = 0.35 * self.stretch.min(piece.half * 2.0);
         }

@@ -5,6 +5,10 @@
 //! quarters, then the rays, each with a prediction of its root from the last answer of its beam (the
 //! notes on ray casting, 9.6; Keeter's and others' tiles are the same idea with intervals). Beams of
 //! all tiles at one level are answered together, in batches.
+//!
+//! Shadow rays are parallel, and all begin on the surface, where nothing can be shared. So they are
+//! marched from their other ends: the beam crosses free space at once, and what is left to its rays is
+//! the last bit, down to where each began.
 
 mod frame;
 mod march;
@@ -58,6 +62,19 @@ struct Memory {
     thin: Vec<Thin>,
     /// Entries of a list that are under way.
     active: Vec<usize>,
+    /// Rays turned around.
+    turned: Vec<Ray>,
+    /// Evaluations for each ray of the last group.
+    costs: Vec<f64>,
+}
+
+/// What is wanted of rays.
+#[derive(Clone, Copy, PartialEq)]
+enum Want {
+    /// The first hit.
+    First,
+    /// Whether the ray is inside anywhere.
+    Any,
 }
 
 /// Rays that march together.
@@ -116,7 +133,14 @@ impl Beam {
     }
 
     /// Cuts the beam into parts, or into rays.
-    fn cut(&self, frame: &Frame, rays: &[Ray], parts: &mut Vec<Beam>, thin: &mut Vec<Thin>, out: &mut [Hit]) {
+    fn cut(
+        &self,
+        frame: &Frame,
+        rays: &[Ray],
+        want: Want,
+        (parts, thin): (&mut Vec<Beam>, &mut Vec<Thin>),
+        out: &mut [Hit],
+    ) {
         let size = (self.rays.len().next_power_of_two() / PARTS).max(1);
         for start in self.rays.clone().step_by(size) {
             let all = start..(start + size).min(self.rays.end);
@@ -140,9 +164,13 @@ impl Beam {
                     out[range.start] = Hit::MISS;
                     continue;
                 }
-                let root = self.root(frame.place(ray)).map(distance);
                 let stretch = distance(free + self.march.stretch) - distance(free);
-                let march = March::new(near, ray.far, stretch, root);
+                let march = match want {
+                    Want::First => {
+                        March::new(near, ray.far, stretch, self.root(frame.place(ray)).map(distance))
+                    }
+                    Want::Any => March::new(near, ray.far, stretch, None).ending(),
+                };
                 thin.push(Thin::new(range.start, march));
             }
         }
@@ -170,10 +198,13 @@ impl Thin {
         }
     }
 
-    fn tell(&mut self, ray: &Ray, answer: &Answer) {
+    fn tell(&mut self, ray: &Ray, answer: &Answer, want: Want) {
         let tolerance = ray.tolerance.at(self.march.free);
         self.hit = match self.march.tell(self.piece, answer, tolerance) {
             Next::Free => Some(Hit::MISS),
+            _ if want == Want::Any && self.march.inside.is_finite() => {
+                Some(Hit { t: self.march.inside, certified: true })
+            }
             Next::Root(a, b) => Some(Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified: true }),
             Next::Stuck(t) => Some(Hit { t, certified: answer.finite }),
             Next::Look if self.march.pieces > PIECES => Some(Hit { t: self.march.free, certified: false }),
@@ -224,7 +255,7 @@ impl Beams {
 
     /// Marches beams until each is free or too wide to go on.
     fn march_beams(&mut self, stats: &mut CastStats, cancel: &AtomicBool) {
-        let Memory { frames, beams, active, .. } = &mut self.memory;
+        let Memory { frames, beams, active, costs, .. } = &mut self.memory;
         active.clear();
         active.extend(0..beams.len());
         let mut p = [Parabolas::constant(0.0); 3];
@@ -244,8 +275,11 @@ impl Beams {
                 let f = self.wide.eval(&p);
                 let answers = answer(f, pieces);
                 for (lane, &i) in batch.iter().enumerate() {
-                    beams[i].tell(&f.lane(lane), &answers[lane]);
-                    stats.culled += u64::from(beams[i].state == State::Free);
+                    let beam = &mut beams[i];
+                    beam.tell(&f.lane(lane), &answers[lane]);
+                    stats.culled += u64::from(beam.state == State::Free);
+                    let share = 1.0 / beam.rays.len() as f64;
+                    costs[beam.rays.clone()].iter_mut().for_each(|cost| *cost += share);
                 }
                 stats.evaluations += batch.len() as u64;
                 stats.shared += batch.len() as u64;
@@ -256,8 +290,8 @@ impl Beams {
     }
 
     /// Marches rays to their ends.
-    fn march_rays(&mut self, rays: &[Ray], stats: &mut CastStats, cancel: &AtomicBool) {
-        let Memory { thin, active, .. } = &mut self.memory;
+    fn march_rays(&mut self, rays: &[Ray], want: Want, stats: &mut CastStats, cancel: &AtomicBool) {
+        let Memory { thin, active, costs, .. } = &mut self.memory;
         active.clear();
         active.extend(0..thin.len());
         let mut p = [Parabolas::constant(0.0); 3];
@@ -272,7 +306,8 @@ impl Beams {
                 let answers = answer(self.thin.eval(&p), pieces);
                 for (lane, &i) in batch.iter().enumerate() {
                     let thin = &mut thin[i];
-                    thin.tell(&rays[thin.ray], &answers[lane]);
+                    thin.tell(&rays[thin.ray], &answers[lane], want);
+                    costs[thin.ray] += 1.0;
                 }
                 stats.evaluations += batch.len() as u64;
                 stats.steps += batch.len() as u64;
@@ -289,13 +324,22 @@ fn trimmed(rays: &[Ray], range: Range<usize>) -> Option<Range<usize>> {
     Some(first..last + 1)
 }
 
-impl Caster for Beams {
-    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
+impl Beams {
+    fn cast(
+        &mut self,
+        rays: &[Ray],
+        want: Want,
+        out: &mut [Hit],
+        stats: &mut CastStats,
+        cancel: &AtomicBool,
+    ) {
         stats.rays += rays.len() as u64;
         let memory = &mut self.memory;
         memory.frames.clear();
         memory.beams.clear();
         memory.thin.clear();
+        memory.costs.clear();
+        memory.costs.resize(rays.len(), 0.0);
         Self::gather(memory, rays, out);
         while !self.memory.beams.is_empty() {
             self.march_beams(stats, cancel);
@@ -303,7 +347,7 @@ impl Caster for Beams {
             for beam in beams.iter() {
                 match beam.state {
                     State::Free => out[beam.rays.clone()].fill(Hit::MISS),
-                    State::Ended => beam.cut(&frames[beam.frame], rays, parts, thin, out),
+                    State::Ended => beam.cut(&frames[beam.frame], rays, want, (parts, thin), out),
                     // Given up.
                     State::Marching => {}
                 }
@@ -311,14 +355,43 @@ impl Caster for Beams {
             beams.clear();
             std::mem::swap(beams, parts);
         }
-        self.march_rays(rays, stats, cancel);
-        for thin in &self.memory.thin {
-            if let Some(hit) = thin.hit {
-                out[thin.ray] = hit;
+        self.march_rays(rays, want, stats, cancel);
+        for Thin { ray, march, hit, .. } in &self.memory.thin {
+            if let Some(hit) = *hit {
+                out[*ray] = hit;
                 stats.hits += u64::from(hit.is_hit());
                 stats.uncertified += u64::from(!hit.certified);
+                stats.given_up += u64::from(march.pieces > PIECES && !hit.certified);
             }
         }
+    }
+}
+
+impl Caster for Beams {
+    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
+        self.cast(rays, Want::First, out, stats, cancel);
+    }
+
+    fn any_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
+        let mut turned = std::mem::take(&mut self.memory.turned);
+        turned.clear();
+        turned.extend(rays.iter().map(|&Ray { origin, direction, near, far, tolerance }| Ray {
+            origin,
+            direction: -direction,
+            near: -far,
+            far: -near,
+            tolerance,
+        }));
+        self.cast(&turned, Want::Any, out, stats, cancel);
+        self.memory.turned = turned;
+        for (hit, ray) in out.iter_mut().zip(rays).filter(|(hit, _)| hit.is_hit()) {
+            // Somewhere behind the beginning.
+            hit.t = ray.near;
+        }
+    }
+
+    fn costs(&self) -> &[f64] {
+        &self.memory.costs
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

@@ -11,6 +11,9 @@ pub struct Half {
     pub above: [f64; 2],
     /// Nearest place where the quantity is negative for certain; 1 if there is none.
     pub below: f64,
+    /// Where the band would come down to zero if it went on as it does within the piece: not certain,
+    /// but how long a piece might be; at least 1, and infinite if nowhere.
+    pub reach: f64,
 }
 
 impl<const K: usize> Parabola<K> {
@@ -23,28 +26,29 @@ impl<const K: usize> Parabola<K> {
 impl<const B: usize, const K: usize> Parabolas<B, K> {
     /// What is certain of both halves of every lane's piece: backwards, then forwards.
     pub fn halves(&self) -> [[Half; 2]; B] {
-        let mut out = [[Half { above: [1.0; 2], below: 1.0 }; 2]; B];
+        let mut out = [[Half { above: [1.0; 2], below: 1.0, reach: 1.0 }; 2]; B];
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
-            let ([from, to], below) = widest(
+            let ([from, to, reach], below) = widest(
                 #[inline(always)]
                 || (self.above(sign), self.below(sign)),
             );
             for i in 0..B {
-                out[i][side] = Half { above: [from[i], to[i]], below: below[i] };
+                out[i][side] = Half { above: [from[i], to[i]], below: below[i], reach: reach[i] };
             }
         }
         out
     }
 
-    /// Where each lane is positive on the side that `sign` says.
+    /// Where each lane is positive on the side that `sign` says, and its reach.
     #[inline(always)]
-    fn above(&self, sign: f64) -> [[f64; B]; 2] {
-        let mut out = [[1.0; B]; 2];
+    fn above(&self, sign: f64) -> [[f64; B]; 3] {
+        let mut out = [[1.0; B]; 3];
         for i in 0..B {
             let x = self.lane(i);
-            let [from, to] = positive(ends(x.mid, sign, &x));
+            let [from, to, reach] = positive(ends(x.mid, sign, &x));
             let known = x.range.lo > 0.0;
             (out[0][i], out[1][i]) = (choose(known, 0.0, from), choose(known, 1.0, to));
+            out[2][i] = choose(reach > 1.0, reach, 1.0);
         }
         out
     }
@@ -55,7 +59,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         let mut out = [1.0; B];
         for i in 0..B {
             let x = self.lane(i);
-            let [from, _] = positive(ends([-x.mid[0], -x.mid[1], -x.mid[2]], sign, &x));
+            let [from, ..] = positive(ends([-x.mid[0], -x.mid[1], -x.mid[2]], sign, &x));
             out[i] = choose(x.range.hi < 0.0, 0.0, from);
         }
         out
@@ -70,17 +74,25 @@ fn ends<const K: usize>([c, b, a]: [f64; 3], sign: f64, x: &Parabola<K>) -> [f64
     [end(c, x.off_middle()), end(sign * b, x.rest[1]), end(a, x.rest[2])]
 }
 
-/// The first part of [0, 1] in which `c + b t + a t^2` is positive for certain; `[1, 1]` if there is none.
+/// The first part of [0, 1] in which `c + b t + a t^2` is positive for certain, or `[1, 1]` if there is
+/// none; and the first root ahead of a polynomial that starts out positive.
 ///
 /// Roots only propose its ends. A proposal counts where the polynomial is positive beyond rounding at
 /// both ends, and at its vertex should that be a minimum between them: then it is so throughout.
 #[inline(always)]
-fn positive([c, b, a]: [f64; 3]) -> [f64; 2] {
+fn positive([c, b, a]: [f64; 3]) -> [f64; 3] {
     let (square, product) = (b * b, 4.0 * a * c);
     let discriminant = square - product;
+    let is_real = discriminant >= 0.0;
     // At a root the polynomial falls or rises as fast as this.
     let speed = discriminant.abs().sqrt();
-    let [start, end] = proposal([c, b, a], speed, discriminant >= 0.0);
+    // Both roots without cancellation.
+    let q = -0.5 * (b + speed.copysign(b));
+    let (r, s) = (q / a, c / q);
+    let (low, high) = (choose(r < s, r, s), choose(r < s, s, r));
+    let first = choose(low > 0.0, low, high);
+    let reach = choose(is_real & (first > 0.0), first, f64::INFINITY);
+    let [start, end] = proposal(c > 0.0, a < 0.0, is_real, [low, high]);
     // Draw back by as much as makes it positive beyond rounding, but for roots that nearly meet.
     let size = |t: f64| c.abs() + (b * t).abs() + (a * t * t).abs();
     let (slow, hair) = (32.0 * ROUNDOFF / speed, 32.0 * ROUNDOFF);
@@ -91,17 +103,12 @@ fn positive([c, b, a]: [f64; 3]) -> [f64; 2] {
     // The polynomial is `(product - square) / 4 a` at its vertex.
     let stays = product - square > 16.0 * ROUNDOFF * (product.abs() + square);
     let some = (from < to) & is_positive(from) & is_positive(to) & (!dips | stays);
-    [choose(some, from, 1.0), choose(some, to, 1.0)]
+    [choose(some, from, 1.0), choose(some, to, 1.0), choose(c > 0.0, reach, 1.0)]
 }
 
-/// Where in [0, 1] the polynomial first becomes positive and where it ceases to be, by its roots, if
-/// those are real; `root` is that of the discriminant.
+/// Where in [0, 1] the polynomial first becomes positive and where it ceases to be, by its roots.
 #[inline(always)]
-fn proposal([c, b, a]: [f64; 3], root: f64, is_real: bool) -> [f64; 2] {
-    // Both roots without cancellation.
-    let q = -0.5 * (b + root.copysign(b));
-    let (r, s) = (q / a, c / q);
-    let (low, high) = (choose(r < s, r, s), choose(r < s, s, r));
+fn proposal(starts: bool, caps: bool, is_real: bool, [low, high]: [f64; 2]) -> [f64; 2] {
     let within = |t: f64| choose((t > 0.0) & (t < 1.0), t, 1.0);
     // Positive from the start, up to the first root ahead.
     let until = within(choose(low > 0.0, low, high));
@@ -110,8 +117,7 @@ fn proposal([c, b, a]: [f64; 3], root: f64, is_real: bool) -> [f64; 2] {
     // Below at the start, above from the greater root on; a straight line has one root only.
     let last = choose(high.is_finite(), high, low);
     let from = choose(last >= 0.0, last, 1.0);
-    let rises = [choose(a < 0.0, between[0], from), choose(a < 0.0, between[1], 1.0)];
-    let starts = c > 0.0;
+    let rises = [choose(caps, between[0], from), choose(caps, between[1], 1.0)];
     [
         choose(starts, 0.0, choose(is_real, rises[0], 1.0)),
         choose(starts & !is_real, 1.0, choose(starts, until, choose(is_real, rises[1], 1.0))),

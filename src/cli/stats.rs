@@ -1,0 +1,144 @@
+//! The table of what a picture cost: `orogen render --stats`.
+//!
+//! To report something else of the rays, add a line to [`ROWS`].
+
+use super::report::{Terminal, count, out, plural, seconds};
+use crate::cast::CastStats;
+use crate::render::Stats;
+
+/// What is known of one kind of rays.
+struct Column {
+    name: &'static str,
+    cast: CastStats,
+    octaves: u64,
+    seconds: f64,
+}
+
+/// A name, and what it says of a kind of rays; nothing where there is nothing to say.
+type Row = (&'static str, fn(&Column) -> Option<String>);
+
+/// The rows. Those of which no column says anything are left out.
+const ROWS: &[Row] = &[
+    ("rays", |c| number(c.cast.rays)),
+    ("  hits", |c| number(c.cast.hits)),
+    ("field evaluations", |c| number(c.cast.evaluations)),
+    ("  per ray", |c| ratio(c.cast.evaluations, c.cast.rays)),
+    ("  shared by beams", |c| number(c.cast.shared)),
+    ("octaves of noise", |c| number(c.octaves)),
+    ("  per ray", |c| ratio(c.octaves, c.cast.rays)),
+    ("  per evaluation", |c| ratio(c.octaves, c.cast.evaluations)),
+    ("beams culled", |c| number(c.cast.culled)),
+    ("steps taken back", |c| number(c.cast.backtracks)),
+    ("certified, %", |c| certified(c.cast.uncertified, c.cast.rays)),
+    ("  given up", |c| number(c.cast.given_up)),
+    ("  met what is not finite", |c| number(c.cast.uncertified - c.cast.given_up)),
+    ("rays/s, each thread", |c| (c.seconds > 0.0).then(|| rounded(c.cast.rays as f64 / c.seconds))),
+];
+
+/// Prints the table.
+pub fn print(stats: &Stats, terminal: &Terminal) {
+    for (i, line) in rays(stats).into_iter().chain([String::new()]).chain(times(stats)).enumerate() {
+        out(if i == 0 { terminal.bold(line) } else { line });
+    }
+}
+
+/// What the rays cost.
+fn rays(stats: &Stats) -> Vec<String> {
+    let Stats { primary, shadow, octaves, seconds, .. } = stats;
+    let mut cast = *primary;
+    cast += *shadow;
+    let columns = [
+        Column { name: "to the eye", cast: *primary, octaves: octaves.primary, seconds: seconds.primary },
+        Column { name: "to the sun", cast: *shadow, octaves: octaves.shadow, seconds: seconds.shadow },
+        Column {
+            name: "all",
+            cast,
+            octaves: octaves.primary + octaves.shadow,
+            seconds: seconds.primary + seconds.shadow,
+        },
+    ];
+    let mut lines = vec![line("", columns.each_ref().map(|c| c.name.to_owned()))];
+    for (name, cell) in ROWS {
+        let cells = columns.each_ref().map(cell);
+        if cells.iter().any(Option::is_some) {
+            lines.push(line(name, cells.map(|c| c.unwrap_or_else(|| "-".to_owned()))));
+        }
+    }
+    lines
+}
+
+/// Where the time went.
+fn times(stats: &Stats) -> Vec<String> {
+    let s = &stats.seconds;
+    let all = s.primary + s.surface + s.shadow + s.shading;
+    let stages = [
+        ("rays to the eye", s.primary, stats.octaves.primary),
+        ("normals, colours", s.surface, stats.octaves.surface),
+        ("rays to the sun", s.shadow, stats.octaves.shadow),
+        ("light, air", s.shading, 0),
+    ];
+    let mut lines = vec![line("time, threads added up", ["time", "%", "octaves"].map(str::to_owned))];
+    for (name, time, octaves) in stages {
+        let share = if all > 0.0 { format!("{:.0}", 100.0 * time / all) } else { "-".to_owned() };
+        lines.push(line(name, [seconds(time), share, number(octaves).unwrap_or_else(|| "-".to_owned())]));
+    }
+    let rays = stats.primary.rays + stats.shadow.rays;
+    let speed = if s.wall > 0.0 { rounded(rays as f64 / s.wall) } else { "0".to_owned() };
+    lines.push(format!("{} on {}: {speed} rays/s", seconds(s.wall), plural(stats.threads, "thread")));
+    lines
+}
+
+fn line(name: &str, cells: [String; 3]) -> String {
+    let [a, b, c] = cells;
+    format!("{name:<24}{a:>16}{b:>16}{c:>16}")
+}
+
+/// A count, if there is anything to count.
+fn number(n: u64) -> Option<String> {
+    (n > 0).then(|| count(n))
+}
+
+fn ratio(n: u64, of: u64) -> Option<String> {
+    (n > 0 && of > 0).then(|| format!("{:.2}", n as f64 / of as f64))
+}
+
+fn rounded(x: f64) -> String {
+    count(x.round() as u64)
+}
+
+/// The certified share in percent, which is 100 only if it is.
+fn certified(uncertified: u64, rays: u64) -> Option<String> {
+    let share = |n: u64| (1e6 * (1.0 - n as f64 / rays as f64)).min(999_999.0).floor() * 1e-4;
+    (rays > 0).then(|| if uncertified == 0 { "100".to_owned() } else { format!("{:.4}", share(uncertified)) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_say_what_was_counted_and_no_more() {
+        let primary = CastStats { rays: 4, hits: 1, evaluations: 10, ..CastStats::default() };
+        let said = rays(&Stats { primary, ..Stats::default() }).join("\n");
+        let row =
+            |name: &str| said.lines().find(|l| l.starts_with(name)).map(|l| l.split_whitespace().collect());
+        assert_eq!(row("rays"), Some(vec!["rays", "4", "-", "4"]), "{said}");
+        assert_eq!(row("  per ray"), Some(vec!["per", "ray", "2.50", "-", "2.50"]), "{said}");
+        assert_eq!(row("certified"), Some(vec!["certified,", "%", "100", "-", "100"]), "{said}");
+        assert!(!said.contains("beams") && !said.contains("given up"), "{said}");
+    }
+
+    #[test]
+    fn what_is_not_certain_has_a_reason() {
+        let shadow = CastStats { rays: 1 << 40, uncertified: 3, given_up: 2, ..CastStats::default() };
+        let said = rays(&Stats { shadow, ..Stats::default() }).join("\n");
+        for piece in ["99.9999", "  given up                               -               2"] {
+            assert!(said.contains(piece), "{said}");
+        }
+        assert!(
+            said.lines().any(|l| l.starts_with("  met what is not finite") && l.ends_with('1')),
+            "{said}"
+        );
+        assert_eq!(certified(1, 3).unwrap(), "66.6666");
+    }
+}
