@@ -23,7 +23,7 @@ fn main() {
     let root = common::three_octaves(&mut b);
     let rays = view::rays(800, 1.55);
     let real: Vec<Ray> = rays.iter().copied().filter(|r| r.near < r.far).collect();
-    let typical: Vec<Ray> = real.iter().copied().step_by(real.len() / 128).collect();
+    let typical: Vec<Vec<Ray>> = rays.chunks(64).step_by(rays.len() / 640).map(<[Ray]>::to_vec).collect();
     println!("| caster | evaluations/ray | steps/ray | backtracks/ray | hits | CPU us/ray |");
     println!("|---|---|---|---|---|---|");
     let wanted = std::env::args().nth(1).filter(|a| !a.starts_with('-'));

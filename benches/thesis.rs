@@ -161,7 +161,8 @@ fn table(published: &Published, size: usize) {
         "| caster | evaluations/ray, printed | all rays | rays within bounds | backtracks | time, printed | CPU s | hits |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    let typical: Vec<Ray> = real.iter().copied().step_by(real.len().div_ceil(128)).collect();
+    let typical: Vec<Vec<Ray>> =
+        rays.chunks(64).step_by((rays.len() / 640).max(1)).map(<[Ray]>::to_vec).collect();
     for (i, (kind, name)) in CASTERS.into_iter().enumerate() {
         let [evaluations, time] = published.printed.get(i).copied().unwrap_or(["", ""]);
         let Some((stats, seconds)) = cast(kind, &mut field, &region, &rays, &typical) else {
@@ -183,7 +184,7 @@ fn cast(
     field: &mut Field,
     region: &Aabb,
     rays: &[Ray],
-    typical: &[Ray],
+    typical: &[Vec<Ray>],
 ) -> Option<(CastStats, f64)> {
     let mut caster = caster(kind, field, region, typical).ok()?;
     let mut stats = CastStats::default();

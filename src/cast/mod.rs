@@ -26,7 +26,7 @@ mod sphere;
 use crate::field::{Field, lipschitz_outside};
 use crate::num::{Affine, Interval, ROUNDOFF, Reduced};
 use crate::scene::Aabb;
-use crate::tape::{Census, Evaluator};
+use crate::tape::{Cells, Census, Evaluator};
 use beam::Beams;
 use glam::DVec3;
 use group::{Group, march};
@@ -34,6 +34,7 @@ use handover::Handover;
 use pieces::{Pieces, Seek};
 use segment::SegmentTracing;
 use sphere::SphereTracing;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// A piece of a line: `origin + t direction` for `near <= t <= far`.
@@ -216,8 +217,7 @@ pub enum CastError {
     NoLipschitzBound,
 }
 
-/// A caster for a field within a region. `typical` bundles of rays, neighbours each, help
-/// [`Kind::Auto`] to choose.
+/// A caster for a field within a region; see [`caster_in`].
 ///
 /// # Errors
 /// [`CastError::NoLipschitzBound`] where sphere tracing was asked for and cannot be had.
@@ -225,6 +225,22 @@ pub fn caster(
     kind: Kind,
     field: &mut Field,
     region: &Aabb,
+    typical: &[Vec<Ray>],
+) -> Result<Box<dyn Caster>, CastError> {
+    let cells = Arc::new(Cells::new(field.tape().clone(), &region.intervals()));
+    caster_in(kind, field, region, &cells, typical)
+}
+
+/// A caster for a field within a region, of which the cells are at hand. `typical` bundles of rays,
+/// neighbours each, help [`Kind::Auto`] to choose.
+///
+/// # Errors
+/// [`CastError::NoLipschitzBound`] where sphere tracing was asked for and cannot be had.
+pub fn caster_in(
+    kind: Kind,
+    field: &mut Field,
+    region: &Aabb,
+    cells: &Arc<Cells>,
     typical: &[Vec<Ray>],
 ) -> Result<Box<dyn Caster>, CastError> {
     let tape = field.tape().clone();
@@ -235,7 +251,7 @@ pub fn caster(
         Kind::Standard => return Ok(Box::new(Group::new(Pieces::<Affine>::halving(Seek::First), tape))),
         Kind::Reduced => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::halving(Seek::First), tape))),
         Kind::Affine => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::trimming(Seek::First), tape))),
-        Kind::Beam => return Ok(Box::new(Beams::new(tape))),
+        Kind::Beam => return Ok(Box::new(Beams::new(cells.clone()))),
     }
     let lipschitz = lipschitz_outside(field, region);
     let bounded = lipschitz.is_finite() && lipschitz > 0.0;
@@ -245,7 +261,7 @@ pub fn caster(
     };
     match kind {
         Kind::Auto => {
-            let mut beams: Box<dyn Caster> = Box::new(Beams::new(tape.clone()));
+            let mut beams: Box<dyn Caster> = Box::new(Beams::new(cells.clone()));
             if bounded && lipschitz < STEEP {
                 let mut balls = spheres(RELAXATION);
                 let (at_points, along_pieces) = costs(tape.census());

@@ -5,6 +5,7 @@
 use super::report::{Terminal, count, out, plural, seconds};
 use crate::cast::CastStats;
 use crate::render::Stats;
+use crate::tape::Prunings;
 
 /// What is known of one kind of rays.
 struct Column {
@@ -81,6 +82,11 @@ fn times(stats: &Stats) -> Vec<String> {
     for (name, time, octaves) in stages {
         let share = if all > 0.0 { format!("{:.0}", 100.0 * time / all) } else { "-".to_owned() };
         lines.push(line(name, [seconds(time), share, number(octaves).unwrap_or_else(|| "-".to_owned())]));
+    }
+    let Prunings { tapes, instructions, whole } = stats.prunings;
+    if tapes > 0 {
+        let mean = instructions as f64 / tapes as f64;
+        lines.push(format!("{} of {mean:.0} instead of {whole} instructions", plural(tapes, "pruned tape")));
     }
     let rays = stats.primary.rays + stats.shadow.rays;
     let speed = if s.wall > 0.0 { rounded(rays as f64 / s.wall) } else { "0".to_owned() };

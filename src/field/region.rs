@@ -5,11 +5,6 @@ use crate::num::Interval;
 use crate::scene::Aabb;
 use glam::DVec3;
 
-/// A box as intervals.
-fn intervals(b: &Aabb) -> [Interval; 3] {
-    std::array::from_fn(|axis| Interval::new(b.min[axis], b.max[axis]))
-}
-
 /// The eight halves of a box.
 fn octants(b: &Aabb) -> impl Iterator<Item = Aabb> + use<> {
     let Aabb { min, max } = *b;
@@ -44,7 +39,7 @@ pub fn extent(field: &mut Field, region: &Aabb) -> Extent {
     let mut found;
     loop {
         #[allow(clippy::neg_cmp_op_on_partial_ord)] // a cell that has no value is not excluded
-        cells.retain(|cell| !(field.range(&intervals(cell)).lo > 0.0));
+        cells.retain(|cell| !(field.range(&cell.intervals()).lo > 0.0));
         let Some(all) = cells.iter().copied().reduce(hull) else { return Extent::Empty };
         found = all;
         if cells.len() * 8 > CELLS || found.diagonal() < 1e-9 * region.diagonal() {
@@ -72,7 +67,7 @@ pub fn lipschitz_outside(field: &mut Field, region: &Aabb) -> f64 {
         let last = cells.len() * 8 > CELLS;
         let mut steep = Vec::new();
         for cell in cells {
-            let slope = field.slope(&intervals(&cell));
+            let slope = field.slope(&cell.intervals());
             if slope.value.hi < 0.0 {
                 continue;
             }

@@ -73,6 +73,7 @@ pub fn render(scene: &Prepared, caster: &dyn Caster, job: &Job<'_>) -> Result<Pi
     for worker in &workers {
         picture.stats += worker.stats;
     }
+    picture.stats.prunings = scene.cells.prunings();
     picture.stats.threads = threads as u64;
     picture.stats.seconds.wall = start.elapsed().as_secs_f64();
     picture.empty = picture.pixels.iter().all(|p| p.depth.is_infinite());

@@ -7,7 +7,7 @@ use crate::diag::Diagnostic;
 use crate::expr::{Graph, Input, Node, NodeId, TooLarge};
 use crate::op::{Length, Op};
 use crate::scene::{Scene, Sky, Sun};
-use crate::tape::Tape;
+use crate::tape::{Cells, Tape};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -22,6 +22,8 @@ pub struct Prepared {
     pub field: NodeId,
     /// The same as code, with the field as its only output.
     pub tape: Arc<Tape>,
+    /// The same pruned for parts of the bounds.
+    pub cells: Arc<Cells>,
     /// Code of the three colour channels; the solid is grey without it.
     pub color: Option<Arc<Tape>>,
     /// How far a hit may lie in front of the surface.
@@ -58,6 +60,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
     Ok(Prepared {
         settings: *settings,
         field: roots[0],
+        cells: Arc::new(Cells::new(tape.clone(), &settings.bounds.intervals())),
         tape,
         color,
         tolerance,

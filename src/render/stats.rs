@@ -1,6 +1,7 @@
 //! What a picture cost, and how far it is to be trusted.
 
 use crate::cast::CastStats;
+use crate::tape::Prunings;
 use std::ops::AddAssign;
 
 /// Seconds spent, summed over threads unless said otherwise.
@@ -38,6 +39,8 @@ pub struct Stats {
     pub shadow: CastStats,
     /// Octaves of noise that were evaluated.
     pub octaves: Octaves,
+    /// Tapes that were pruned for parts of the bounds.
+    pub prunings: Prunings,
     /// Where the time went.
     pub seconds: Seconds,
     /// Pixels finished.

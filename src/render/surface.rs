@@ -2,8 +2,9 @@
 
 use super::Prepared;
 use crate::num::{Dual, Many};
-use crate::tape::Evaluator;
+use crate::tape::{Cells, Evaluator};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Points evaluated together.
 const LANES: usize = 16;
@@ -29,35 +30,69 @@ pub(super) struct Patch {
 
 /// Evaluates what the eye sees of a solid; one per thread.
 pub(super) struct Surface {
+    cells: Arc<Cells>,
     field: Evaluator<Many<Dual, LANES>>,
     color: Option<Evaluator<Many<f64, LANES>>>,
 }
 
 impl Surface {
     pub(super) fn new(scene: &Prepared) -> Self {
-        Surface { field: Evaluator::new(scene.tape.clone()), color: scene.color.clone().map(Evaluator::new) }
+        Surface {
+            cells: scene.cells.clone(),
+            field: Evaluator::new(scene.tape.clone()),
+            color: scene.color.clone().map(Evaluator::new),
+        }
     }
 
     /// Describes the solid at points, each seen along a direction.
     pub(super) fn patches(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>) {
-        for batch in seen.chunks(LANES) {
-            // Idle lanes repeat the last point.
-            let lane = |i: usize| batch[i.min(batch.len() - 1)].0;
-            let point = |axis: usize| std::array::from_fn(|i| lane(i)[axis]);
-            let p: [[f64; LANES]; 3] = std::array::from_fn(point);
-            let duals = |axis: usize| Many(p[axis].map(|x| Dual::coordinate(x, axis)));
-            let field = *self.field.eval(&std::array::from_fn(duals));
-            let color = self.color.as_mut().map(|color| {
-                color.eval(&p.map(Many));
-                [0, 1, 2].map(|channel| color.output(channel).0)
-            });
-            for (i, &(position, direction)) in batch.iter().enumerate() {
-                let normal = DVec3::from_array(field.0[i].grad).try_normalize();
-                let given = color.map_or(GREY, |c| DVec3::new(c[0][i], c[1][i], c[2][i]));
-                let undefined = normal.is_none() || given.is_nan();
-                let albedo = if given.is_nan() { MAGENTA } else { given.clamp(DVec3::ZERO, DVec3::ONE) };
-                out.push(Patch { position, normal: normal.unwrap_or(-direction), albedo, undefined });
+        if self.cells.is_uniform() {
+            for batch in seen.chunks(LANES) {
+                self.batch(batch.iter().copied(), |patch, _| out.push(patch));
             }
+            return;
+        }
+        let none = Patch { position: DVec3::ZERO, normal: DVec3::Y, albedo: GREY, undefined: false };
+        out.resize(seen.len(), none);
+        // Points together that have the same tape.
+        let cells = self.cells.clone();
+        let tape = |p: DVec3| cells.tape_around(p.to_array(), 64.0 * f64::EPSILON * p.abs().max_element());
+        let mut keyed: Vec<_> = seen.iter().enumerate().map(|(i, &(p, _))| (tape(p), i)).collect();
+        keyed.sort_by_key(|(tape, i)| (Arc::as_ptr(tape), *i));
+        for same in keyed.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
+            self.field.turn_to(same[0].0);
+            for batch in same.chunks(LANES) {
+                self.batch(batch.iter().map(|(_, i)| seen[*i]), |patch, k| out[batch[k].1] = patch);
+            }
+        }
+    }
+
+    /// Describes the solid at no more points than there are lanes; `tell` gets each patch with its number.
+    fn batch(
+        &mut self,
+        seen: impl ExactSizeIterator<Item = (DVec3, DVec3)> + Clone,
+        mut tell: impl FnMut(Patch, usize),
+    ) {
+        let mut p = [[0.0; LANES]; 3];
+        // Idle lanes repeat the last point.
+        let mut last = DVec3::ZERO;
+        let mut points = seen.clone();
+        for lane in 0..LANES {
+            last = points.next().map_or(last, |(position, _)| position);
+            (p[0][lane], p[1][lane], p[2][lane]) = (last.x, last.y, last.z);
+        }
+        let duals = |axis: usize| Many(p[axis].map(|x| Dual::coordinate(x, axis)));
+        let field = *self.field.eval(&std::array::from_fn(duals));
+        let color = self.color.as_mut().map(|color| {
+            color.eval(&p.map(Many));
+            [0, 1, 2].map(|channel| color.output(channel).0)
+        });
+        for (i, (position, direction)) in seen.enumerate() {
+            let normal = DVec3::from_array(field.0[i].grad).try_normalize();
+            let given = color.map_or(GREY, |c| DVec3::new(c[0][i], c[1][i], c[2][i]));
+            let undefined = normal.is_none() || given.is_nan();
+            let albedo = if given.is_nan() { MAGENTA } else { given.clamp(DVec3::ZERO, DVec3::ONE) };
+            tell(Patch { position, normal: normal.unwrap_or(-direction), albedo, undefined }, i);
         }
     }
 }

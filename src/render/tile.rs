@@ -13,11 +13,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Side of a tile in pixels.
-pub(super) const SIDE: u32 = 16;
+pub(super) const SIDE: u32 = 32;
 
 /// Rays that a stage handles at once, about: enough for full batches, few enough that their state
 /// stays in the cache and a cancelled job stops soon.
-const GROUP: u32 = 2048;
+const GROUP: u32 = 4096;
 
 /// The tiles of a picture, those in the middle first: that is where people look.
 pub(super) fn tiles(width: u32, height: u32) -> Vec<Rect> {
@@ -275,7 +275,7 @@ impl Prepared {
 /// Column and row of the `i`-th pixel of a tile. Neighbours in this order (Morton's) are neighbours
 /// in the picture, so that the rays of a batch stay together.
 fn unravel(i: u32) -> (u32, u32) {
-    let every_other = |i: u32| (0..4).fold(0, |x, bit| x | (i >> (2 * bit) & 1) << bit);
+    let every_other = |i: u32| (0..SIDE.ilog2()).fold(0, |x, bit| x | (i >> (2 * bit) & 1) << bit);
     (every_other(i), every_other(i >> 1))
 }
 

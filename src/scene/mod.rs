@@ -8,6 +8,7 @@ mod ensemble;
 pub use ensemble::{Ensemble, Member, period};
 
 use crate::expr::{Graph, NodeId};
+use crate::num::Interval;
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -54,6 +55,11 @@ impl Aabb {
     /// The cube from `-half` to `half` on all axes.
     pub fn cube(half: f64) -> Self {
         Aabb { min: DVec3::splat(-half), max: DVec3::splat(half) }
+    }
+
+    /// The coordinates.
+    pub fn intervals(&self) -> [Interval; 3] {
+        std::array::from_fn(|axis| Interval::new(self.min[axis], self.max[axis]))
     }
 
     /// Parameters at which the line `origin + t direction` enters and leaves the box, if it meets it.

@@ -47,8 +47,10 @@ pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic
 pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
     let prepared = render::prepare(scene, &settings(scene, order)?).map_err(|e| Box::new(e.diagnostic()))?;
     let mut field = Field::new(&prepared.graph, prepared.field);
-    let caster = cast::caster(order.caster, &mut field, &prepared.settings.bounds, &prepared.typical_rays())
-        .map_err(no_caster)?;
+    let Settings { bounds, .. } = prepared.settings;
+    let caster =
+        cast::caster_in(order.caster, &mut field, &bounds, &prepared.cells, &prepared.typical_rays())
+            .map_err(no_caster)?;
     let work = move || render::render(&prepared, caster.as_ref(), job).map_err(|e| Box::new(e.diagnostic()));
     on_threads(order.threads, work)?
 }

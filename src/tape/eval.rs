@@ -14,14 +14,15 @@ use std::sync::Arc;
 pub struct Evaluator<T> {
     tape: Arc<Tape>,
     /// The register of the value of each instruction.
-    home: Vec<u32>,
+    home: Arc<[u32]>,
     registers: Vec<T>,
 }
 
 impl<T: Number> Evaluator<T> {
     /// Memory for a tape; its constants are set once, here.
     pub fn new(tape: Arc<Tape>) -> Self {
-        let mut evaluator = Evaluator { tape: tape.clone(), home: Vec::new(), registers: Vec::new() };
+        let home = tape.registers().home.clone();
+        let mut evaluator = Evaluator { tape: tape.clone(), home, registers: Vec::new() };
         evaluator.load(tape);
         evaluator
     }
@@ -36,16 +37,24 @@ impl<T: Number> Evaluator<T> {
 
     /// Evaluates another tape from now on, in the same memory as far as that suffices.
     pub fn load(&mut self, tape: Arc<Tape>) {
-        let count = allocate(&tape, &mut self.home);
-        if self.registers.len() < count {
-            self.registers.resize(count, T::constant(0.0));
+        let Registers { home, count } = tape.registers();
+        if self.registers.len() < *count {
+            self.registers.resize(*count, T::constant(0.0));
         }
+        self.home = home.clone();
         self.tape = tape;
         self.set_constants();
     }
 
+    /// The same, unless it is that tape already.
+    pub fn turn_to(&mut self, tape: &Arc<Tape>) {
+        if !Arc::ptr_eq(&self.tape, tape) {
+            self.load(tape.clone());
+        }
+    }
+
     fn set_constants(&mut self) {
-        for (instr, &home) in self.tape.code.iter().zip(&self.home) {
+        for (instr, &home) in self.tape.code.iter().zip(&self.home[..]) {
             if let Instr::Const(c) = instr {
                 self.registers[home as usize] = T::constant(*c);
             }
@@ -97,10 +106,24 @@ impl<T: Number> Evaluator<T> {
     }
 }
 
-/// Chooses a register for each value and returns how many there are. Registers whose values were
-/// read for the last time are taken again, the latest first, but never for the very instruction that
-/// reads them; constants and outputs keep theirs.
-fn allocate(tape: &Tape, home: &mut Vec<u32>) -> usize {
+/// Which register holds the value of each instruction.
+#[derive(Clone, Debug)]
+pub(super) struct Registers {
+    home: Arc<[u32]>,
+    count: usize,
+}
+
+impl Tape {
+    /// The registers of the tape's values.
+    fn registers(&self) -> &Registers {
+        self.registers.get_or_init(|| allocate(self))
+    }
+}
+
+/// Chooses a register for each value. Registers whose values were read for the last time are taken
+/// again, the latest first, but never for the very instruction that reads them; constants and outputs
+/// keep theirs.
+fn allocate(tape: &Tape) -> Registers {
     let code = &tape.code;
     // The instruction that reads a value last; none does where that is the value's own.
     let mut last: Vec<u32> = (0..code.len() as u32).collect();
@@ -110,7 +133,7 @@ fn allocate(tape: &Tape, home: &mut Vec<u32>) -> usize {
     let constants = (0..code.len() as u32).filter(|&i| matches!(code[i as usize], Instr::Const(_)));
     constants.chain(tape.outputs.iter().copied()).for_each(|kept| last[kept as usize] = u32::MAX);
     let (mut free, mut count) = (Vec::new(), 0);
-    home.clear();
+    let mut home: Vec<u32> = Vec::with_capacity(code.len());
     for (i, instr) in code.iter().enumerate() {
         // Constants are written before all others, so their registers must be new.
         let again = if matches!(instr, Instr::Const(_)) { None } else { free.pop() };
@@ -126,5 +149,5 @@ fn allocate(tape: &Tape, home: &mut Vec<u32>) -> usize {
             }
         });
     }
-    count as usize
+    Registers { home: home.into(), count: count as usize }
 }

@@ -1,11 +1,12 @@
 //! From graph to straight-line code.
 
+use super::eval::Registers;
 use crate::expr::{Graph, Input, Node, NodeId};
 use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
 use crate::op::Op;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// One instruction; slots are numbered by the instructions that write them.
 #[derive(Clone, Debug)]
@@ -45,6 +46,8 @@ pub struct Census {
 pub struct Tape {
     pub(super) code: Vec<Instr>,
     pub(super) outputs: Vec<u32>,
+    /// Chosen when the tape is first evaluated.
+    pub(super) registers: OnceLock<Registers>,
 }
 
 impl Tape {
@@ -74,7 +77,11 @@ impl Tape {
             slot.insert(id, code.len() as u32 - 1);
         }
         let outputs = roots.iter().map(|r| slot[r]).collect();
-        Tape { code, outputs }.without_dead_code()
+        Tape::of(code, outputs).without_dead_code()
+    }
+
+    pub(super) fn of(code: Vec<Instr>, outputs: Vec<u32>) -> Tape {
+        Tape { code, outputs, registers: OnceLock::new() }
     }
 
     /// Number of instructions.
@@ -138,7 +145,7 @@ impl Tape {
                 code.push(instr);
             }
         }
-        Tape { code, outputs: self.outputs.iter().map(|&o| moved[o as usize]).collect() }
+        Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect())
     }
 }
 

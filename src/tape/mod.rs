@@ -3,11 +3,14 @@
 //! A tape is a list of instructions in single assignment: instruction `i` writes slot `i` and reads
 //! slots before it. One loop evaluates a tape for every kind of number; with batches
 //! ([`Many`](crate::num::Many)) an instruction works on many points and its dispatch disappears.
-//! Over a region, [`Tape::prune`] drops what cannot matter there.
+//! Over a region, [`Tape::prune`] drops what cannot matter there; [`Cells`] do so for all parts of a
+//! region as they are asked for.
 
+mod cells;
 mod eval;
 mod lower;
 mod prune;
 
+pub use cells::{Cells, Prunings};
 pub use eval::Evaluator;
 pub use lower::{Census, Instr, Tape};

@@ -2,7 +2,7 @@
 
 use super::march::Piece;
 use crate::cast::Ray;
-use crate::num::{Parabola, Parabolas};
+use crate::num::Parabola;
 use glam::DVec3;
 
 /// More than the relative rounding of depths and places.
@@ -131,33 +131,41 @@ impl Section {
         [(x - self.centre[0]) / self.extent[0], (y - self.centre[1]) / self.extent[1]]
     }
 
-    /// Sets a lane of the coordinates to a piece of the beam.
-    pub(super) fn ask<const B: usize>(
-        &self,
-        frame: &Frame,
-        piece: Piece,
-        p: &mut [Parabolas<B, 2>; 3],
-        lane: usize,
-    ) {
+    /// A place and how far, at most, a piece of the beam reaches from it along any axis.
+    pub(super) fn around_piece(&self, frame: &Frame, piece: Piece) -> ([f64; 3], f64) {
         let Piece { mid, half } = piece;
+        let (start, slope) = self.spine(frame);
+        let at = start + mid * slope;
+        let reach = half * slope.length() + self.radius(frame, mid.abs() + half);
+        (at.to_array(), reach + frame.hair(mid) + HAIR * (at.abs().max_element() + reach))
+    }
+
+    /// The line through the middle of the section: where it starts, and what it gains with depth.
+    fn spine(&self, frame: &Frame) -> (DVec3, DVec3) {
         let [x, y] = self.centre;
         let aside = x * frame.across[0] + y * frame.across[1];
-        // What the axis and the scale of the planes gain over half the piece.
-        let (start, slope, scale, widening) = if frame.is_parallel {
-            (frame.origin + aside, frame.axis, 1.0, 0.0)
+        if frame.is_parallel {
+            (frame.origin + aside, frame.axis)
         } else {
-            (frame.origin, frame.axis + aside, mid, half)
-        };
+            (frame.origin, frame.axis + aside)
+        }
+    }
+
+    /// The coordinates of a piece of the beam.
+    pub(super) fn coordinates(&self, frame: &Frame, piece: Piece) -> [Parabola<2>; 3] {
+        let Piece { mid, half } = piece;
+        let (start, slope) = self.spine(frame);
+        // The planes grow with depth, by half the piece.
+        let (scale, widening) = if frame.is_parallel { (1.0, 0.0) } else { (mid, half) };
         let at = start + mid * slope;
         let reach = self.extent[0] + self.extent[1];
-        let end =
-            (mid.abs() + half) * (slope.abs().max_element() + reach) + aside.abs().max_element() + reach;
-        let blur = 8.0 * f64::EPSILON * (frame.origin.abs().max_element() + end);
-        for axis in 0..3 {
+        let end = (mid.abs() + half) * (slope.abs().max_element() + reach) + reach;
+        let blur = 8.0 * f64::EPSILON * (frame.origin.abs().max_element() + start.abs().max_element() + end);
+        [0, 1, 2].map(|axis| {
             let sides = [0, 1].map(|k| self.extent[k] * frame.across[k][axis]);
             let spread = widening * (sides[0].abs() + sides[1].abs());
             let sides = sides.map(|s| scale * s);
-            p[axis].set(lane, &Parabola::coordinate(at[axis], half * slope[axis], sides, spread, blur));
-        }
+            Parabola::coordinate(at[axis], half * slope[axis], sides, spread, blur)
+        })
     }
 }

@@ -10,22 +10,21 @@
 //! marched from their other ends: the beam crosses free space at once, and what is left to its rays is
 //! the last bit, down to where each began.
 
+mod batch;
 mod frame;
 mod march;
 mod sketch;
 
 use super::{CastStats, Caster, Hit, Ray};
-use crate::num::{Number, Parabola, Parabolas};
-use crate::tape::{Evaluator, Tape};
+use crate::num::Parabola;
+use crate::tape::Cells;
+use batch::Batches;
 use frame::{Frame, Section, is_real};
 use march::{Answer, March, Next, PIECES, Piece};
 use sketch::Sketch;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Questions answered together.
-const LANES: usize = 16;
 
 /// Rays of the widest beams.
 const WIDEST: usize = 64;
@@ -47,9 +46,9 @@ const TOWARDS: f64 = 0.4;
 
 /// Casts by beams; see the module text.
 pub(super) struct Beams {
-    tape: Arc<Tape>,
-    wide: Evaluator<Parabolas<LANES, 2>>,
-    thin: Evaluator<Parabolas<LANES, 0>>,
+    cells: Arc<Cells>,
+    wide: Batches<2>,
+    thin: Batches<0>,
     memory: Memory,
 }
 
@@ -187,15 +186,22 @@ impl Thin {
         Thin { ray, march, piece: Piece::default(), hit: None }
     }
 
-    /// Sets a lane of the coordinates to the next piece.
-    fn ask<const B: usize>(&mut self, ray: &Ray, p: &mut [Parabolas<B, 0>; 3], lane: usize) {
+    /// Decides which piece to look at.
+    fn place(&mut self) {
         self.piece = self.march.piece();
+    }
+
+    /// The coordinates of the piece.
+    fn coordinates(&self, ray: &Ray) -> [Parabola<0>; 3] {
         let Piece { mid, half } = self.piece;
-        let at = ray.at(mid);
-        let blur = ray.rounding(mid.abs() + half);
-        for axis in 0..3 {
-            p[axis].set(lane, &Parabola::coordinate(at[axis], half * ray.direction[axis], [], 0.0, blur));
-        }
+        let (at, blur) = (ray.at(mid), ray.rounding(mid.abs() + half));
+        [0, 1, 2].map(|axis| Parabola::coordinate(at[axis], half * ray.direction[axis], [], 0.0, blur))
+    }
+
+    /// A place and how far, at most, the piece reaches from it along any axis.
+    fn around(&self, ray: &Ray) -> ([f64; 3], f64) {
+        let Piece { mid, half } = self.piece;
+        (ray.at(mid).to_array(), half + ray.rounding(mid.abs() + half))
     }
 
     fn tell(&mut self, ray: &Ray, answer: &Answer, want: Want) {
@@ -213,20 +219,10 @@ impl Thin {
     }
 }
 
-/// A lane as an answer.
-fn answer<const B: usize, const K: usize>(f: &Parabolas<B, K>, pieces: [Piece; B]) -> [Answer; B] {
-    let halves = f.halves();
-    std::array::from_fn(|lane| {
-        let x = f.lane(lane);
-        let root = Sketch::new(&x, pieces[lane]).root([0.0; 2]);
-        Answer { halves: halves[lane], root, finite: x.range.is_finite() }
-    })
-}
-
 impl Beams {
-    pub(super) fn new(tape: Arc<Tape>) -> Beams {
-        let (wide, thin) = (Evaluator::new(tape.clone()), Evaluator::new(tape.clone()));
-        Beams { wide, thin, tape, memory: Memory::default() }
+    pub(super) fn new(cells: Arc<Cells>) -> Beams {
+        let (wide, thin) = (Batches::new(cells.tape()), Batches::new(cells.tape()));
+        Beams { wide, thin, cells, memory: Memory::default() }
     }
 
     /// The widest beams of a group, and the rays that go alone.
@@ -258,33 +254,27 @@ impl Beams {
         let Memory { frames, beams, active, costs, .. } = &mut self.memory;
         active.clear();
         active.extend(0..beams.len());
-        let mut p = [Parabolas::constant(0.0); 3];
         while !cancel.load(Ordering::Relaxed) {
             active.iter().for_each(|&i| beams[i].place(frames));
             active.retain(|&i| beams[i].state == State::Marching);
             if active.is_empty() {
                 break;
             }
-            for batch in active.chunks(LANES) {
-                let mut pieces = [Piece::default(); LANES];
-                for (lane, &i) in batch.iter().enumerate() {
-                    let beam = &beams[i];
-                    pieces[lane] = beam.piece;
-                    beam.section.ask(&frames[beam.frame], beam.piece, &mut p, lane);
-                }
-                let f = self.wide.eval(&p);
-                let answers = answer(f, pieces);
-                for (lane, &i) in batch.iter().enumerate() {
-                    let beam = &mut beams[i];
-                    beam.tell(&f.lane(lane), &answers[lane]);
+            stats.evaluations += active.len() as u64;
+            stats.shared += active.len() as u64;
+            stats.steps += active.len() as u64;
+            self.wide.answer(
+                &self.cells,
+                (&mut beams[..], &active[..]),
+                |beam| beam.section.around_piece(&frames[beam.frame], beam.piece),
+                |beam| (beam.piece, beam.section.coordinates(&frames[beam.frame], beam.piece)),
+                |beam, f, answer| {
+                    beam.tell(f, &answer);
                     stats.culled += u64::from(beam.state == State::Free);
                     let share = 1.0 / beam.rays.len() as f64;
                     costs[beam.rays.clone()].iter_mut().for_each(|cost| *cost += share);
-                }
-                stats.evaluations += batch.len() as u64;
-                stats.shared += batch.len() as u64;
-                stats.steps += batch.len() as u64;
-            }
+                },
+            );
             active.retain(|&i| beams[i].state == State::Marching);
         }
     }
@@ -294,24 +284,20 @@ impl Beams {
         let Memory { thin, active, costs, .. } = &mut self.memory;
         active.clear();
         active.extend(0..thin.len());
-        let mut p = [Parabolas::constant(0.0); 3];
         while !active.is_empty() && !cancel.load(Ordering::Relaxed) {
-            for batch in active.chunks(LANES) {
-                let mut pieces = [Piece::default(); LANES];
-                for (lane, &i) in batch.iter().enumerate() {
-                    let thin = &mut thin[i];
-                    thin.ask(&rays[thin.ray], &mut p, lane);
-                    pieces[lane] = thin.piece;
-                }
-                let answers = answer(self.thin.eval(&p), pieces);
-                for (lane, &i) in batch.iter().enumerate() {
-                    let thin = &mut thin[i];
-                    thin.tell(&rays[thin.ray], &answers[lane], want);
+            active.iter().for_each(|&i| thin[i].place());
+            stats.evaluations += active.len() as u64;
+            stats.steps += active.len() as u64;
+            self.thin.answer(
+                &self.cells,
+                (&mut thin[..], &active[..]),
+                |thin| thin.around(&rays[thin.ray]),
+                |thin| (thin.piece, thin.coordinates(&rays[thin.ray])),
+                |thin, _, answer| {
+                    thin.tell(&rays[thin.ray], &answer, want);
                     costs[thin.ray] += 1.0;
-                }
-                stats.evaluations += batch.len() as u64;
-                stats.steps += batch.len() as u64;
-            }
+                },
+            );
             active.retain(|&i| thin[i].hit.is_none());
         }
     }
@@ -395,6 +381,6 @@ impl Caster for Beams {
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {
-        Box::new(Beams::new(self.tape.clone()))
+        Box::new(Beams::new(self.cells.clone()))
     }
 }

@@ -1,0 +1,88 @@
+//! Questions about many pieces, answered in batches by the tapes of the places where they lie.
+
+use super::march::{Answer, Piece};
+use super::sketch::Sketch;
+use crate::num::{Number, Parabola, Parabolas};
+use crate::tape::{Cells, Evaluator, Tape};
+use std::sync::Arc;
+
+/// Lanes of a batch: where all pieces have one tape, and where few do.
+const MANY: usize = 16;
+const FEW: usize = 4;
+
+/// Evaluators with the lists that they need.
+pub(super) struct Batches<const K: usize> {
+    many: Evaluator<Parabolas<MANY, K>>,
+    few: Evaluator<Parabolas<FEW, K>>,
+    /// Entries with their tapes.
+    keyed: Vec<(Arc<Tape>, usize)>,
+}
+
+impl<const K: usize> Batches<K> {
+    pub(super) fn new(tape: &Arc<Tape>) -> Self {
+        Batches { many: Evaluator::new(tape.clone()), few: Evaluator::new(tape.clone()), keyed: Vec::new() }
+    }
+
+    /// Asks about a piece of each of the `active` entries of a list. `around` is a place and how far the
+    /// piece reaches from it, `ask` the piece and its coordinates, `tell` gets the answer.
+    pub(super) fn answer<I>(
+        &mut self,
+        cells: &Cells,
+        (items, active): (&mut [I], &[usize]),
+        around: impl Fn(&I) -> ([f64; 3], f64),
+        ask: impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
+        mut tell: impl FnMut(&mut I, &Parabola<K>, Answer),
+    ) {
+        if cells.is_uniform() {
+            for batch in active.chunks(MANY) {
+                answer(&mut self.many, items, batch.iter().copied(), &ask, &mut tell);
+            }
+            return;
+        }
+        self.keyed.clear();
+        self.keyed.extend(active.iter().map(|&i| {
+            let (at, reach) = around(&items[i]);
+            (cells.tape_around(at, reach).clone(), i)
+        }));
+        // No lane depends on its neighbours, so their order does not matter.
+        self.keyed.sort_by_key(|(tape, i)| (Arc::as_ptr(tape), *i));
+        for same in self.keyed.chunk_by(|a, b| Arc::ptr_eq(&a.0, &b.0)) {
+            for batch in same.chunks(MANY) {
+                let entries = batch.iter().map(|(_, i)| *i);
+                if batch.len() > FEW {
+                    self.many.turn_to(&same[0].0);
+                    answer(&mut self.many, items, entries, &ask, &mut tell);
+                } else {
+                    self.few.turn_to(&same[0].0);
+                    answer(&mut self.few, items, entries, &ask, &mut tell);
+                }
+            }
+        }
+    }
+}
+
+/// Asks about at most `B` entries at once.
+fn answer<I, const B: usize, const K: usize>(
+    evaluator: &mut Evaluator<Parabolas<B, K>>,
+    items: &mut [I],
+    batch: impl Iterator<Item = usize> + Clone,
+    ask: &impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
+    tell: &mut impl FnMut(&mut I, &Parabola<K>, Answer),
+) {
+    let mut p = [Parabolas::<B, K>::constant(0.0); 3];
+    let mut pieces = [Piece::default(); B];
+    for (lane, i) in batch.clone().enumerate() {
+        let (piece, place) = ask(&items[i]);
+        pieces[lane] = piece;
+        for axis in 0..3 {
+            p[axis].set(lane, &place[axis]);
+        }
+    }
+    let f = evaluator.eval(&p);
+    let halves = f.halves();
+    for (lane, i) in batch.enumerate() {
+        let x = f.lane(lane);
+        let root = Sketch::new(&x, pieces[lane]).root([0.0; 2]);
+        tell(&mut items[i], &x, Answer { halves: halves[lane], root, finite: x.range.is_finite() });
+    }
+}

@@ -1,0 +1,160 @@
+//! Tapes for parts of space.
+//!
+//! A region is cut into eight cells, each again into eight, and so on; a cell has the tape pruned for
+//! it. So what is close to a place is evaluated there and nothing else, however many parts a scene has.
+//! Cells are made when they are first asked for, and serve whoever asks later, on any thread: what a
+//! cell holds depends on nothing but where it is.
+//!
+//! Cells are *loose*: the tape of a cell holds within twice its size, so that for every ball there is a
+//! cell of about the ball's size that has all of it, also next to the faces of larger cells (Ulrich's
+//! loose octrees).
+
+use super::Tape;
+use crate::num::{Interval, Parabola, Parabolas};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+
+/// Children of a cell.
+const PARTS: usize = 8;
+
+/// Times that a region is cut.
+const DEEPEST: u32 = 10;
+
+/// A tape of fewer instructions is not worth pruning.
+const SHORT: usize = 12;
+
+/// A cell whose tape is longer than this share of its grandparent's is not cut again.
+const STALE: f64 = 0.95;
+
+/// A region cut into cells; see the module text.
+#[derive(Debug)]
+pub struct Cells {
+    root: Cell,
+    centre: [f64; 3],
+    half: f64,
+    /// Tapes made, and instructions in all of them.
+    pruned: AtomicU64,
+    kept: AtomicU64,
+}
+
+#[derive(Debug)]
+struct Cell {
+    tape: Arc<Tape>,
+    /// Instructions of the parent's tape.
+    before: usize,
+    parts: OnceLock<Option<Box<[Cell; PARTS]>>>,
+}
+
+/// What pruning has gained so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Prunings {
+    /// Tapes made.
+    pub tapes: u64,
+    /// Instructions in all of them.
+    pub instructions: u64,
+    /// Instructions of the whole tape.
+    pub whole: u64,
+}
+
+impl Cells {
+    /// The cells of a box. Outside of it, and for what is larger, there is the whole tape.
+    pub fn new(tape: Arc<Tape>, region: &[Interval; 3]) -> Cells {
+        let half = region.iter().map(|r| r.rad()).fold(0.0, f64::max);
+        let before = tape.len();
+        Cells {
+            root: Cell { tape, before, parts: OnceLock::new() },
+            centre: region.map(|r| r.mid()),
+            half,
+            pruned: AtomicU64::new(0),
+            kept: AtomicU64::new(0),
+        }
+    }
+
+    /// The whole tape.
+    pub fn tape(&self) -> &Arc<Tape> {
+        &self.root.tape
+    }
+
+    /// Whether there is one tape for all places.
+    pub fn is_uniform(&self) -> bool {
+        !self.root.is_open()
+    }
+
+    /// What pruning has gained so far.
+    pub fn prunings(&self) -> Prunings {
+        Prunings {
+            tapes: self.pruned.load(Ordering::Relaxed),
+            instructions: self.kept.load(Ordering::Relaxed),
+            whole: self.root.tape.len() as u64,
+        }
+    }
+
+    /// A tape that equals the whole one within `reach` of a place along every axis.
+    pub fn tape_around(&self, at: [f64; 3], reach: f64) -> &Arc<Tape> {
+        let (mut cell, mut centre, mut half) = (&self.root, self.centre, self.half);
+        let off = (0..3).map(|axis| (at[axis] - centre[axis]).abs()).fold(0.0, f64::max);
+        if !(off <= half) {
+            return &self.root.tape;
+        }
+        for level in 0..DEEPEST {
+            let quarter = 0.5 * half;
+            // The cell reaches a whole `half` of its child beyond the child's faces.
+            if !(reach <= quarter * (1.0 - 1e-9)) {
+                break;
+            }
+            let Some(parts) = cell.parts(self, centre, half, level) else { break };
+            let mut index = 0;
+            for axis in 0..3 {
+                let above = at[axis] >= centre[axis];
+                index |= usize::from(above) << axis;
+                centre[axis] += if above { quarter } else { -quarter };
+            }
+            (cell, half) = (&parts[index], quarter);
+        }
+        &cell.tape
+    }
+}
+
+impl Cell {
+    /// Whether anything may be dropped somewhere within.
+    fn is_open(&self) -> bool {
+        self.tape.len() >= SHORT && self.tape.has_choices()
+    }
+
+    /// The eight parts of the cell around `centre`, if it is worth cutting.
+    fn parts(&self, all: &Cells, centre: [f64; 3], half: f64, level: u32) -> Option<&[Cell; PARTS]> {
+        let cut = || {
+            let stale = self.tape.len() as f64 > STALE * self.before as f64;
+            if !self.is_open() || (stale && level > 2) {
+                return None;
+            }
+            let mut p = [Parabolas::<PARTS, 2>::all(Parabola::constant(Interval::point(0.0))); 3];
+            let quarter = 0.5 * half;
+            for i in 0..PARTS {
+                for axis in 0..3 {
+                    let sign = if i >> axis & 1 == 1 { 1.0 } else { -1.0 };
+                    p[axis].set(i, &whole(centre[axis] + sign * quarter, half, axis));
+                }
+            }
+            let tapes = self.tape.prune_each(&p);
+            all.pruned.fetch_add(PARTS as u64, Ordering::Relaxed);
+            all.kept.fetch_add(tapes.iter().map(|t| t.len() as u64).sum(), Ordering::Relaxed);
+            let before = self.tape.len();
+            let cells = tapes.map(|tape| {
+                // One that is no shorter is the same.
+                let tape = if tape.len() < before { Arc::new(tape) } else { self.tape.clone() };
+                Cell { tape, before, parts: OnceLock::new() }
+            });
+            Some(Box::new(cells))
+        };
+        self.parts.get_or_init(cut).as_deref()
+    }
+}
+
+/// A coordinate of a box, of which each axis is a direction of its own.
+fn whole(mid: f64, half: f64, axis: usize) -> Parabola<2> {
+    let along = |k: usize| if axis == k { half } else { 0.0 };
+    // Cells far from the origin are known to the rounding of their places.
+    let blur = 4.0 * f64::EPSILON * (mid.abs() + half);
+    Parabola::coordinate(mid, along(0), [along(1), along(2)], 0.0, blur)
+}
