@@ -1,27 +1,18 @@
-//! A dense-sampling oracle against every caster: no first hit is missed or late by more than the
-//! tolerance, over six surfaces with thin features, creases, unbounded gradients and grazing rays.
-//!
-//! The oracle samples each ray uniformly and bisects the first change of sign. Being sampled it can
-//! miss features narrower than its step, so a hit in front of the oracle's is not an error by
-//! itself; it must then be a place where the field is as small as the tolerance allows.
+//! What casters promise beside finding first hits (which `tests/oracle` checks): hits do not depend on
+//! how rays are grouped, lists of roots are complete, any hit agrees with the first, and rays end.
 
 mod common;
 
 use common::Build;
 use glam::DVec3;
-use orogen::cast::{CastStats, Caster, Hit, Kind, Ray, Tolerance, all_hits, caster};
+use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, all_hits, caster};
 use orogen::expr::NodeId;
-use orogen::field::{Field, lipschitz_outside};
-use orogen::num::Many;
 use orogen::scene::Aabb;
-use orogen::tape::Evaluator;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
-use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
 const TOLERANCE: f64 = 1e-4;
 const RAYS: usize = 17_000;
-const SAMPLES: usize = 3072;
 const REGION: f64 = 1.6;
 
 /// Rays from all around; one in four grazes the unit sphere, one in four runs along the ground.
@@ -63,139 +54,6 @@ fn rays(seed: u64) -> Vec<Ray> {
     out
 }
 
-/// First change of sign by dense sampling, bisected to the last bit; positive minima that might
-/// reach zero between samples are refined by golden section.
-fn oracle(evaluator: &mut Evaluator<Many<f64, 64>>, field: &mut Field, ray: &Ray) -> Option<f64> {
-    let dt = (ray.far - ray.near) / SAMPLES as f64;
-    let t = |i: usize| ray.near + dt * i as f64;
-    let mut values = Vec::with_capacity(SAMPLES);
-    while values.len() < SAMPLES && values.last().is_none_or(|v| *v > 0.0) {
-        let from = values.len();
-        let points: [DVec3; 64] = std::array::from_fn(|l| ray.at(t(from + l)));
-        let p = std::array::from_fn(|axis| Many(points.map(|p| p[axis])));
-        for v in evaluator.eval(&p).0 {
-            values.push(v);
-            if v <= 0.0 {
-                break;
-            }
-        }
-    }
-    if values[0] <= 0.0 {
-        return Some(ray.near);
-    }
-    for i in 1..values.len() {
-        if values[i] <= 0.0 {
-            return Some(bisect(field, ray, t(i - 1), t(i)));
-        }
-        let low = i + 1 < values.len() && values[i] <= values[i - 1] && values[i] <= values[i + 1];
-        if low
-            && values[i] < 40.0 * dt
-            && let Some(inside) = dip(field, ray, t(i - 1), t(i + 1))
-        {
-            return Some(bisect(field, ray, t(i - 1), inside));
-        }
-    }
-    None
-}
-
-fn bisect(field: &mut Field, ray: &Ray, mut out: f64, mut inside: f64) -> f64 {
-    for _ in 0..60 {
-        let mid = 0.5 * (out + inside);
-        if field.value(ray.at(mid)) > 0.0 { out = mid } else { inside = mid }
-    }
-    inside
-}
-
-/// Golden section search for a place between `a` and `b` where the field is not positive.
-fn dip(field: &mut Field, ray: &Ray, mut a: f64, mut b: f64) -> Option<f64> {
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-    let (mut fc, mut fd) = (field.value(ray.at(c)), field.value(ray.at(d)));
-    for _ in 0..32 {
-        if fc <= 0.0 {
-            return Some(c);
-        }
-        if fd <= 0.0 {
-            return Some(d);
-        }
-        if fc < fd {
-            (b, d, fd) = (d, c, fc);
-            c = b - golden * (b - a);
-            fc = field.value(ray.at(c));
-        } else {
-            (a, c, fc) = (c, d, fd);
-            d = a + golden * (b - a);
-            fd = field.value(ray.at(d));
-        }
-    }
-    None
-}
-
-fn check(name: &str, build: fn(&mut Build) -> NodeId, kinds: &[Kind]) {
-    let mut b = Build::default();
-    let root = build(&mut b);
-    let field = b.field(root);
-    let rays = rays(name.len() as u64);
-    let truth: Vec<Option<f64>> = rays
-        .par_chunks(256)
-        .flat_map_iter(|rays| {
-            let mut field = field.clone();
-            let mut evaluator = Evaluator::new(field.tape().clone());
-            rays.iter().map(|r| oracle(&mut evaluator, &mut field, r)).collect::<Vec<_>>()
-        })
-        .collect();
-    let met = truth.iter().flatten().count();
-    assert!(met > RAYS / 50, "{name}: only {met} rays meet the surface");
-    let region = Aabb::cube(REGION);
-    for &kind in kinds {
-        // An arithmetic that works on one question at a time is slow: a few of the rays will do.
-        let share = if kind == Kind::Standard { RAYS / 16 } else { RAYS };
-        let (rays, truth) = (&rays[..share], &truth[..share]);
-        let met = truth.iter().flatten().count();
-        let made = caster(kind, &mut field.clone(), &region, &[rays[..200].to_vec()])
-            .expect("a caster for the field");
-        let (hits, stats) = cast(&*made, rays);
-        let lipschitz = lipschitz_outside(&mut field.clone(), &region);
-        let mut field = field.clone();
-        let mut early = 0;
-        for ((ray, hit), truth) in rays.iter().zip(&hits).zip(truth) {
-            if let Some(t) = truth {
-                assert!(hit.t <= t + TOLERANCE, "{name}, {kind:?}: {ray:?} hits at {t}, found {hit:?}");
-            }
-            if hit.t < truth.unwrap_or(f64::INFINITY) - 2.0 * TOLERANCE && hit.is_hit() {
-                early += 1;
-                let value = field.value(ray.at(hit.t));
-                let small = if lipschitz.is_finite() { lipschitz * TOLERANCE } else { 0.1 };
-                assert!(value.abs() <= small, "{name}, {kind:?}: {hit:?} of {ray:?} has f = {value}");
-            }
-        }
-        assert_eq!(stats.uncertified, 0, "{name}, {kind:?}");
-        let per_ray = stats.evaluations as f64 / rays.len() as f64;
-        println!("{name} {kind:?}: {met} hits, {early} early, {per_ray:.1} evaluations a ray");
-        assert!(early * 200 < rays.len(), "{name}, {kind:?}: {early} hits in front of the surface");
-    }
-}
-
-/// In groups on all threads, as the renderer does.
-fn cast(made: &dyn Caster, rays: &[Ray]) -> (Vec<Hit>, CastStats) {
-    let boxed: Vec<(Box<dyn Caster>, &[Ray])> = rays.chunks(512).map(|r| (made.clone_box(), r)).collect();
-    let parts: Vec<(Vec<Hit>, CastStats)> = boxed
-        .into_par_iter()
-        .map(|(mut caster, rays)| {
-            let mut hits = vec![Hit::MISS; rays.len()];
-            let mut stats = CastStats::default();
-            caster.first_hits(rays, &mut hits, &mut stats, &AtomicBool::new(false));
-            let costs = caster.costs();
-            assert_eq!(costs.len(), rays.len());
-            assert!((costs.iter().sum::<f64>() - stats.evaluations as f64).abs() < 1e-6);
-            (hits, stats)
-        })
-        .collect();
-    let mut stats = CastStats::default();
-    parts.iter().for_each(|p| stats += p.1);
-    (parts.into_iter().flat_map(|p| p.0).collect(), stats)
-}
-
 const ALL: [Kind; 9] = [
     Kind::Sphere,
     Kind::Speculative,
@@ -214,33 +72,7 @@ fn boundless() -> Vec<Kind> {
 }
 
 #[test]
-fn three_octaves() {
-    check("three octaves", common::three_octaves, &ALL);
-}
-
-#[test]
-fn thin_shell() {
-    check("thin shell", common::thin_shell, &ALL);
-}
-
-#[test]
-fn thin_rings() {
-    check("thin rings", common::thin_rings, &ALL);
-}
-
-#[test]
-fn hills_along_the_ground() {
-    check("hills", common::hills, &ALL);
-}
-
-#[test]
-fn carved_balls() {
-    check("balls", common::balls, &ALL);
-}
-
-#[test]
 fn ridges_without_a_lipschitz_bound() {
-    check("ridges", common::square_root_ridges, &boundless());
     let mut b = Build::default();
     let root = common::square_root_ridges(&mut b);
     for kind in [Kind::Sphere, Kind::Speculative] {
@@ -331,8 +163,11 @@ fn any_hits_are_those_rays_that_have_a_first_hit() {
             assert_eq!(any_cost.rays, first_cost.rays);
             let (any, first) = (any_cost.evaluations, first_cost.evaluations);
             println!("scene {n}, {kind:?}: {any} evaluations instead of {first}");
-            // Beams go the other way, which pays where many rays do so together.
-            assert!(any <= first || kind == Kind::Beam || kind == Kind::Auto);
+            // Beams look from the far ends of rays instead, which is no better for rays that begin in free
+            // space; `auto` may have chosen them.
+            if ![Kind::Beam, Kind::Auto].contains(&kind) {
+                assert!(any <= first, "scene {n}, {kind:?}: {any} evaluations instead of {first}");
+            }
             if [Kind::Speculative, Kind::Affine].contains(&kind) {
                 assert!(any < first, "scene {n}, {kind:?}: nothing saved");
             }
