@@ -1,7 +1,6 @@
 //! Questions about a whole region, answered by cutting it up.
 
 use super::Field;
-use crate::num::Interval;
 use crate::scene::Aabb;
 use glam::DVec3;
 

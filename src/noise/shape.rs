@@ -298,6 +298,9 @@ impl Function<1> for Remaining<'_> {
         self.sum(|fade| fade.range([s]))
     }
     /// It multiplies a quantity of which only the range is known; its own slope would say no more.
+    fn is_vague(&self) -> bool {
+        true
+    }
     fn form(&self, s: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
         Form::constant(self.range(*s))
     }

@@ -125,16 +125,22 @@ struct Ended<T> {
 impl<T: Number> Ended<T> {
     /// Ends the lanes that are at least `blind` wide on some axis and not faded out already.
     fn next(before: Option<Self>, blind: f64, p: [&T; 3], weight: &Weight<T>, close: impl Fn() -> T) -> Self {
-        let before = before.unwrap_or_else(|| Ended { over: T::constant(0.0), total: T::constant(0.0) });
-        let one = T::constant(1.0);
-        let mut over = before.over.clone();
+        let (zero, one) = (T::constant(0.0), T::constant(1.0));
+        let before = before.unwrap_or_else(|| Ended { over: zero.clone(), total: zero.clone() });
+        let mut now = zero.clone();
         for axis in p {
-            over = T::choose(axis, |r| r.rad() >= blind, &one, &over);
+            now = T::choose(axis, |r| r.rad() >= blind, &one, &now);
         }
         if let Weight::Share(w) = weight {
-            over = T::choose(w, is_zero, &before.over, &over);
+            now = T::choose(w, is_zero, &zero, &now);
         }
-        let closed = T::choose(&over, is_one, &close(), &before.total);
-        Ended { total: T::choose(&before.over, is_one, &before.total, &closed), over }
+        now = T::choose(&before.over, is_one, &zero, &now);
+        if is_zero(now.range()) {
+            return before;
+        }
+        Ended {
+            total: T::choose(&now, is_one, &close(), &before.total),
+            over: T::choose(&now, is_one, &one, &before.over),
+        }
     }
 }

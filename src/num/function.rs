@@ -101,6 +101,11 @@ pub trait Function<const N: usize> {
         None
     }
 
+    /// Whether nothing is worth knowing of the values over a box but their range.
+    fn is_vague(&self) -> bool {
+        false
+    }
+
     /// Whether the value is always that of one of the arguments, as a minimum's is, and always that of
     /// the same one when all have moved by the same.
     fn selects(&self) -> bool {

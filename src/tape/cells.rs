@@ -18,10 +18,10 @@ use std::sync::{Arc, OnceLock};
 const PARTS: usize = 8;
 
 /// Times that a region is cut.
-const DEEPEST: u32 = 10;
+const DEEPEST: u32 = 8;
 
 /// A tape of fewer instructions is not worth pruning.
-const SHORT: usize = 12;
+const SHORT: usize = 16;
 
 /// A cell whose tape is longer than this share of its grandparent's is not cut again.
 const STALE: f64 = 0.95;

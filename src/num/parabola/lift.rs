@@ -48,6 +48,14 @@ fn silenced(a: f64, b: f64) -> f64 {
 impl<const B: usize, const K: usize> Parabolas<B, K> {
     /// The image under a function.
     pub(super) fn lifted<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N]) -> Self {
+        if f.is_vague() {
+            let mut out = Self::all(Parabola::constant(ZERO));
+            for l in 0..B {
+                let range = f.range(Self::arguments(x, l, |x, l| x.range.lane(l)));
+                out.set(l, &Parabola::constant(range));
+            }
+            return out;
+        }
         if f.selects() {
             return widest(
                 #[inline(always)]
