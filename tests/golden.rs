@@ -52,6 +52,11 @@ fn ridges() {
 }
 
 #[test]
+fn ground_from_two_metres_above() {
+    golden("scripts/ground.rhai", "ground", Some((96, 72)));
+}
+
+#[test]
 fn planet() {
     golden("scripts/planet.rhai", "planet", Some((120, 90)));
 }

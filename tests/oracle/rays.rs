@@ -50,7 +50,7 @@ fn seen(surface: &Surface, rng: &mut StdRng) -> Vec<Ray> {
     let [eye, target] = (surface.aim)(rng);
     let forward = (target - eye).normalize();
     let right = forward.any_orthonormal_vector();
-    let half = 10f64.powf(rng.random_range(-4.0..-0.7));
+    let half = libm::exp10(rng.random_range(-4.0..-0.7));
     let through = |[x, y]: [f64; 2]| (forward + half * (x * right + y * forward.cross(right))).normalize();
     places().filter_map(|place| ray(surface, eye, through(place))).collect()
 }
@@ -80,7 +80,7 @@ fn light(surface: &Surface, oracle: &mut Oracle, rng: &mut StdRng) -> Vec<Ray> {
     let [eye, target] = (surface.aim)(rng);
     let forward = (target - eye).normalize();
     let right = forward.any_orthonormal_vector();
-    let half = eye.distance(target) * 10f64.powf(rng.random_range(-4.0..-0.7));
+    let half = eye.distance(target) * libm::exp10(rng.random_range(-4.0..-0.7));
     let from = |[x, y]: [f64; 2]| eye + half * (x * right + y * forward.cross(right));
     places().filter_map(|place| ray(surface, from(place), forward)).collect()
 }

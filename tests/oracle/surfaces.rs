@@ -26,6 +26,8 @@ pub struct Surface {
     pub spacing: Spacing,
     /// Whether the field has no finite value in places.
     pub undefined: bool,
+    /// Whether some casters take very long.
+    pub costly: bool,
 }
 
 fn surface(name: &'static str, build: fn(&mut Build) -> NodeId) -> Surface {
@@ -37,6 +39,7 @@ fn surface(name: &'static str, build: fn(&mut Build) -> NodeId) -> Surface {
         aim: Box::new(all_around),
         spacing: Spacing { samples: 2048, beginning: 0.0 },
         undefined: false,
+        costly: false,
     }
 }
 
@@ -71,9 +74,10 @@ pub fn all() -> Vec<Surface> {
         }),
         Surface {
             spacing: Spacing { samples: 256, beginning: 0.0 },
+            costly: true,
             ..surface("a thousand parts", thousand_parts)
         },
-        Surface { undefined: true, ..surface("half of it undefined", half_undefined) },
+        Surface { undefined: true, costly: true, ..surface("half of it undefined", half_undefined) },
         on_planet("planet from the ground", ground, near_the_horizon),
         on_planet("planet from orbit", orbit, towards_the_limb),
     ]
@@ -105,12 +109,12 @@ fn along_the_ground(rng: &mut StdRng) -> [DVec3; 2] {
 /// Steeply or nearly within the plane.
 fn across_slabs(rng: &mut StdRng) -> [DVec3; 2] {
     let target = 0.8 * unit(rng);
-    let slope = 10f64.powf(rng.random_range(-5.0..0.5));
+    let slope = libm::exp10(rng.random_range(-5.0..0.5));
     [target + 3.0 * (unit(rng) * DVec3::new(1.0, slope, 1.0)).normalize_or(DVec3::X), target]
 }
 
 fn at_the_tangency(rng: &mut StdRng) -> [DVec3; 2] {
-    let off = 10f64.powf(rng.random_range(-7.0..-1.0));
+    let off = libm::exp10(rng.random_range(-7.0..-1.0));
     let touching = [DVec3::ZERO, DVec3::new(0.5, -0.5, 0.0)][rng.random_range(0..2)];
     [4.0 * unit(rng), touching + off * unit(rng)]
 }
@@ -128,7 +132,7 @@ fn along_faces(rng: &mut StdRng) -> [DVec3; 2] {
 }
 
 fn edge_on(rng: &mut StdRng) -> [DVec3; 2] {
-    let height = 10f64.powf(rng.random_range(-8.0..-0.3));
+    let height = libm::exp10(rng.random_range(-8.0..-0.3));
     let u = unit(rng);
     [
         DVec3::new(3.0 * u.x, height, 3.0 * u.z),
@@ -177,8 +181,8 @@ fn tangent_balls(b: &mut Build) -> NodeId {
 
 /// A lens 0.4 wide and 0.000_04 thick, in a ring.
 fn thin_lens(b: &mut Build) -> NodeId {
-    let above = b.sphere([0.0, -4000.0, 0.0], 4000.000_02);
-    let below = b.sphere([0.0, 4000.0, 0.0], 4000.000_02);
+    let above = b.sphere([0.0, -4000.0, 0.0], 4_000.000_02);
+    let below = b.sphere([0.0, 4000.0, 0.0], 4_000.000_02);
     let lens = b.max(above, below);
     let ring = b.torus(1.0, 0.01);
     b.min(lens, ring)
@@ -344,7 +348,7 @@ fn orbit(b: &mut Build) -> NodeId {
 fn near_the_horizon(rng: &mut StdRng, eye: DVec3) -> [DVec3; 2] {
     let up = eye.normalize();
     let ahead = up.cross(unit(rng)).normalize_or(DVec3::X);
-    let slope = 10f64.powf(rng.random_range(-4.0..0.5));
+    let slope = libm::exp10(rng.random_range(-4.0..0.5));
     [eye, eye + ahead + if rng.random_bool(0.2) { slope } else { -slope } * up]
 }
 
@@ -370,6 +374,7 @@ fn on_planet(
         tolerance: Tolerance { least: 1e-13 * eye.abs().max_element().max(1.0), growth: 0.002 * PIXEL },
         aim: Box::new(move |rng| aim(rng, eye)),
         spacing: Spacing { samples: 1536, beginning: if from_the_ground { 1e-8 } else { 0.0 } },
+        costly: from_the_ground,
         ..surface(name, build)
     }
 }

@@ -33,7 +33,7 @@ impl Spacing {
     fn at(&self, ray: &Ray, i: usize) -> f64 {
         let share = i as f64 / (self.samples - 1) as f64;
         let share = if self.beginning > 0.0 {
-            self.beginning * ((1.0 + 1.0 / self.beginning).powf(share) - 1.0)
+            self.beginning * (libm::pow(1.0 + 1.0 / self.beginning, share) - 1.0)
         } else {
             share
         };
