@@ -93,13 +93,15 @@ impl Cells {
     pub fn tape_around(&self, at: [f64; 3], reach: f64) -> &Arc<Tape> {
         let (mut cell, mut centre, mut half) = (&self.root, self.centre, self.half);
         let off = (0..3).map(|axis| (at[axis] - centre[axis]).abs()).fold(0.0, f64::max);
-        if !(off <= half) {
+        let is_within = off <= half;
+        if !is_within {
             return &self.root.tape;
         }
         for level in 0..DEEPEST {
             let quarter = 0.5 * half;
             // The cell reaches a whole `half` of its child beyond the child's faces.
-            if !(reach <= quarter * (1.0 - 1e-9)) {
+            let fits = reach <= quarter * (1.0 - 1e-9);
+            if !fits {
                 break;
             }
             let Some(parts) = cell.parts(self, centre, half, level) else { break };

@@ -17,9 +17,7 @@ pub(super) struct Sketch {
 impl Sketch {
     pub(super) fn new<const K: usize>(f: &Parabola<K>, piece: Piece) -> Sketch {
         let mut across = [0.0; 2];
-        for k in 0..K.min(2) {
-            across[k] = f.side[k];
-        }
+        across.iter_mut().zip(f.side).for_each(|(across, side)| *across = side);
         Sketch { piece, along: f.mid, across }
     }
 

@@ -150,7 +150,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         }
         for l in 0..B {
             for j in 0..3 {
-                out.rest[j][l] = out.rest[j][l] * ROUND_UP;
+                out.rest[j][l] *= ROUND_UP;
             }
             out.rest[0][l] += TINY;
         }
@@ -289,15 +289,14 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                     let may = grad[i].hi > 0.0;
                     for j in 0..3 {
                         let m = choose(j == 0, 0.0, lane.mid[j]);
-                        low.mid[j] =
-                            choose(may & !(m - lane.rest[j] >= low.mid[j]), m - lane.rest[j], low.mid[j]);
-                        high.mid[j] =
-                            choose(may & !(m + lane.rest[j] <= high.mid[j]), m + lane.rest[j], high.mid[j]);
+                        let (least, most) = (m - lane.rest[j], m + lane.rest[j]);
+                        low.mid[j] = choose(may & replaces(least < low.mid[j], least), least, low.mid[j]);
+                        high.mid[j] = choose(may & replaces(most > high.mid[j], most), most, high.mid[j]);
                     }
                     for k in 0..K {
                         let s = lane.side[k];
-                        low.side[k] = choose(may & !(s >= low.side[k]), s, low.side[k]);
-                        high.side[k] = choose(may & !(s <= high.side[k]), s, high.side[k]);
+                        low.side[k] = choose(may & replaces(s < low.side[k], s), s, low.side[k]);
+                        high.side[k] = choose(may & replaces(s > high.side[k], s), s, high.side[k]);
                     }
                 }
                 for j in 0..3 {
@@ -318,6 +317,12 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             },
         )
     }
+}
+
+/// Whether a number takes the place of another: if it is beyond it, or is none, which must not be lost.
+#[inline(always)]
+fn replaces(beyond: bool, number: f64) -> bool {
+    beyond | number.is_nan()
 }
 
 /// One end of what the arguments of a selecting function do away from the middle.
