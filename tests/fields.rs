@@ -7,6 +7,7 @@ use glam::DVec3;
 use orogen::field::{Extent, extent, lipschitz_outside};
 use orogen::num::Interval;
 use orogen::scene::Aabb;
+use orogen::tape::{Cells, Evaluator};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 #[test]
@@ -80,4 +81,42 @@ fn enclosures_converge_with_the_square_of_the_box() {
     };
     let (coarse, fine) = (excess(&mut field, 1e-3), excess(&mut field, 1e-4));
     assert!(fine < 0.2 * coarse, "{coarse} {fine}");
+}
+
+#[test]
+fn cells_have_the_whole_tape_as_far_as_they_reach() {
+    let mut rng = StdRng::seed_from_u64(12);
+    let mut b = Build::default();
+    let mut solid = b.sphere([0.0; 3], 0.3);
+    for i in 0..60 {
+        let at = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+        let ball = b.sphere(at, rng.random_range(0.02..0.3));
+        let hollow = b.neg(ball);
+        solid = if i % 3 == 0 { b.max(solid, hollow) } else { b.min(solid, ball) };
+    }
+    let tape = b.field(solid).tape().clone();
+    let cells = Cells::new(tape.clone(), &Aabb::cube(1.0).intervals());
+    let (mut full, mut less) = (Evaluator::<f64>::new(tape.clone()), Evaluator::<f64>::new(tape.clone()));
+    let mut short = Vec::new();
+    for _ in 0..20_000 {
+        // Now and then beyond the region.
+        let at: [f64; 3] = std::array::from_fn(|_| rng.random_range(-1.1..1.1));
+        let reach = 0.5 * libm::exp2(-rng.random_range(0.0..10.0));
+        let part = cells.tape_around(at, reach);
+        if reach < 0.02 && at.iter().all(|c| c.abs() < 1.0) {
+            short.push(part.len());
+        }
+        less.turn_to(part);
+        for _ in 0..4 {
+            let p = at.map(|c| c + reach * rng.random_range(-1.0..1.0));
+            let (whole, pruned) = (*full.eval(&p), *less.eval(&p));
+            assert!(
+                whole.to_bits() == pruned.to_bits(),
+                "{whole} {pruned} at {p:?}, within {reach} of {at:?}"
+            );
+        }
+    }
+    let mean = short.iter().sum::<usize>() / short.len();
+    assert!(mean < tape.len() / 10, "{mean} of {} instructions are left", tape.len());
+    assert!(cells.prunings().tapes > 0);
 }
