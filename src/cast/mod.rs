@@ -278,11 +278,13 @@ pub fn caster_in(
 }
 
 /// What an evaluation at a point costs, and what one along a piece of a line: about as many
-/// nanoseconds in batches with AVX-512 (`benches/casting.rs`). Their ratio decides, not the clock, so
-/// that the choice, and with it the picture, is the same on every machine.
+/// nanoseconds in batches with AVX-512 (`benches/casting.rs`, `benches/thesis.rs`). Their ratio decides,
+/// not the clock, so that the choice, and with it the picture, is the same on every machine.
 fn costs(census: Census) -> (f64, f64) {
-    let [sums, functions, octaves] = [census.sums, census.functions, census.octaves].map(|n| n as f64);
-    (15.0 + 2.0 * (sums + functions) + 10.0 * octaves, 80.0 + 2.0 * sums + 15.0 * functions + 35.0 * octaves)
+    let Census { sums, functions, octaves, scattered } = census;
+    let [sums, functions, octaves, scattered] = [sums, functions, octaves, scattered].map(|n| n as f64);
+    let along = 80.0 + 2.0 * sums + 15.0 * functions + 35.0 * octaves + 2500.0 * scattered;
+    (15.0 + 2.0 * (sums + functions) + 10.0 * octaves + 170.0 * scattered, along)
 }
 
 /// Lipschitz bound above which sphere tracing is not worth a trial.

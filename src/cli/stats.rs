@@ -84,7 +84,7 @@ fn times(stats: &Stats) -> Vec<String> {
         lines.push(line(name, [seconds(time), share, number(octaves).unwrap_or_else(|| "-".to_owned())]));
     }
     let Prunings { tapes, instructions, whole } = stats.prunings;
-    if tapes > 0 {
+    if instructions < tapes * whole {
         let mean = instructions as f64 / tapes as f64;
         lines.push(format!("{} of {mean:.0} instead of {whole} instructions", plural(tapes, "pruned tape")));
     }

@@ -4,6 +4,7 @@ use super::eval::Registers;
 use crate::expr::{Graph, Input, Node, NodeId};
 use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
+use crate::num::Kernel;
 use crate::op::Op;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -39,6 +40,9 @@ pub struct Census {
     pub functions: u64,
     /// Noises and grids; an octave of a fractal counts here, and as a function.
     pub octaves: u64,
+    /// Of these, the ones that say more of a small ball than of all of space, which is looked up ball by
+    /// ball.
+    pub scattered: u64,
 }
 
 /// Straight-line code for one or more expressions.
@@ -114,11 +118,19 @@ impl Tape {
                     census.sums += 1;
                 }
                 Instr::Op(..) => census.functions += 1,
-                Instr::Noise(..) | Instr::Grid(..) => census.octaves += 1,
+                Instr::Noise(noise, _) => {
+                    census.octaves += 1;
+                    census.scattered += u64::from(!noise.is_uniform());
+                }
+                Instr::Grid(grid, _) => {
+                    census.octaves += 1;
+                    census.scattered += u64::from(!grid.is_uniform());
+                }
                 Instr::Fractal(fractal, ..) => {
                     // A fractal's octaves fade, fold and multiply besides.
                     let octaves = u64::from(fractal.recipe().octaves);
                     census.octaves += octaves;
+                    census.scattered += octaves * u64::from(!fractal.recipe().noise.is_uniform());
                     census.functions += octaves;
                 }
             }
