@@ -8,7 +8,12 @@ use crate::tape::Tape;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Casts by a strategy whose uncertified hits mean "free up to here, and no more is known".
+/// How a strategy hands a ray over: free up to `t`, and no more is known.
+pub(super) fn undecided(t: f64) -> Hit {
+    Hit { t, certified: false }
+}
+
+/// Casts by a strategy whose uncertified hits are [`undecided`].
 pub(super) struct Handover<S: Strategy> {
     quick: Group<S>,
     sure: Group<Pieces<Reduced<1>>>,

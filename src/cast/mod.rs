@@ -91,8 +91,8 @@ impl Ray {
 pub struct Hit {
     /// Distance along the ray of a point within the tolerance of the surface; infinite for a miss.
     pub t: f64,
-    /// Whether it is proven that nothing was missed before `t`, and that the field changes sign or
-    /// comes within the tolerance there.
+    /// Whether it is proven that nothing was missed before `t`, and that the field changes sign there or
+    /// cannot be told from zero over a piece as short as the tolerance.
     pub certified: bool,
 }
 
@@ -212,7 +212,7 @@ impl Kind {
 pub enum CastError {
     /// Sphere tracing without a Lipschitz bound.
     #[error(
-        "the field has no Lipschitz bound in the region, so sphere tracing cannot be certain of anything; use the affine caster"
+        "the field has no Lipschitz bound in the region, so sphere tracing cannot be certain of anything; use the beam caster"
     )]
     NoLipschitzBound,
 }

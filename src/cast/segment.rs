@@ -20,6 +20,7 @@
 //! arithmetic. Values and bounds enclose their rounding, and so does the segment's box.
 
 use super::group::{LANES, Strategy};
+use super::handover::undecided;
 use super::{CastStats, Hit, Ray};
 use crate::num::{Interval, Many, Slope};
 
@@ -113,11 +114,6 @@ impl SegmentTracing {
         }
         self.advance(ray, march, t, GROWTH * step)
     }
-}
-
-/// Free up to `t`, and no more is known.
-fn undecided(t: f64) -> Hit {
-    Hit { t, certified: false }
 }
 
 impl Strategy for SegmentTracing {

@@ -11,6 +11,7 @@
 //! balls are a poor tool: it is handed over to affine arithmetic (`handover.rs`), from the frontier on.
 
 use super::group::{LANES, Strategy};
+use super::handover::undecided;
 use super::{CastStats, Hit, Ray};
 use crate::num::Many;
 
@@ -61,11 +62,6 @@ impl SphereTracing {
         // Grazing, or a ball too small to move a frontier this far out.
         (march.crept > CREEP || march.probe <= t).then_some(undecided(t))
     }
-}
-
-/// Free up to `t`, and no more is known.
-fn undecided(t: f64) -> Hit {
-    Hit { t, certified: false }
 }
 
 impl Strategy for SphereTracing {

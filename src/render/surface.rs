@@ -44,8 +44,9 @@ impl Surface {
         }
     }
 
-    /// Describes the solid at points, each seen along a direction.
+    /// Describes the solid at points, each seen along a direction; `out` gets a patch for each.
     pub(super) fn patches(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>) {
+        out.clear();
         if self.cells.is_uniform() {
             for batch in seen.chunks(LANES) {
                 self.batch(batch.iter().copied(), |patch, _| out.push(patch));
@@ -54,12 +55,9 @@ impl Surface {
         }
         let none = Patch { position: DVec3::ZERO, normal: DVec3::Y, albedo: GREY, undefined: false };
         out.resize(seen.len(), none);
-        // Points together that have the same tape.
         let cells = self.cells.clone();
-        let tape = |p: DVec3| cells.tape_around(p.to_array(), 64.0 * f64::EPSILON * p.abs().max_element());
-        let mut keyed: Vec<_> = seen.iter().enumerate().map(|(i, &(p, _))| (tape(p), i)).collect();
-        keyed.sort_by_key(|(tape, i)| (Arc::as_ptr(tape), *i));
-        for same in keyed.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
+        let places = seen.iter().enumerate().map(|(i, (p, _))| (i, p.to_array(), 0.0));
+        for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
             self.field.turn_to(same[0].0);
             for batch in same.chunks(LANES) {
                 self.batch(batch.iter().map(|(_, i)| seen[*i]), |patch, k| out[batch[k].1] = patch);

@@ -175,7 +175,6 @@ impl<'a> Worker<'a> {
             self.patch_pixels.push(sample.pixel);
             seen.push((eye + sample.distance * sample.direction, sample.direction));
         }
-        self.patches.clear();
         self.surface.patches(&seen, &mut self.patches);
         self.stats.undefined += self.patches.iter().filter(|p| p.undefined).count() as u64;
         stage.end(&mut self.stats.seconds.surface, &mut self.stats.octaves.surface);

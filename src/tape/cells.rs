@@ -23,8 +23,11 @@ const DEEPEST: u32 = 8;
 /// A tape of fewer instructions is not worth pruning.
 const SHORT: usize = 16;
 
-/// A cell whose tape is longer than this share of its grandparent's is not cut again.
+/// A cell whose tape is longer than this share of its parent's is not cut again,
 const STALE: f64 = 0.95;
+
+/// but this often a region is cut whatever is gained, since what is large hides everywhere in it.
+const LEAST: u32 = 3;
 
 /// A region cut into cells; see the module text.
 #[derive(Debug)]
@@ -32,6 +35,7 @@ pub struct Cells {
     root: Cell,
     centre: [f64; 3],
     half: f64,
+    is_uniform: bool,
     /// Tapes made, and instructions in all of them.
     pruned: AtomicU64,
     kept: AtomicU64,
@@ -61,8 +65,10 @@ impl Cells {
     pub fn new(tape: Arc<Tape>, region: &[Interval; 3]) -> Cells {
         let half = region.iter().map(|r| r.rad()).fold(0.0, f64::max);
         let before = tape.len();
+        let root = Cell { tape, before, parts: OnceLock::new() };
         Cells {
-            root: Cell { tape, before, parts: OnceLock::new() },
+            is_uniform: !root.is_open(),
+            root,
             centre: region.map(|r| r.mid()),
             half,
             pruned: AtomicU64::new(0),
@@ -77,7 +83,7 @@ impl Cells {
 
     /// Whether there is one tape for all places.
     pub fn is_uniform(&self) -> bool {
-        !self.root.is_open()
+        self.is_uniform
     }
 
     /// What pruning has gained so far.
@@ -117,6 +123,19 @@ impl Cells {
     }
 }
 
+impl Cells {
+    /// The tapes around places, each with the number of its place: places that have the same tape are
+    /// neighbours in the list, in no order that means anything.
+    pub fn tapes_around(
+        &self,
+        places: impl Iterator<Item = (usize, [f64; 3], f64)>,
+    ) -> Vec<(&Arc<Tape>, usize)> {
+        let mut list: Vec<_> = places.map(|(i, at, reach)| (self.tape_around(at, reach), i)).collect();
+        list.sort_by_key(|(tape, i)| (Arc::as_ptr(tape), *i));
+        list
+    }
+}
+
 impl Cell {
     /// Whether anything may be dropped somewhere within.
     fn is_open(&self) -> bool {
@@ -127,7 +146,7 @@ impl Cell {
     fn parts(&self, all: &Cells, centre: [f64; 3], half: f64, level: u32) -> Option<&[Cell; PARTS]> {
         let cut = || {
             let stale = self.tape.len() as f64 > STALE * self.before as f64;
-            if !self.is_open() || (stale && level > 2) {
+            if !self.is_open() || (stale && level >= LEAST) {
                 return None;
             }
             let mut p = [Parabolas::<PARTS, 2>::all(Parabola::constant(Interval::point(0.0))); 3];

@@ -10,17 +10,15 @@ use std::sync::Arc;
 const MANY: usize = 16;
 const FEW: usize = 4;
 
-/// Evaluators with the lists that they need.
+/// Evaluators for both.
 pub(super) struct Batches<const K: usize> {
     many: Evaluator<Parabolas<MANY, K>>,
     few: Evaluator<Parabolas<FEW, K>>,
-    /// Entries with their tapes.
-    keyed: Vec<(Arc<Tape>, usize)>,
 }
 
 impl<const K: usize> Batches<K> {
     pub(super) fn new(tape: &Arc<Tape>) -> Self {
-        Batches { many: Evaluator::new(tape.clone()), few: Evaluator::new(tape.clone()), keyed: Vec::new() }
+        Batches { many: Evaluator::new(tape.clone()), few: Evaluator::new(tape.clone()) }
     }
 
     /// Asks about a piece of each of the `active` entries of a list. `around` is a place and how far the
@@ -39,21 +37,19 @@ impl<const K: usize> Batches<K> {
             }
             return;
         }
-        self.keyed.clear();
-        self.keyed.extend(active.iter().map(|&i| {
-            let (at, reach) = around(&items[i]);
-            (cells.tape_around(at, reach).clone(), i)
-        }));
         // No lane depends on its neighbours, so their order does not matter.
-        self.keyed.sort_by_key(|(tape, i)| (Arc::as_ptr(tape), *i));
-        for same in self.keyed.chunk_by(|a, b| Arc::ptr_eq(&a.0, &b.0)) {
+        let places = active.iter().map(|&i| {
+            let (at, reach) = around(&items[i]);
+            (i, at, reach)
+        });
+        for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
             for batch in same.chunks(MANY) {
                 let entries = batch.iter().map(|(_, i)| *i);
                 if batch.len() > FEW {
-                    self.many.turn_to(&same[0].0);
+                    self.many.turn_to(same[0].0);
                     answer(&mut self.many, items, entries, &ask, &mut tell);
                 } else {
-                    self.few.turn_to(&same[0].0);
+                    self.few.turn_to(same[0].0);
                     answer(&mut self.few, items, entries, &ask, &mut tell);
                 }
             }

@@ -76,6 +76,16 @@ enum Want {
     Any,
 }
 
+impl Want {
+    /// The march of a single ray; the ends of rays of which anything is wanted lie close to the surface.
+    fn march(self, near: f64, far: f64, stretch: f64, root: Option<f64>) -> March {
+        match self {
+            Want::First => March::new(near, far, stretch, root),
+            Want::Any => March::new(near, far, stretch, None).ending(),
+        }
+    }
+}
+
 /// Rays that march together.
 struct Beam {
     /// Of the group.
@@ -164,12 +174,8 @@ impl Beam {
                     continue;
                 }
                 let stretch = distance(free + self.march.stretch) - distance(free);
-                let march = match want {
-                    Want::First => {
-                        March::new(near, ray.far, stretch, self.root(frame.place(ray)).map(distance))
-                    }
-                    Want::Any => March::new(near, ray.far, stretch, None).ending(),
-                };
+                let root = self.root(frame.place(ray)).map(distance);
+                let march = want.march(near, ray.far, stretch, root);
                 thin.push(Thin::new(range.start, march));
             }
         }
@@ -226,7 +232,7 @@ impl Beams {
     }
 
     /// The widest beams of a group, and the rays that go alone.
-    fn gather(memory: &mut Memory, rays: &[Ray], out: &mut [Hit]) {
+    fn gather(memory: &mut Memory, rays: &[Ray], want: Want, out: &mut [Hit]) {
         let Memory { frames, beams, thin, .. } = memory;
         for start in (0..rays.len()).step_by(WIDEST) {
             let own = start..(start + WIDEST).min(rays.len());
@@ -240,7 +246,7 @@ impl Beams {
             } else {
                 thin.extend(range.filter(|&i| is_real(&rays[i])).map(|ray| {
                     let Ray { near, far, .. } = rays[ray];
-                    Thin::new(ray, March::new(near, far, FIRST * (far - near), None))
+                    Thin::new(ray, want.march(near, far, FIRST * (far - near), None))
                 }));
             }
         }
@@ -326,7 +332,7 @@ impl Beams {
         memory.thin.clear();
         memory.costs.clear();
         memory.costs.resize(rays.len(), 0.0);
-        Self::gather(memory, rays, out);
+        Self::gather(memory, rays, want, out);
         while !self.memory.beams.is_empty() {
             self.march_beams(stats, cancel);
             let Memory { frames, beams, parts, thin, .. } = &mut self.memory;
