@@ -207,10 +207,11 @@ fn outside(path: &str) -> Fault {
     Fault::new(format!("\"{path}\" is outside the script's folder"))
 }
 
-/// A file that is there but cannot be read.
+/// A file that is not there, or cannot be read.
 pub fn unreadable(file: &str, e: &io::Error) -> Fault {
     match e.kind() {
-        io::ErrorKind::NotFound => Fault::new(format!("there is no file {file}")),
+        io::ErrorKind::NotFound => Fault::new(format!("there is no file {file}"))
+            .hint("files are looked for in the folder of the main script, and below it"),
         io::ErrorKind::InvalidData => Fault::new(format!("{file} is not a text (UTF-8)")),
         _ => Fault::new(format!("{file} cannot be read: {e}")),
     }
