@@ -11,7 +11,7 @@
 //! operations: [`Form::taylor`] (smooth, one argument), [`Form::chord`] (convex or concave on the
 //! box; the Chebyshev form of affine arithmetic) and [`Form::mean_value`] (any continuous one).
 
-use super::{Interval, Number, Real};
+use super::{Interval, Number, ROUNDOFF, Real};
 
 /// Continuity class of a function. A composition takes the least of its parts.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
@@ -101,6 +101,19 @@ pub trait Function<const N: usize> {
         None
     }
 
+    /// By how many roundoffs of its size a value or a partial derivative may be off that is computed with
+    /// plain numbers; none where nothing so simple is true, as where sums may cancel.
+    #[inline(always)]
+    fn roundoffs(&self) -> Option<f64> {
+        None
+    }
+
+    /// Whether the second partial derivatives are the same everywhere.
+    #[inline(always)]
+    fn is_quadratic(&self) -> bool {
+        false
+    }
+
     /// Whether nothing is worth knowing of the values over a box but their range.
     fn is_vague(&self) -> bool {
         false
@@ -122,10 +135,19 @@ pub trait Function<const N: usize> {
         T::lift(self, x)
     }
 
+    /// The same, written to `out`.
+    #[inline(always)]
+    fn apply_to<T: Number>(&self, x: [&T; N], out: &mut T)
+    where
+        Self: Sized,
+    {
+        T::lift_to(self, x, out);
+    }
+
     /// Linear form over a box.
     fn form(&self, x: &[Interval; N], combine: Combine<'_, N>) -> Form<N> {
         let _ = combine;
-        Form::mean_value(self, x)
+        if self.is_quadratic() { Form::quadratic(self, x) } else { Form::mean_value(self, x) }
     }
 }
 
@@ -140,6 +162,17 @@ impl<const N: usize> Form<N> {
     #[inline(always)]
     pub fn constant(range: Interval) -> Self {
         Form::linear([0.0; N], range)
+    }
+
+    /// Form of a function whose second derivatives are the same everywhere: exact, up to the rounding of
+    /// its slopes.
+    #[inline(always)]
+    pub fn quadratic<F: Function<N> + ?Sized>(f: &F, x: &[Interval; N]) -> Self {
+        let c = x.map(Interval::mid);
+        let slope = f.grad(c);
+        let error: f64 = (0..N).map(|i| 8.0 * ROUNDOFF * slope[i].abs() * x[i].rad()).sum();
+        let rest = f.range(c.map(Interval::point)) + Interval::radius(error);
+        Form { slope, rest, bend: Interval::point(1.0), matrix: f.hess(c) }
     }
 
     /// Mean value form: `f(c) + G . (x - c)` with the gradient's range `G` split into its centre

@@ -229,8 +229,26 @@ pub trait Number: Clone + Send + Sync + 'static {
     /// The image of `x` under `f`.
     fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self;
 
-    /// Writes `k * self` to `out`. Like the next two, the same bits as by value; batches, which are
-    /// large, are written in place.
+    /// Writes `self + other` to `out`. Like the others of this kind, the same bits as by value; batches,
+    /// which are large, are written in place.
+    #[inline(always)]
+    fn add_to(&self, other: &Self, out: &mut Self) {
+        *out = self.add(other);
+    }
+
+    /// Writes `self - other` to `out`.
+    #[inline(always)]
+    fn sub_to(&self, other: &Self, out: &mut Self) {
+        *out = self.sub(other);
+    }
+
+    /// Writes the image of `x` under `f` to `out`.
+    #[inline(always)]
+    fn lift_to<F: Function<N>, const N: usize>(f: &F, x: [&Self; N], out: &mut Self) {
+        *out = Self::lift(f, x);
+    }
+
+    /// Writes `k * self` to `out`.
     #[inline(always)]
     fn scale_to(&self, k: f64, out: &mut Self) {
         *out = self.scale(k);
@@ -245,7 +263,7 @@ pub trait Number: Clone + Send + Sync + 'static {
     /// Writes `f` of `x` to `out`.
     #[inline(always)]
     fn apply_to<F: Function<N>, const N: usize>(f: &F, x: [&Self; N], out: &mut Self) {
-        *out = f.apply(x);
+        f.apply_to(x, out);
     }
 
     /// The image of a point under a kernel.

@@ -23,6 +23,10 @@ impl Function<2> for Add {
     fn apply<T: Number>(&self, [x, y]: [&T; 2]) -> T {
         x.add(y)
     }
+    #[inline(always)]
+    fn apply_to<T: Number>(&self, [x, y]: [&T; 2], out: &mut T) {
+        x.add_to(y, out);
+    }
 }
 
 /// `x - y`
@@ -45,6 +49,10 @@ impl Function<2> for Sub {
     #[inline(always)]
     fn apply<T: Number>(&self, [x, y]: [&T; 2]) -> T {
         x.sub(y)
+    }
+    #[inline(always)]
+    fn apply_to<T: Number>(&self, [x, y]: [&T; 2], out: &mut T) {
+        x.sub_to(y, out);
     }
 }
 
@@ -69,17 +77,10 @@ impl Function<1> for Neg {
     fn apply<T: Number>(&self, [x]: [&T; 1]) -> T {
         x.neg()
     }
-}
-
-/// Form of a function whose second derivatives are the constants of `matrix`: exact, up to the
-/// rounding of its slopes.
-#[inline(always)]
-pub(super) fn quadratic_form<F: Function<N>, const N: usize>(f: &F, x: &[Interval; N]) -> Form<N> {
-    let c = x.map(Interval::mid);
-    let slope = f.grad(c);
-    let error: f64 = (0..N).map(|i| 8.0 * ROUNDOFF * slope[i].abs() * x[i].rad()).sum();
-    let rest = f.range(c.map(Interval::point)) + Interval::radius(error);
-    Form { slope, rest, bend: Interval::point(1.0), matrix: f.hess(c) }
+    #[inline(always)]
+    fn apply_to<T: Number>(&self, [x]: [&T; 1], out: &mut T) {
+        *out = x.neg();
+    }
 }
 
 /// `x y`
@@ -87,6 +88,10 @@ pub(super) fn quadratic_form<F: Function<N>, const N: usize>(f: &F, x: &[Interva
 pub struct Mul;
 
 impl Function<2> for Mul {
+    #[inline(always)]
+    fn roundoffs(&self) -> Option<f64> {
+        Some(1.0)
+    }
     #[inline(always)]
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
         x * y
@@ -101,8 +106,8 @@ impl Function<2> for Mul {
         [[zero, one], [one, zero]]
     }
     #[inline(always)]
-    fn form(&self, x: &[Interval; 2], _: Combine<'_, 2>) -> Form<2> {
-        quadratic_form(self, x)
+    fn is_quadratic(&self) -> bool {
+        true
     }
 }
 
@@ -113,6 +118,11 @@ pub struct Div;
 impl Function<2> for Div {
     fn is_defined(&self, [_, y]: &[Interval; 2]) -> bool {
         !y.contains(0.0)
+    }
+    /// Four operations in `x (1 / y)^2`.
+    #[inline(always)]
+    fn roundoffs(&self) -> Option<f64> {
+        Some(4.0)
     }
     #[inline(always)]
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
@@ -152,6 +162,10 @@ pub struct Square;
 
 impl Function<1> for Square {
     #[inline(always)]
+    fn roundoffs(&self) -> Option<f64> {
+        Some(1.0)
+    }
+    #[inline(always)]
     fn value<R: Real>(&self, [x]: [R; 1]) -> R {
         x.square()
     }
@@ -164,8 +178,8 @@ impl Function<1> for Square {
         [[R::of(2.0)]]
     }
     #[inline(always)]
-    fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
-        quadratic_form(self, x)
+    fn is_quadratic(&self) -> bool {
+        true
     }
 }
 
@@ -179,6 +193,11 @@ impl Function<1> for Sqrt {
     }
     fn is_defined(&self, [x]: &[Interval; 1]) -> bool {
         x.lo >= 0.0
+    }
+    /// A root, and what divides by it.
+    #[inline(always)]
+    fn roundoffs(&self) -> Option<f64> {
+        Some(4.0)
     }
     #[inline(always)]
     fn value<R: Real>(&self, [x]: [R; 1]) -> R {

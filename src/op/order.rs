@@ -11,6 +11,10 @@ impl Function<1> for Abs {
         Class::C0
     }
     #[inline(always)]
+    fn roundoffs(&self) -> Option<f64> {
+        Some(0.0)
+    }
+    #[inline(always)]
     fn value<R: Real>(&self, [x]: [R; 1]) -> R {
         x.abs()
     }
@@ -171,6 +175,9 @@ impl Function<3> for Clamp {
     }
     fn apply<T: crate::num::Number>(&self, [x, low, high]: [&T; 3]) -> T {
         T::lift(&Min, [&T::lift(&Max, [x, low]), high])
+    }
+    fn apply_to<T: crate::num::Number>(&self, x: [&T; 3], out: &mut T) {
+        *out = self.apply(x);
     }
 }
 
@@ -360,7 +367,8 @@ impl Function<3> for Mix {
         let one = Interval::point(1.0);
         self.value([a, b, t]).meet(a * (one - t) + b * t)
     }
-    fn form(&self, x: &[Interval; 3], _: Combine<'_, 3>) -> Form<3> {
-        super::arithmetic::quadratic_form(self, x)
+    #[inline(always)]
+    fn is_quadratic(&self) -> bool {
+        true
     }
 }

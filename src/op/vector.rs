@@ -10,6 +10,11 @@ impl Function<3> for Length {
     fn class(&self) -> Class {
         Class::C2 // everywhere but at the single point 0, as surfaces are asked about
     }
+    /// Squares, their sum, a root and a quotient.
+    #[inline(always)]
+    fn roundoffs(&self) -> Option<f64> {
+        Some(8.0)
+    }
     #[inline(always)]
     fn value<R: Real>(&self, [x, y, z]: [R; 3]) -> R {
         (x.square() + y.square() + z.square()).sqrt()
@@ -92,7 +97,8 @@ impl Function<6> for Dot {
         let entry = |i: usize, j: usize| R::of(if i.abs_diff(j) == 3 { 1.0 } else { 0.0 });
         std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
     }
-    fn form(&self, x: &[Interval; 6], _: Combine<'_, 6>) -> Form<6> {
-        super::arithmetic::quadratic_form(self, x)
+    #[inline(always)]
+    fn is_quadratic(&self) -> bool {
+        true
     }
 }

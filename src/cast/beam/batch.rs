@@ -65,10 +65,12 @@ fn answer<I, const B: usize, const K: usize>(
     ask: &impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
     tell: &mut impl FnMut(&mut I, &Parabola<K>, Answer),
 ) {
-    let mut p = [Parabolas::<B, K>::constant(0.0); 3];
-    let mut pieces = [Piece::default(); B];
-    for (lane, i) in batch.clone().enumerate() {
-        let (piece, place) = ask(&items[i]);
+    let mut places = batch.clone().map(|i| ask(&items[i]));
+    let Some((piece, first)) = places.next() else { return };
+    // Lanes that are left over do what the first does: what all agree on is decided for all at once.
+    let mut p = first.map(|x| Parabolas::<B, K>::all(x));
+    let mut pieces = [piece; B];
+    for (lane, (piece, place)) in (1..).zip(places) {
         pieces[lane] = piece;
         for axis in 0..3 {
             p[axis].set(lane, &place[axis]);

@@ -26,8 +26,11 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Rays of the widest beams.
+/// Rays of the widest beams, where the field is the same expression everywhere,
 const WIDEST: usize = 64;
+
+/// and where parts of it matter in some places only: what is far from all of them is long to evaluate.
+const WIDEST_OF_PARTS: usize = 1024;
 
 /// Parts that a beam is cut into.
 const PARTS: usize = 4;
@@ -232,10 +235,11 @@ impl Beams {
     }
 
     /// The widest beams of a group, and the rays that go alone.
-    fn gather(memory: &mut Memory, rays: &[Ray], want: Want, out: &mut [Hit]) {
-        let Memory { frames, beams, thin, .. } = memory;
-        for start in (0..rays.len()).step_by(WIDEST) {
-            let own = start..(start + WIDEST).min(rays.len());
+    fn gather(&mut self, rays: &[Ray], want: Want, out: &mut [Hit]) {
+        let Memory { frames, beams, thin, .. } = &mut self.memory;
+        let widest = if self.cells.is_uniform() { WIDEST } else { WIDEST_OF_PARTS };
+        for start in (0..rays.len()).step_by(widest) {
+            let own = start..(start + widest).min(rays.len());
             let Some(range) = trimmed(rays, own) else { continue };
             if let Some(frame) = Frame::new(&rays[range.clone()]) {
                 let section = Section::around(&frame, &rays[range.clone()]);
@@ -332,7 +336,7 @@ impl Beams {
         memory.thin.clear();
         memory.costs.clear();
         memory.costs.resize(rays.len(), 0.0);
-        Self::gather(memory, rays, want, out);
+        self.gather(rays, want, out);
         while !self.memory.beams.is_empty() {
             self.march_beams(stats, cancel);
             let Memory { frames, beams, parts, thin, .. } = &mut self.memory;

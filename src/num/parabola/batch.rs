@@ -60,19 +60,21 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         self.range.set(i, x.range);
     }
 
-    /// The lanes one by one, as a plain loop.
+    /// Writes the lanes one by one, as a plain loop. Nothing that `f` reads is written meanwhile, which
+    /// the compiler knows from the signature.
     #[inline(always)]
-    pub(super) fn lanes(f: impl Fn(usize) -> Parabola<K>) -> Self {
-        widest(
-            #[inline(always)]
-            || {
-                let mut out = Self::all(Parabola::constant(Interval { lo: 0.0, hi: 0.0 }));
-                for i in 0..B {
-                    out.set(i, &f(i));
-                }
-                out
-            },
-        )
+    pub(super) fn fill(&mut self, f: impl Fn(usize) -> Parabola<K>) {
+        for i in 0..B {
+            self.set(i, &f(i));
+        }
+    }
+
+    /// The batch that `job` writes.
+    #[inline(always)]
+    fn written(job: impl FnOnce(&mut Self)) -> Self {
+        let mut out = Self::constant(0.0);
+        job(&mut out);
+        out
     }
 }
 
@@ -81,43 +83,80 @@ impl<const B: usize, const K: usize> Number for Parabolas<B, K> {
         Self::all(Parabola::constant(Interval::point(c)))
     }
     fn add(&self, other: &Self) -> Self {
-        Self::lanes(
-            #[inline(always)]
-            |i| {
-                let sum = self.lane(i).plus(&other.lane(i));
-                sum.narrowed(sum.range)
-            },
-        )
+        Self::written(|out| self.add_to(other, out))
     }
     fn sub(&self, other: &Self) -> Self {
-        Self::lanes(
-            #[inline(always)]
-            |i| {
-                let difference = self.lane(i).plus(&other.lane(i).negated());
-                difference.narrowed(difference.range)
-            },
-        )
+        Self::written(|out| self.sub_to(other, out))
     }
     fn neg(&self) -> Self {
-        Self::lanes(
-            #[inline(always)]
-            |i| self.lane(i).negated(),
-        )
+        Self::written(|out| {
+            out.fill(
+                #[inline(always)]
+                |i| self.lane(i).negated(),
+            );
+        })
     }
     fn scale(&self, k: f64) -> Self {
-        Self::lanes(
-            #[inline(always)]
-            |i| self.lane(i).times(k),
-        )
+        Self::written(|out| self.scale_to(k, out))
     }
     fn shift(&self, c: f64) -> Self {
-        Self::lanes(
-            #[inline(always)]
-            |i| self.lane(i).shifted(c),
-        )
+        Self::written(|out| self.shift_to(c, out))
     }
     fn lift<F: Function<N>, const N: usize>(f: &F, x: [&Self; N]) -> Self {
-        Self::lifted(f, &x)
+        Self::written(|out| Self::lifted(f, &x, out))
+    }
+    fn add_to(&self, other: &Self, out: &mut Self) {
+        widest(
+            #[inline(always)]
+            || {
+                out.fill(
+                    #[inline(always)]
+                    |i| {
+                        let sum = self.lane(i).plus(&other.lane(i));
+                        sum.narrowed(sum.range)
+                    },
+                )
+            },
+        );
+    }
+    fn sub_to(&self, other: &Self, out: &mut Self) {
+        widest(
+            #[inline(always)]
+            || {
+                out.fill(
+                    #[inline(always)]
+                    |i| {
+                        let difference = self.lane(i).plus(&other.lane(i).negated());
+                        difference.narrowed(difference.range)
+                    },
+                )
+            },
+        );
+    }
+    fn scale_to(&self, k: f64, out: &mut Self) {
+        widest(
+            #[inline(always)]
+            || {
+                out.fill(
+                    #[inline(always)]
+                    |i| self.lane(i).times(k),
+                )
+            },
+        );
+    }
+    fn shift_to(&self, c: f64, out: &mut Self) {
+        widest(
+            #[inline(always)]
+            || {
+                out.fill(
+                    #[inline(always)]
+                    |i| self.lane(i).shifted(c),
+                )
+            },
+        );
+    }
+    fn lift_to<F: Function<N>, const N: usize>(f: &F, x: [&Self; N], out: &mut Self) {
+        Self::lifted(f, &x, out);
     }
     fn kernel<K2: Kernel + ?Sized>(k: &K2, p: [&Self; 3]) -> Self {
         Self::image(k, p)

@@ -15,7 +15,7 @@
 
 use super::band::Band;
 use super::batch::Parabolas;
-use super::{CHARGE, Parabola, ROUND_UP, TINY, choose};
+use super::{CHARGE, Parabola, ROUND_UP, TINY, choose, pick};
 use crate::num::ROUNDOFF;
 use crate::num::simd::widest;
 use crate::num::{Function, Interval};
@@ -25,8 +25,28 @@ use crate::num::{Function, Interval};
 enum Expansion {
     /// First ones in the middle, second ones everywhere.
     Second,
+    /// The same where some may be unbounded, which zeros silence.
+    Careful,
     /// First ones everywhere.
     First,
+}
+
+impl Expansion {
+    /// `a b` for `b >= 0`. Next to what is unbounded a zero that is not silenced is no number, which
+    /// tells that more care is needed.
+    #[inline(always)]
+    fn product(self, a: f64, b: f64) -> f64 {
+        if self == Expansion::Second { a * b } else { choose((a == 0.0) | (b == 0.0), 0.0, a * b) }
+    }
+
+    /// `h x^2 / 2` for `x` from `near` to `far`, both at least 0.
+    #[inline(always)]
+    fn half_square(self, h: Interval, near: f64, far: f64) -> [f64; 2] {
+        let (near, far) = (0.5 * near * near, 0.5 * far * far);
+        let lo = self.product(h.lo, choose(h.lo < 0.0, far, near));
+        let hi = self.product(h.hi, choose(h.hi < 0.0, near, far));
+        [lo, hi]
+    }
 }
 
 /// Covers the rounding of sums of up to thirty products, in proportion to each.
@@ -39,67 +59,104 @@ fn point(x: f64) -> Interval {
     Interval { lo: x, hi: x }
 }
 
-/// `a b` for `b >= 0`, where zero silences what is unbounded.
 #[inline(always)]
-fn silenced(a: f64, b: f64) -> f64 {
-    choose((a == 0.0) | (b == 0.0), 0.0, a * b)
+fn points<const N: usize>(m: [f64; N]) -> [Interval; N] {
+    let mut out = [ZERO; N];
+    for i in 0..N {
+        out[i] = point(m[i]);
+    }
+    out
+}
+
+/// Middle and radius of an interval.
+#[inline(always)]
+fn split(x: Interval) -> [f64; 2] {
+    [x.mid(), x.rad()]
+}
+
+/// Middle and radius of what was computed as `x` and may be off by this many roundoffs of its size.
+/// Sizes of which squares or reciprocals are not represented as well are no numbers here.
+#[inline(always)]
+fn known(x: f64, roundoffs: f64) -> [f64; 2] {
+    let size = x.abs();
+    let ordinary = (size == 0.0) | ((size > 1e-140) & (size < 1e140));
+    [x, choose(ordinary, 1.01 * roundoffs * ROUNDOFF * size, f64::NAN)]
 }
 
 impl<const B: usize, const K: usize> Parabolas<B, K> {
-    /// The image under a function.
-    pub(super) fn lifted<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N]) -> Self {
+    /// Writes the image under a function to `out`.
+    pub(super) fn lifted<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N], out: &mut Self) {
         if f.is_vague() {
-            let mut out = Self::all(Parabola::constant(ZERO));
             for l in 0..B {
                 let range = f.range(Self::arguments(x, l, |x, l| x.range.lane(l)));
                 out.set(l, &Parabola::constant(range));
             }
-            return out;
+            return;
         }
         if f.selects() {
             return widest(
                 #[inline(always)]
-                || Self::selected(f, x),
+                || Self::selected(f, x, out),
             );
         }
-        let mut out = widest(
+        let done = widest(
             #[inline(always)]
-            || Self::expanded(f, x, Expansion::Second),
+            || {
+                Self::expanded(f, x, Expansion::Second, out);
+                out.are_finite()
+            },
         );
-        let mut finite = [true; B];
-        for i in 0..B {
-            finite[i] = out.lane(i).is_finite();
+        if !done {
+            Self::lifted_with_care(f, x, out);
         }
-        if finite != [true; B] {
-            // Where second derivatives are unbounded, first ones may not be.
-            let first = widest(
+        widest(
+            #[inline(always)]
+            || {
+                for l in 0..B {
+                    let lane = out.lane(l);
+                    out.set(l, &lane.settled(lane.range));
+                }
+            },
+        );
+    }
+
+    /// Writes the lanes again that are not finite.
+    #[cold]
+    fn lifted_with_care<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N], out: &mut Self) {
+        let mut again = *out;
+        // Where second derivatives are unbounded, first ones may not be.
+        for by in [Expansion::Careful, Expansion::First] {
+            widest(
                 #[inline(always)]
-                || Self::expanded(f, x, Expansion::First),
+                || Self::expanded(f, x, by, &mut again),
             );
-            for i in 0..B {
-                if !finite[i] {
-                    out.set(i, &first.lane(i));
+            for l in 0..B {
+                if !out.lane(l).is_finite() {
+                    out.set(l, &again.lane(l));
                 }
             }
         }
-        Self::lanes(
-            #[inline(always)]
-            |i| {
-                let lane = out.lane(i);
-                lane.settled(lane.range)
-            },
-        )
     }
 
-    /// The arguments of lane `l`, each as an interval.
+    /// Whether all lanes are.
     #[inline(always)]
-    fn arguments<const N: usize>(
+    fn are_finite(&self) -> bool {
+        let mut finite = true;
+        for l in 0..B {
+            finite &= self.lane(l).is_finite();
+        }
+        finite
+    }
+
+    /// A part of each argument of lane `l`.
+    #[inline(always)]
+    fn arguments<T: Copy, const N: usize>(
         x: &[&Self; N],
         l: usize,
-        part: impl Fn(&Self, usize) -> Interval,
-    ) -> [Interval; N] {
-        let mut out = [ZERO; N];
-        for i in 0..N {
+        part: impl Fn(&Self, usize) -> T,
+    ) -> [T; N] {
+        let mut out = [part(x[0], l); N];
+        for i in 1..N {
             out[i] = part(x[i], l);
         }
         out
@@ -107,18 +164,8 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
 
     /// The form of a function, with its range apart; see the module text.
     #[inline(always)]
-    fn expanded<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N], by: Expansion) -> Self {
-        let mut out = Self::all(Parabola::constant(ZERO));
+    fn expanded<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N], by: Expansion, out: &mut Self) {
         let (mut slope, mut steep, mut vague) = ([[0.0; B]; N], [[0.0; B]; N], [[0.0; B]; N]);
-        for l in 0..B {
-            let v = f.range(Self::arguments(
-                x,
-                l,
-                #[inline(always)]
-                |x, l| point(x.mid[0][l]),
-            ));
-            (out.mid[0][l], out.rest[0][l]) = (v.mid(), v.rad() + SUMS * v.mag());
-        }
         for l in 0..B {
             let range = f.range(Self::arguments(
                 x,
@@ -129,24 +176,60 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             out.range.set(l, range);
         }
         for l in 0..B {
-            let grad = f.grad(Self::arguments(
+            let m = Self::arguments(
                 x,
                 l,
                 #[inline(always)]
-                |x, l| match by {
-                    Expansion::Second => point(x.mid[0][l]),
-                    Expansion::First => x.lane(l).reached(),
-                },
-            ));
+                |x, l| x.mid[0][l],
+            );
+            let [mid, rad] = match f.roundoffs() {
+                Some(n) if by == Expansion::Second => known(f.value(m), n),
+                _ => split(f.range(points(m))),
+            };
+            (out.mid[0][l], out.rest[0][l]) = (mid, rad + SUMS * (mid.abs() + rad));
+        }
+        for l in 0..B {
+            let m = Self::arguments(
+                x,
+                l,
+                #[inline(always)]
+                |x, l| x.mid[0][l],
+            );
+            let mut grad = [[0.0; 2]; N];
+            match f.roundoffs() {
+                Some(n) if by == Expansion::Second => {
+                    let plain = f.grad(m);
+                    for i in 0..N {
+                        grad[i] = known(plain[i], n);
+                    }
+                }
+                _ => {
+                    let reached = Self::arguments(
+                        x,
+                        l,
+                        #[inline(always)]
+                        |x, l| x.lane(l).reached(),
+                    );
+                    let ranges = f.grad(if by == Expansion::First { reached } else { points(m) });
+                    for i in 0..N {
+                        grad[i] = split(ranges[i]);
+                    }
+                }
+            }
             for i in 0..N {
-                slope[i][l] = grad[i].mid();
-                steep[i][l] = grad[i].mag();
-                vague[i][l] = grad[i].rad() + SUMS * steep[i][l];
+                let [mid, rad] = grad[i];
+                slope[i][l] = mid;
+                steep[i][l] = mid.abs() + rad;
+                vague[i][l] = rad + SUMS * steep[i][l];
             }
         }
-        out.tilt(x, &slope, &steep, &vague);
-        if by == Expansion::Second {
-            out.bend(f, x);
+        for j in 1..3 {
+            (out.mid[j], out.rest[j]) = ([0.0; B], [0.0; B]);
+        }
+        out.side = [[0.0; B]; K];
+        out.tilt(x, by, &slope, &steep, &vague);
+        if by != Expansion::First {
+            out.bend(f, x, by);
         }
         for l in 0..B {
             for j in 0..3 {
@@ -154,7 +237,6 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             }
             out.rest[0][l] += TINY;
         }
-        out
     }
 
     /// Adds the linear terms: partial derivatives `slope`, at most `steep`, known to within `vague`.
@@ -162,25 +244,26 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
     fn tilt<const N: usize>(
         &mut self,
         x: &[&Self; N],
+        by: Expansion,
         slope: &[[f64; B]; N],
         steep: &[[f64; B]; N],
         vague: &[[f64; B]; N],
     ) {
         for i in 0..N {
             for l in 0..B {
-                self.rest[0][l] += silenced(steep[i][l], x[i].rest[0][l]);
+                self.rest[0][l] += by.product(steep[i][l], x[i].rest[0][l]);
             }
             for j in 1..3 {
                 for l in 0..B {
                     self.mid[j][l] += slope[i][l] * x[i].mid[j][l];
                     self.rest[j][l] +=
-                        silenced(steep[i][l], x[i].rest[j][l]) + silenced(vague[i][l], x[i].mid[j][l].abs());
+                        by.product(steep[i][l], x[i].rest[j][l]) + by.product(vague[i][l], x[i].mid[j][l].abs());
                 }
             }
             for k in 0..K {
                 for l in 0..B {
                     self.side[k][l] += slope[i][l] * x[i].side[k][l];
-                    self.rest[0][l] += silenced(vague[i][l], x[i].side[k][l].abs());
+                    self.rest[0][l] += by.product(vague[i][l], x[i].side[k][l].abs());
                 }
             }
         }
@@ -188,7 +271,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
 
     /// Adds the quadratic terms.
     #[inline(always)]
-    fn bend<F: Function<N>, const N: usize>(&mut self, f: &F, x: &[&Self; N]) {
+    fn bend<F: Function<N>, const N: usize>(&mut self, f: &F, x: &[&Self; N], by: Expansion) {
         let (mut off, mut bent) = ([[0.0; B]; N], [[0.0; B]; N]);
         for i in 0..N {
             for l in 0..B {
@@ -196,8 +279,10 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                 (off[i][l], bent[i][l]) = (lane.off_middle(), lane.bent());
             }
         }
+        // One that is the same everywhere is known when this is compiled, and so are its zeros.
+        let same = if f.is_quadratic() { Some(f.hess([ZERO; N])) } else { None };
         let mut hess = [[Band::<B>::all(ZERO); N]; N];
-        for l in 0..B {
+        for l in 0..if same.is_some() { 0 } else { B } {
             let at = Self::arguments(
                 x,
                 l,
@@ -220,24 +305,30 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             }
         }
         for i in 0..N {
+            if same.is_some_and(|h| h[i][i] == ZERO) {
+                continue;
+            }
             for l in 0..B {
-                let h = hess[i][i].lane(l);
+                let h = same.map_or(hess[i][i].lane(l), |h| h[i][i]);
                 let (y, s, q) = (off[i][l], x[i].mid[1][l].abs(), bent[i][l]);
                 let (near, far) = (choose(s > q, s - q, 0.0), s + q);
-                self.include(0, l, half_square(h, 0.0, y));
-                self.include(2, l, half_square(h, near, far));
-                self.rest[1][l] += silenced(h.mag(), y * far);
+                self.include(0, l, by.half_square(h, 0.0, y));
+                self.include(2, l, by.half_square(h, near, far));
+                self.rest[1][l] += by.product(h.mag(), y * far);
             }
         }
         for i in 0..N {
             for j in 0..i {
+                if same.is_some_and(|h| h[i][j] == ZERO) {
+                    continue;
+                }
                 for l in 0..B {
-                    let h = hess[i][j].lane(l);
+                    let h = same.map_or(hess[i][j].lane(l), |h| h[i][j]);
                     let ([v, w], [s, t]) = ([off[i][l], off[j][l]], [x[i].mid[1][l], x[j].mid[1][l]]);
                     let [q, r] = [bent[i][l], bent[j][l]];
                     let (p, doubt) = (s * t, s.abs() * r + q * t.abs() + q * r);
                     let (m, width) = (h.mid(), h.rad());
-                    let silent = (h.lo == 0.0) & (h.hi == 0.0);
+                    let silent = (by == Expansion::Careful) & (h.lo == 0.0) & (h.hi == 0.0);
                     let size = doubt + SUMS * p.abs();
                     self.mid[2][l] += choose(silent, 0.0, m * p);
                     self.rest[2][l] += choose(silent, 0.0, h.mag() * size + width * p.abs());
@@ -260,25 +351,49 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
     /// A function that selects one of its arguments departs from the middle as one of them does that
     /// may be selected.
     #[inline(always)]
-    fn selected<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N]) -> Self {
-        Self::lanes(
+    fn selected<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N], out: &mut Self) {
+        // Positive where an argument may be selected.
+        let mut chance = [[0.0; B]; N];
+        for l in 0..B {
+            // Which one it is depends on how far they are apart, which may be known better than they are.
+            let first = x[0].lane(l);
+            let mut apart = [ZERO; N];
+            for i in 1..N {
+                let difference = x[i].lane(l).plus(&first.negated());
+                apart[i] = difference.narrowed(difference.range).range;
+            }
+            let grad = f.grad(apart);
+            for i in 0..N {
+                chance[i][l] = grad[i].hi;
+            }
+        }
+        // The others have none.
+        let is_sole = |i: usize, l: usize| {
+            let mut sole = true;
+            for k in 0..N {
+                sole &= (chance[k][l] > 0.0) == (k == i);
+            }
+            sole
+        };
+        for i in 0..N {
+            let mut always = true;
+            for l in 0..B {
+                always &= is_sole(i, l);
+            }
+            if always {
+                *out = *x[i];
+                return;
+            }
+        }
+        out.fill(
             #[inline(always)]
             |l| {
                 let mut middles = [ZERO; N];
                 let mut ranges = [ZERO; N];
-                let mut apart = [ZERO; N];
-                let first = x[0].lane(l);
                 for i in 0..N {
-                    let lane = x[i].lane(l);
-                    middles[i] = point(lane.mid[0]);
-                    ranges[i] = lane.range;
-                    // Which is selected depends on how far they are apart, which may be known better
-                    // than they are.
-                    let difference = lane.plus(&first.negated());
-                    apart[i] = difference.narrowed(difference.range).range;
+                    middles[i] = point(x[i].mid[0][l]);
+                    ranges[i] = x[i].range.lane(l);
                 }
-                apart[0] = ZERO;
-                let grad = f.grad(apart);
                 let known = f.range(ranges);
                 let value = f.range(middles).mid();
                 let mut out = Parabola::constant(known);
@@ -286,7 +401,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                 let mut high = Departure { mid: [f64::NEG_INFINITY; 3], side: [f64::NEG_INFINITY; K] };
                 for i in 0..N {
                     let lane = x[i].lane(l);
-                    let may = grad[i].hi > 0.0;
+                    let may = chance[i][l] > 0.0;
                     for j in 0..3 {
                         let m = choose(j == 0, 0.0, lane.mid[j]);
                         let (least, most) = (m - lane.rest[j], m + lane.rest[j]);
@@ -313,9 +428,13 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                 let m = out.mid[0] + value;
                 out.rest[0] = (out.rest[0] + CHARGE * (value.abs() + m.abs())) * ROUND_UP + TINY;
                 out.mid[0] = m;
-                out.settled(known)
+                let mut out = out.settled(known);
+                for i in 0..N {
+                    out = out.unless(is_sole(i, l), &x[i].lane(l));
+                }
+                out
             },
-        )
+        );
     }
 }
 
@@ -331,16 +450,21 @@ struct Departure<const K: usize> {
     side: [f64; K],
 }
 
-/// `h x^2 / 2` for `x` from `near` to `far`, both at least 0.
-#[inline(always)]
-fn half_square(h: Interval, near: f64, far: f64) -> [f64; 2] {
-    let (near, far) = (0.5 * near * near, 0.5 * far * far);
-    let lo = silenced(h.lo, choose(h.lo < 0.0, far, near));
-    let hi = silenced(h.hi, choose(h.hi < 0.0, near, far));
-    [lo, hi]
-}
-
 impl<const K: usize> Parabola<K> {
+    /// The other one if `test` holds.
+    #[inline(always)]
+    fn unless(mut self, test: bool, other: &Self) -> Self {
+        for j in 0..3 {
+            self.mid[j] = choose(test, other.mid[j], self.mid[j]);
+            self.rest[j] = choose(test, other.rest[j], self.rest[j]);
+        }
+        for k in 0..K {
+            self.side[k] = choose(test, other.side[k], self.side[k]);
+        }
+        self.range = pick(test, other.range, self.range);
+        self
+    }
+
     #[inline(always)]
     fn is_finite(&self) -> bool {
         let mut sum = 0.0;
