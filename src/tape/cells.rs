@@ -36,6 +36,7 @@ pub struct Cells {
     centre: [f64; 3],
     half: f64,
     is_uniform: bool,
+    is_defined: bool,
     /// Tapes made, and instructions in all of them.
     pruned: AtomicU64,
     kept: AtomicU64,
@@ -65,9 +66,11 @@ impl Cells {
     pub fn new(tape: Arc<Tape>, region: &[Interval; 3]) -> Cells {
         let half = region.iter().map(|r| r.rad()).fold(0.0, f64::max);
         let before = tape.len();
+        let is_defined = tape.is_defined(region);
         let root = Cell { tape, before, parts: OnceLock::new() };
         Cells {
             is_uniform: !root.is_open(),
+            is_defined,
             root,
             centre: region.map(|r| r.mid()),
             half,
@@ -84,6 +87,11 @@ impl Cells {
     /// Whether there is one tape for all places.
     pub fn is_uniform(&self) -> bool {
         self.is_uniform
+    }
+
+    /// Whether the field is known to have a value everywhere in the region.
+    pub fn is_defined(&self) -> bool {
+        self.is_defined
     }
 
     /// What pruning has gained so far.

@@ -2,7 +2,7 @@
 
 use super::march::{Answer, Piece};
 use super::sketch::Sketch;
-use crate::num::{Number, Parabola, Parabolas};
+use crate::num::{Parabola, Parabolas};
 use crate::tape::{Cells, Evaluator, Tape};
 use std::sync::Arc;
 

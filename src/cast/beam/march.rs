@@ -196,6 +196,14 @@ impl March {
         Next::Look
     }
 
+    /// Leaves a piece behind of which nothing is known, and looks at twice as much next.
+    pub(super) fn pass(&mut self, piece: Piece) {
+        self.free = self.free.max(piece.mid + piece.half);
+        self.stretch = 4.0 * piece.half;
+        self.root = None;
+        self.take_islands();
+    }
+
     /// Guesses the next stretch.
     fn plan(&mut self, piece: Piece, before: f64, [gap, left]: [f64; 2], reach: f64, tolerance: f64) {
         let gained = self.free - before;
@@ -228,6 +236,11 @@ impl March {
             self.islands[self.count - 1] = [from, to];
             self.islands[..self.count].sort_by(|a, b| a[0].total_cmp(&b[0]));
         }
+        self.take_islands();
+    }
+
+    /// Joins the islands that the frontier has reached.
+    fn take_islands(&mut self) {
         while self.count > 0 && self.islands[0][0] <= self.free {
             self.free = self.free.max(self.islands[0][1]);
             self.islands.copy_within(1.., 0);

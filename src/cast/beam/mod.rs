@@ -9,6 +9,9 @@
 //! Shadow rays are parallel, and all begin on the surface, where nothing can be shared. So they are
 //! marched from their other ends: the beam crosses free space at once, and what is left to its rays is
 //! the last bit, down to where each began.
+//!
+//! Where the field has no value there is nothing: a ray passes such places in strides that double, by
+//! looking at points. What it meets behind them, if anything, is not certified.
 
 mod batch;
 mod frame;
@@ -17,9 +20,10 @@ mod sketch;
 
 use super::{CastStats, Caster, Hit, Ray};
 use crate::num::Parabola;
-use crate::tape::Cells;
+use crate::tape::{Cells, Evaluator};
 use batch::Batches;
 use frame::{Frame, Section, is_real};
+use glam::DVec3;
 use march::{Answer, March, Next, PIECES, Piece};
 use sketch::Sketch;
 use std::ops::Range;
@@ -52,6 +56,8 @@ pub(super) struct Beams {
     cells: Arc<Cells>,
     wide: Batches<2>,
     thin: Batches<0>,
+    /// The field at single points.
+    points: Evaluator<f64>,
     memory: Memory,
 }
 
@@ -117,8 +123,20 @@ struct Thin {
     ray: usize,
     march: March,
     piece: Piece,
+    /// What it has passed without proof.
+    passed: Passed,
     /// How it ended.
     hit: Option<Hit>,
+}
+
+/// What a ray has passed without proof.
+#[derive(Clone, Copy, PartialEq)]
+enum Passed {
+    Nothing,
+    /// Some piece, long ago.
+    Some,
+    /// The last piece.
+    Last,
 }
 
 impl Beam {
@@ -192,7 +210,7 @@ impl Beam {
 
 impl Thin {
     fn new(ray: usize, march: March) -> Thin {
-        Thin { ray, march, piece: Piece::default(), hit: None }
+        Thin { ray, march, piece: Piece::default(), passed: Passed::Nothing, hit: None }
     }
 
     /// Decides which piece to look at.
@@ -213,25 +231,61 @@ impl Thin {
         (ray.at(mid).to_array(), half + ray.rounding(mid.abs() + half))
     }
 
-    fn tell(&mut self, ray: &Ray, answer: &Answer, want: Want) {
-        let tolerance = ray.tolerance.at(self.march.free);
-        self.hit = match self.march.tell(self.piece, answer, tolerance) {
-            Next::Free => Some(Hit::MISS),
-            _ if want == Want::Any && self.march.inside.is_finite() => {
-                Some(Hit { t: self.march.inside, certified: true })
+    /// The answer less the claim that the solid begins where the field has no value: what is known of a
+    /// piece holds wherever it has one.
+    fn checked(&self, ray: &Ray, mut answer: Answer, mut value: impl FnMut(DVec3) -> f64) -> Answer {
+        let Piece { mid, half } = self.piece;
+        for (side, sign) in answer.halves.iter_mut().zip([-1.0, 1.0]) {
+            if side.below < 1.0 && value(ray.at(mid + sign * side.below * half)).is_nan() {
+                side.below = 1.0;
             }
-            Next::Root(a, b) => Some(Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified: true }),
-            Next::Stuck(t) => Some(Hit { t, certified: answer.finite }),
+        }
+        answer
+    }
+
+    /// Takes an answer about the piece; `value` is the field at a point.
+    fn tell(&mut self, ray: &Ray, answer: &Answer, want: Want, value: impl FnMut(DVec3) -> f64) {
+        let (tolerance, before) = (ray.tolerance.at(self.march.free), self.march.free);
+        let certified = self.passed == Passed::Nothing;
+        self.hit = match self.march.tell(self.piece, answer, tolerance) {
+            Next::Free => Some(Hit { certified, ..Hit::MISS }),
+            _ if want == Want::Any && self.march.inside.is_finite() => {
+                Some(Hit { t: self.march.inside, certified })
+            }
+            Next::Root(a, b) => Some(Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified }),
+            Next::Stuck(t) if answer.finite => Some(Hit { t, certified }),
             Next::Look if self.march.pieces > PIECES => Some(Hit { t: self.march.free, certified: false }),
+            Next::Stuck(_) => self.pass(ray, value, |f| f.is_nan() || f > 0.0),
+            Next::Look if self.passed == Passed::Last && self.march.free == before => {
+                self.pass(ray, value, f64::is_nan)
+            }
             Next::Look => None,
         };
+    }
+
+    /// Leaves the piece behind if it is empty at points, so that `is_empty` holds for their values. What
+    /// is inside at the end of so short a piece that no more can be told is a hit.
+    fn pass(&mut self, ray: &Ray, mut value: impl FnMut(DVec3) -> f64, is_empty: fn(f64) -> bool) -> Option<Hit> {
+        let Piece { mid, half } = self.piece;
+        let values = [mid - half, mid, mid + half].map(|t| value(ray.at(t.clamp(ray.near, ray.far))));
+        if values.into_iter().all(is_empty) {
+            self.passed = Passed::Last;
+            self.march.pass(self.piece);
+            return (self.march.free >= self.march.far).then_some(Hit { certified: false, ..Hit::MISS });
+        }
+        if self.passed == Passed::Last {
+            self.passed = Passed::Some;
+            return None;
+        }
+        Some(Hit { t: self.march.free, certified: false })
     }
 }
 
 impl Beams {
     pub(super) fn new(cells: Arc<Cells>) -> Beams {
         let (wide, thin) = (Batches::new(cells.tape()), Batches::new(cells.tape()));
-        Beams { wide, thin, cells, memory: Memory::default() }
+        let points = Evaluator::new(cells.tape().clone());
+        Beams { wide, thin, points, cells, memory: Memory::default() }
     }
 
     /// The widest beams of a group, and the rays that go alone.
@@ -304,7 +358,11 @@ impl Beams {
                 |thin| thin.around(&rays[thin.ray]),
                 |thin| (thin.piece, thin.coordinates(&rays[thin.ray])),
                 |thin, _, answer| {
-                    thin.tell(&rays[thin.ray], &answer, want);
+                    let ray = &rays[thin.ray];
+                    let mut value = |at: DVec3| *self.points.eval(&at.to_array());
+                    let answer =
+                        if self.cells.is_defined() { answer } else { thin.checked(ray, answer, &mut value) };
+                    thin.tell(ray, &answer, want, value);
                     costs[thin.ray] += 1.0;
                 },
             );
