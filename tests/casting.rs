@@ -7,6 +7,7 @@ use common::Build;
 use glam::DVec3;
 use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, all_hits, caster};
 use orogen::expr::NodeId;
+use orogen::op::{self, Op};
 use orogen::scene::Aabb;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use std::sync::atomic::AtomicBool;
@@ -271,6 +272,64 @@ fn a_ray_of_one_point_hits_where_it_is_inside() {
             assert_eq!(hit[0].is_hit(), inside, "{kind:?} at {t}: {hit:?}");
             made.any_hits(&[ray], &mut hit, &mut CastStats::default(), &AtomicBool::new(false));
             assert_eq!(hit[0].is_hit(), inside, "{kind:?} at {t}, anywhere: {hit:?}");
+        }
+    }
+}
+
+#[test]
+fn where_the_field_has_no_value_there_is_nothing() {
+    let mut b = Build::default();
+    let ball = b.sphere([0.0; 3], 1.0);
+    let y = b.p()[1];
+    let root = b.op(Op::Sqrt(op::Sqrt), &[y]);
+    let bump = b.scaled(0.3, root);
+    let bowl = b.add(ball, bump);
+    let mut field = b.field(bowl);
+    let rays = &rays(11)[..3000];
+    let mut made = caster(Kind::Beam, &mut field.clone(), &Aabb::cube(REGION), &[]).expect("a caster");
+    let mut hits = vec![Hit::MISS; rays.len()];
+    made.first_hits(rays, &mut hits, &mut CastStats::default(), &AtomicBool::new(false));
+    const SAMPLES: u32 = 20_000;
+    let mut from_below = 0;
+    for (ray, hit) in rays.iter().zip(&hits) {
+        let step = (ray.far - ray.near) / f64::from(SAMPLES);
+        let samples = (0..=SAMPLES).map(|i| ray.near + step * f64::from(i));
+        let inside: Vec<f64> = samples.filter(|t| field.value(ray.at(*t)) < 0.0).collect();
+        if hit.is_hit() {
+            let end = [0.0, 0.5, 1.0, 2.0].map(|k| field.value(ray.at(hit.t + k * TOLERANCE)));
+            assert!(end.iter().any(|f| *f < 2e-2), "{ray:?}: {hit:?} where the field is {end:?}");
+        }
+        // What is shorter than this may be passed.
+        if inside.len() > 20 {
+            assert!(hit.t <= inside[0], "{ray:?}: {hit:?} behind {}", inside[0]);
+            let start = inside[0] - step - 3.0 * TOLERANCE;
+            assert!(hit.t >= start || inside[0] < ray.near + step, "{ray:?}: {hit:?} before {start}");
+            from_below += usize::from(field.value(ray.at(ray.near)).is_nan());
+        }
+    }
+    assert!(from_below > 300, "only {from_below} rays come from where there is no value");
+}
+
+#[test]
+fn no_hit_is_certified_where_no_value_is() {
+    let mut b = Build::default();
+    let [x, ..] = b.p();
+    // sqrt(sin^2 + cos^2 - 2) - 5: over an interval nothing says that the root is of -1 everywhere.
+    let squares = [Op::Sin(op::Sin), Op::Cos(op::Cos)].map(|f| {
+        let wave = b.op(f, &[x]);
+        b.op(Op::Square(op::Square), &[wave])
+    });
+    let sum = b.add(squares[0], squares[1]);
+    let less = b.shifted(sum, -2.0);
+    let root = b.op(Op::Sqrt(op::Sqrt), &[less]);
+    let nothing = b.shifted(root, -5.0);
+    let rays = &rays(12)[..300];
+    for kind in boundless() {
+        let mut made = caster(kind, &mut b.field(nothing), &Aabb::cube(REGION), &[]).expect("a caster");
+        let mut hits = vec![Hit::MISS; rays.len()];
+        made.first_hits(rays, &mut hits, &mut CastStats::default(), &AtomicBool::new(false));
+        for (ray, hit) in rays.iter().zip(&hits) {
+            assert!(!(hit.is_hit() && hit.certified), "{kind:?}, {ray:?}: {hit:?}");
         }
     }
 }

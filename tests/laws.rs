@@ -75,6 +75,53 @@ fn run(law: impl Law) {
 }
 
 #[test]
+fn plain_numbers_are_off_by_no_more_roundoffs_than_stated() {
+    struct Near;
+    impl Law for Near {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            let Some(roundoffs) = f.roundoffs() else { return };
+            let near = |x: f64, all: Interval| {
+                let off = roundoffs * 0.5 * f64::EPSILON * x.abs();
+                !x.is_finite() || (x - off <= all.hi && x + off >= all.lo)
+            };
+            for _ in 0..BOXES * POINTS {
+                let x: [f64; N] = std::array::from_fn(|_| coordinate(rng) * radius(rng));
+                let at = x.map(Interval::point);
+                assert!(
+                    near(f.value(x), f.range(at)),
+                    "{name} at {x:?}: {} in {:?}",
+                    f.value(x),
+                    f.range(at)
+                );
+                let (plain, wide) = (f.grad(x), f.grad(at));
+                for i in 0..N {
+                    // Where a derivative jumps, either one is right.
+                    let all = if wide[i].is_finite() { wide[i] } else { Interval::ENTIRE };
+                    assert!(near(plain[i], all), "{name}, slope {i} at {x:?}: {} in {all:?}", plain[i]);
+                }
+            }
+        }
+    }
+    run(Near);
+}
+
+#[test]
+fn second_derivatives_said_to_be_constant_are() {
+    struct Constant;
+    impl Law for Constant {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            let first = f.hess([0.5; N]);
+            let same = (0..BOXES).all(|_| {
+                let x: [f64; N] = std::array::from_fn(|_| rng.random_range(-3.0..3.0));
+                f.hess(x) == first
+            });
+            assert!(same || !f.is_quadratic(), "{name} bends here more than there");
+        }
+    }
+    run(Constant);
+}
+
+#[test]
 fn samples_lie_inside_ranges_and_forms() {
     struct Contain;
     impl Law for Contain {

@@ -265,7 +265,12 @@ impl Thin {
 
     /// Leaves the piece behind if it is empty at points, so that `is_empty` holds for their values. What
     /// is inside at the end of so short a piece that no more can be told is a hit.
-    fn pass(&mut self, ray: &Ray, mut value: impl FnMut(DVec3) -> f64, is_empty: fn(f64) -> bool) -> Option<Hit> {
+    fn pass(
+        &mut self,
+        ray: &Ray,
+        mut value: impl FnMut(DVec3) -> f64,
+        is_empty: fn(f64) -> bool,
+    ) -> Option<Hit> {
         let Piece { mid, half } = self.piece;
         let values = [mid - half, mid, mid + half].map(|t| value(ray.at(t.clamp(ray.near, ray.far))));
         if values.into_iter().all(is_empty) {

@@ -256,8 +256,8 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             for j in 1..3 {
                 for l in 0..B {
                     self.mid[j][l] += slope[i][l] * x[i].mid[j][l];
-                    self.rest[j][l] +=
-                        by.product(steep[i][l], x[i].rest[j][l]) + by.product(vague[i][l], x[i].mid[j][l].abs());
+                    self.rest[j][l] += by.product(steep[i][l], x[i].rest[j][l])
+                        + by.product(vague[i][l], x[i].mid[j][l].abs());
                 }
             }
             for k in 0..K {
