@@ -58,6 +58,8 @@ impl<const W: usize, N: Node<W>> Blended<W, N> {
 }
 
 impl<const W: usize, N: Node<W>> Lanes for Blended<W, N> {
+    const HALVES: bool = N::SLOPED;
+
     /// The loops that the compiler vectorises: cells, hashes and nodes (twice as many 32-bit lanes
     /// to a vector), jets.
     #[inline(always)]

@@ -174,6 +174,8 @@ impl Place {
 }
 
 impl<const W: usize, N: Node<W>> Lanes for Simplices<W, N> {
+    const HALVES: bool = true;
+
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
         &self,
