@@ -34,19 +34,20 @@ pub(super) trait Lanes {
     );
 }
 
-/// Jets at a batch of points; what is computed follows from what `out` has.
-pub(super) fn jets<L: Lanes>(noise: impl FnOnce() -> L, at: [&[f64]; 3], out: Jets<'_>) {
+/// Jets at a batch of points; what is computed follows from what `out` has. The noise is made where it
+/// runs: then the compiler sees that nobody else knows what it writes on.
+pub(super) fn jets<L: Lanes>(make: impl FnOnce() -> L, at: [&[f64]; 3], out: Jets<'_>) {
     match out {
-        Jets { value, grad: None, .. } => run::<VALUE, 1, BLOCK, L>(noise, at, [value]),
+        Jets { value, grad: None, .. } => run::<VALUE, 1, BLOCK, L>(make, at, [value]),
         Jets { value, grad: Some([x, y, z]), hess: None } => {
-            run::<GRADIENT, 4, BLOCK, L>(noise, at, [value, x, y, z]);
+            run::<GRADIENT, 4, BLOCK, L>(make, at, [value, x, y, z]);
         }
         Jets { value, grad: Some([x, y, z]), hess: Some([xx, yy, zz, xy, xz, yz]) } => {
             let out = [value, x, y, z, xx, yy, zz, xy, xz, yz];
             if L::HALVES {
-                run::<HESSIAN, 10, HALF, L>(noise, at, out);
+                run::<HESSIAN, 10, HALF, L>(make, at, out);
             } else {
-                run::<HESSIAN, 10, BLOCK, L>(noise, at, out);
+                run::<HESSIAN, 10, BLOCK, L>(make, at, out);
             }
         }
     }
@@ -73,14 +74,14 @@ pub(super) fn jet<L: Lanes>(mut noise: L, order: Order, at: [f64; 3]) -> Point {
 /// Fills the `PARTS` slices, `B` lanes at a time.
 #[inline(always)]
 fn run<const ORDER: u8, const PARTS: usize, const B: usize, L: Lanes>(
-    noise: impl FnOnce() -> L,
+    make: impl FnOnce() -> L,
     at: [&[f64]; 3],
     mut out: [&mut [f64]; PARTS],
 ) {
     widest(
         #[inline(always)]
         || {
-            let mut noise = noise();
+            let mut noise = make();
             let length = at[0].len();
             let whole = length - length % B;
             for start in (0..whole).step_by(B) {
