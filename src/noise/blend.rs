@@ -58,11 +58,13 @@ impl<const W: usize, N: Node<W>> Blended<W, N> {
 }
 
 impl<const W: usize, N: Node<W>> Lanes for Blended<W, N> {
+    const HALVES: bool = N::SLOPED;
+
     /// The loops that the compiler vectorises: cells, hashes and nodes (twice as many 32-bit lanes
     /// to a vector), jets.
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
-        &self,
+        &mut self,
         from: &[[f64; B]; 3],
         to: &mut [[f64; B]; PARTS],
     ) {
