@@ -138,6 +138,13 @@ impl Tape {
         census
     }
 
+    /// How much work an evaluation is, in about as many sums: an octave is a function at each corner of its
+    /// lattice, and one that is looked up ball by ball searches besides.
+    pub(super) fn work(&self) -> u64 {
+        let Census { octaves, scattered, .. } = self.census();
+        self.len() as u64 + 8 * octaves + 64 * scattered
+    }
+
     pub(super) fn without_dead_code(self) -> Tape {
         let mut used = vec![false; self.code.len()];
         for &o in &self.outputs {
