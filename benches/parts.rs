@@ -57,13 +57,17 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    println!("| goblets | nodes | script, s | picture, s | us/ray | tapes pruned | their mean | whole tape |");
+    println!(
+        "| goblets | nodes | script, s | picture, s | us/ray | tapes pruned | their mean | whole tape |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     for parts in [10, 100, 1000, 10_000].into_iter().filter(|&p| p <= most) {
         measure(&parts.to_string(), parts, "");
     }
     let parts = most / 10;
-    println!("\n| hidden beside {parts} | nodes | script, s | picture, s | us/ray | tapes pruned | their mean | whole tape |");
+    println!(
+        "\n| hidden beside {parts} | nodes | script, s | picture, s | us/ray | tapes pruned | their mean | whole tape |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     for (name, hidden) in HIDDEN {
         measure(name, parts, hidden);

@@ -89,7 +89,7 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
     let mut rng = StdRng::seed_from_u64(12);
     let mut b = Build::default();
     let mut solid = b.sphere([0.0; 3], 0.3);
-    for i in 0..60 {
+    for i in 0..200 {
         let at = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
         let ball = b.sphere(at, rng.random_range(0.02..0.3));
         let hollow = b.neg(ball);

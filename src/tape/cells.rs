@@ -20,8 +20,9 @@ const PARTS: usize = 8;
 /// Times that a region is cut.
 const DEEPEST: u32 = 8;
 
-/// A tape of less [work](Tape::work) is not worth pruning.
-const SHORT: u64 = 16;
+/// A tape of less [work](Tape::work) is not worth pruning: eight children for each cell are soon more work
+/// than what they save. (Measured on fields of 125 to 1000 parts; half and twice as much are no better.)
+const SHORT: u64 = 64;
 
 /// A cell whose tape is more work than this share of its parent's is not cut again,
 const STALE: f64 = 0.95;

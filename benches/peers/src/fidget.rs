@@ -2,25 +2,28 @@
 
 use crate::{SIZE, View};
 use fidget_core::Context;
-use fidget_core::context::{Node, Tree};
+use fidget_core::context::Tree;
 use fidget_core::shape::{BoundShape, Shape};
 use fidget_jit::JitFunction;
 use fidget_raster::voxel::{EvalConfig, RenderConfig, render};
-use fidget_rhai::FromDynamic;
 use nalgebra::{Rotation3, Scale3, Vector3};
-use rhai::{Dynamic, EvalAltResult, NativeCallContext};
 use std::path::Path;
-use std::sync::{Arc, Mutex};
 
 pub struct Model(Shape<JitFunction>);
 
 impl Model {
-    pub fn read(path: &Path) -> Result<Model, String> {
-        let (context, node) = if path.extension().is_some_and(|e| e == "rhai") {
-            script(path)?
-        } else {
-            let file = std::fs::File::open(path).map_err(|e| e.to_string())?;
-            Context::from_text(file).map_err(|e| e.to_string())?
+    /// The model of a file, or else a planet.
+    pub fn read(path: Option<&Path>) -> Result<Model, String> {
+        let (context, node) = match path {
+            Some(path) => {
+                let file = std::fs::File::open(path).map_err(|e| e.to_string())?;
+                Context::from_text(file).map_err(|e| e.to_string())?
+            }
+            None => {
+                let mut context = Context::new();
+                let node = context.import(&planet());
+                (context, node)
+            }
         };
         Shape::new(&context, node).map(Model).map_err(|e| e.to_string())
     }
@@ -38,24 +41,35 @@ impl Model {
         let single = EvalConfig { threads: None, ..EvalConfig::default() };
         let shape = BoundShape::try_from(self.0.clone()).expect("a shape of x, y and z alone");
         let picture = render(shape, &config, &single).expect("a picture that nobody cancels");
-        picture.iter().map(|pixel| pixel.depth > 0.0).collect()
+        picture.iter().map(|pixel| pixel.depth > 0).collect()
     }
 }
 
-/// What a script of Fidget's draws.
-fn script(path: &Path) -> Result<(Context, Node), String> {
-    let text = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
-    let drawn: Arc<Mutex<Option<Tree>>> = Arc::default();
-    let target = drawn.clone();
-    let mut engine = fidget_rhai::engine();
-    let draw = move |context: NativeCallContext, shape: Dynamic| -> Result<(), Box<EvalAltResult>> {
-        *target.lock().expect("one thread") = Some(Tree::from_dynamic(&context, shape, None)?);
-        Ok(())
+/// Six octaves of gradient noise on a ball, in Fidget's operations: at each corner of a lattice three random
+/// numbers are a slope, and a quintic fade goes from corner to corner.
+fn planet() -> Tree {
+    let [x, y, z] = [Tree::x(), Tree::y(), Tree::z()];
+    let corner = |corner: [f32; 3]| {
+        let at = [(&x, corner[0]), (&y, corner[1]), (&z, corner[2])].map(|(x, c)| x.floor() + c);
+        let [dx, dy, dz] = [(&x, &at[0]), (&y, &at[1]), (&z, &at[2])].map(|(x, at)| x.clone() - at.clone());
+        let hash = at[0].mix(at[1].clone()).mix(at[2].clone());
+        let slope = |k: f32| if k == 0.0 { hash.rand() } else { hash.mix(k).rand() } * 2f32 - 1f32;
+        dx * slope(0.0) + dy * slope(1.0) + dz * slope(2.0)
     };
-    engine.register_fn("draw", draw);
-    engine.run(&text).map_err(|e| e.to_string())?;
-    let tree = drawn.lock().expect("one thread").take().ok_or("the script draws nothing")?;
-    let mut context = Context::new();
-    let node = context.import(&tree);
-    Ok((context, node))
+    let fade = |x: &Tree| {
+        let t = x.clone() - x.floor();
+        t.clone() * t.clone() * t.clone() * (t.clone() * (t * 6f32 - 15f32) + 10f32)
+    };
+    let between = |a: Tree, b: Tree, t: &Tree| a.clone() + t.clone() * (b - a);
+    let (u, v, w) = (fade(&x), fade(&y), fade(&z));
+    let row = |y: f32, z: f32| between(corner([0.0, y, z]), corner([1.0, y, z]), &u);
+    let face = |z: f32| between(row(0.0, z), row(1.0, z), &v);
+    let noise = between(face(0.0), face(1.0), &w).min(1f32).max(-1f32);
+    let mut ball = (x.square() + y.square() + z.square()).sqrt() - 0.75f32;
+    for octave in 0..6 {
+        let (scale, shift) = (4.0 * (1 << octave) as f32, octave as f32);
+        let at = |x: &Tree, offset: f32| x.clone() * scale + offset * shift;
+        ball = ball - noise.remap_xyz(at(&x, 17.3), at(&y, 9.1), at(&z, 5.7)) * (0.6 / scale);
+    }
+    ball
 }

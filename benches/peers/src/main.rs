@@ -5,10 +5,9 @@
 //! ```
 //!
 //! **Fidget** (crates `fidget-*`, Keeter) compiles an expression to machine code, in single precision, and
-//! finds a height map with normals by intervals over tiles, each with the code pruned for it. Its models
-//! and scripts are not ours to copy: `FOLDER/fidget` has them, `*.vm` and `planet_6.rhai` (six octaves of
-//! gradient noise on a ball, in Fidget's operations; ours is the same sum of our gradient noise). Without
-//! a folder there is `scripts/nut.vm`. Both look along the z axis at 1024 x 1024 pixels, Fidget at 1024
+//! finds a height map with normals by intervals over tiles, each with the code pruned for it. Its models are
+//! not ours to copy: `FOLDER/fidget` has them. Without a folder there are `scripts/nut.vm` and a planet, six
+//! octaves of gradient noise on a ball, in each program's own operations. Both look along the z axis at 1024 x 1024 pixels, Fidget at 1024
 //! voxels in depth, orogen to 1e-4 of a unit. Models are turned to where they are not seen from their ends.
 //!
 //! **POV-Ray** (`povray` where one is installed) traces surface (5.11) of the thesis from
@@ -31,17 +30,24 @@ const SIZE: usize = 1024;
 
 /// A model and how it is looked at: turns about x and z in degrees, and the half width of the picture.
 struct View {
-    file: &'static str,
+    /// Of a file, or else of the planet.
+    file: Option<&'static str>,
     turns: [f64; 2],
     half: f64,
 }
 
+impl View {
+    fn name(&self) -> &'static str {
+        self.file.unwrap_or("planet, 6 octaves")
+    }
+}
+
 const VIEWS: [View; 5] = [
-    View { file: "colonnade.vm", turns: [-60.0, 30.0], half: 1.0 / 0.7 },
-    View { file: "tanglecube.vm", turns: [-30.0, 20.0], half: 3.0 },
-    View { file: "hi.vm", turns: [0.0, 0.0], half: 1.0 },
-    View { file: "nut.vm", turns: [-30.0, 20.0], half: 1.5 },
-    View { file: "planet_6.rhai", turns: [0.0, 0.0], half: 1.0 },
+    View { file: Some("colonnade.vm"), turns: [-60.0, 30.0], half: 1.0 / 0.7 },
+    View { file: Some("tanglecube.vm"), turns: [-30.0, 20.0], half: 3.0 },
+    View { file: Some("hi.vm"), turns: [0.0, 0.0], half: 1.0 },
+    View { file: Some("nut.vm"), turns: [-30.0, 20.0], half: 1.5 },
+    View { file: None, turns: [0.0, 0.0], half: 1.0 },
 ];
 
 fn main() -> ExitCode {
@@ -51,13 +57,19 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     }
     println!("{SIZE} x {SIZE}, one thread each, CPU seconds\n");
-    println!("| model | Fidget, JIT | orogen, hits | and normals | factor | pixels that both hit, one alone |");
+    println!(
+        "| model | Fidget, JIT | orogen, hits | and normals | factor | pixels that both hit, one alone |"
+    );
     println!("|---|---|---|---|---|---|");
     for view in &VIEWS {
-        match found(folder.as_deref(), view.file).map(|path| beside_fidget(view, &path)) {
-            Some(Ok(())) => {}
-            Some(Err(why)) => println!("| {} | {why} | | | | |", view.file),
-            None => println!("| {} | not there | | | | |", view.file),
+        let path = view.file.map(|file| found(folder.as_deref(), file));
+        let done = match &path {
+            Some(None) => Err("not there".into()),
+            Some(Some(path)) => beside_fidget(view, Some(path)),
+            None => beside_fidget(view, None),
+        };
+        if let Err(why) = done {
+            println!("| {} | {why} | | | | |", view.name());
         }
     }
     println!();
@@ -78,21 +90,22 @@ fn found(folder: Option<&Path>, file: &str) -> Option<PathBuf> {
         .find(|path| path.is_file())
 }
 
-fn beside_fidget(view: &View, path: &Path) -> Result<(), String> {
+fn beside_fidget(view: &View, path: Option<&Path>) -> Result<(), String> {
     let theirs = fidget::Model::read(path)?;
     let ours = ours::Model::read(path)?;
     let mut pictures = [Vec::new(), Vec::new(), Vec::new()];
     let [a, b, c] = &mut pictures;
-    let [jit, hits, normals] = race(3, [
-        &mut || *a = theirs.depths(view),
-        &mut || *b = ours.hits(view, false),
-        &mut || *c = ours.hits(view, true),
-    ]);
+    let [jit, hits, normals] = race(
+        3,
+        [&mut || *a = theirs.depths(view), &mut || *b = ours.hits(view, false), &mut || {
+            *c = ours.hits(view, true)
+        }],
+    );
     let both = pictures[0].iter().zip(&pictures[1]).filter(|(a, b)| **a && **b).count();
     let alone = pictures[0].iter().zip(&pictures[1]).filter(|(a, b)| a != b).count();
     println!(
         "| {} | {jit:.2} | {hits:.2} | {normals:.2} | {:.2} | {both}, {alone} |",
-        view.file,
+        view.name(),
         normals / jit
     );
     Ok(())

@@ -26,12 +26,13 @@ pub struct Model {
 }
 
 impl Model {
-    pub fn read(path: &Path) -> Result<Model, String> {
-        if path.extension().is_some_and(|e| e == "rhai") {
+    /// The model of a file, or else a planet.
+    pub fn read(path: Option<&Path>) -> Result<Model, String> {
+        let Some(path) = path else {
             let compiled = compile(&Request::text(PLANET));
             let scene = compiled.scene.ok_or_else(|| format!("{:?}", compiled.diagnostics))?;
             return Ok(Model { field: Field::new(&scene.graph, scene.surface.field) });
-        }
+        };
         let (graph, root) = expression(path)?;
         Ok(Model { field: Field::new(&graph, root) })
     }
@@ -44,10 +45,9 @@ impl Model {
         let region = Aabb::cube(half);
         let cells = Arc::new(Cells::new(field.tape().clone(), &region.intervals()));
         let (rays, pixels) = rays(view);
-        let typical: Vec<Vec<Ray>> =
-            rays.chunks(64).step_by(rays.len() / 640).map(<[Ray]>::to_vec).collect();
-        let mut caster = caster_in(Kind::Auto, &mut field, &region, &cells, &typical)
-            .expect("beams serve every field");
+        let typical: Vec<Vec<Ray>> = rays.chunks(64).step_by(rays.len() / 640).map(<[Ray]>::to_vec).collect();
+        let mut caster =
+            caster_in(Kind::Auto, &mut field, &region, &cells, &typical).expect("beams serve every field");
         let mut shading = Normals::new(&cells);
         let (mut stats, never) = (CastStats::default(), AtomicBool::new(false));
         let mut covered = vec![false; SIZE * SIZE];
@@ -85,9 +85,16 @@ fn rays(view: &View) -> (Vec<Ray>, Vec<usize>) {
     let (mut rays, mut pixels) = (Vec::new(), Vec::new());
     for tile in 0..SIZE * SIZE / GROUP {
         for i in 0..GROUP {
-            let (column, row) = (tile % (SIZE / 64) * 64 + every_other(i), tile / (SIZE / 64) * 64 + every_other(i >> 1));
+            let (column, row) =
+                (tile % (SIZE / 64) * 64 + every_other(i), tile / (SIZE / 64) * 64 + every_other(i >> 1));
             let origin = turned * DVec3::new(place(column), -place(row), 1.0);
-            rays.push(Ray { origin, direction, near: 0.0, far: 2.0 * view.half, tolerance: Tolerance::fixed(TOLERANCE) });
+            rays.push(Ray {
+                origin,
+                direction,
+                near: 0.0,
+                far: 2.0 * view.half,
+                tolerance: Tolerance::fixed(TOLERANCE),
+            });
             pixels.push(row * SIZE + column);
         }
     }
@@ -119,9 +126,8 @@ impl<'a> Normals<'a> {
             self.duals.turn_to(same[0].0);
             for batch in same.chunks(LANES) {
                 let at = |lane: usize| points[batch[lane.min(batch.len() - 1)].1];
-                let p = [0, 1, 2].map(|axis| {
-                    Many(std::array::from_fn(|lane| Dual::coordinate(at(lane)[axis], axis)))
-                });
+                let p = [0, 1, 2]
+                    .map(|axis| Many(std::array::from_fn(|lane| Dual::coordinate(at(lane)[axis], axis))));
                 black_box(self.duals.eval(&p));
             }
         }

@@ -22,18 +22,24 @@ const GRADIENTS: [(&str, &str); 2] = [("as written", "9.8"), ("tuned", "6.72")];
 
 pub fn table(folder: &Path) {
     if povray(folder, "9.8", false, 16).is_none() {
-        println!("There is no `povray` on the path, or it cannot trace {}.", folder.join("oct3.pov").display());
+        println!(
+            "There is no `povray` on the path, or it cannot trace {}.",
+            folder.join("oct3.pov").display()
+        );
         return;
     }
     println!("Surface (5.11), {SIZE} x {SIZE}, whole pictures, one thread each, CPU seconds\n");
     println!("| shadows | POV-Ray, as written | tuned | orogen | factor to tuned |\n|---|---|---|---|---|");
     for shadows in [false, true] {
         let scene = scene(shadows);
-        let [written, tuned, ours] = race(2, [
-            &mut || drop(povray(folder, GRADIENTS[0].1, shadows, SIZE)),
-            &mut || drop(povray(folder, GRADIENTS[1].1, shadows, SIZE)),
-            &mut || drop(picture(&scene)),
-        ]);
+        let [written, tuned, ours] = race(
+            2,
+            [
+                &mut || drop(povray(folder, GRADIENTS[0].1, shadows, SIZE)),
+                &mut || drop(povray(folder, GRADIENTS[1].1, shadows, SIZE)),
+                &mut || drop(picture(&scene)),
+            ],
+        );
         let with = if shadows { "with" } else { "without" };
         println!("| {with} | {written:.2} | {tuned:.2} | {ours:.2} | {:.2} |", ours / tuned);
     }
@@ -43,7 +49,14 @@ fn povray(folder: &Path, gradient: &str, shadows: bool, size: u32) -> Option<()>
     let out = std::env::temp_dir().join("orogen-peers.png");
     let done = Command::new("povray")
         .current_dir(folder)
-        .args([format!("+W{size}"), format!("+H{size}"), "-A".into(), "-D".into(), "-V".into(), "+WT1".into()])
+        .args([
+            format!("+W{size}"),
+            format!("+H{size}"),
+            "-A".into(),
+            "-D".into(),
+            "-V".into(),
+            "+WT1".into(),
+        ])
         .args([format!("Declare=SHADOW={}", u8::from(shadows)), format!("Declare=MG={gradient}")])
         .args(["+Ioct3.pov".into(), format!("+O{}", out.display())])
         .stdout(Stdio::null())
