@@ -155,7 +155,7 @@ fn table(published: &Published, size: usize) {
         real.len(),
         size * size,
         published.radius,
-        lipschitz_outside(&mut field, &region)
+        lipschitz_outside(&field, &region)
     );
     println!(
         "| caster | evaluations/ray, printed | all rays | rays within bounds | backtracks | time, printed | CPU s | hits |"

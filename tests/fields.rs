@@ -6,15 +6,16 @@ use common::Build;
 use glam::DVec3;
 use orogen::field::{Extent, extent, lipschitz_outside};
 use orogen::num::Interval;
+use orogen::op::{self, Op};
 use orogen::scene::Aabb;
-use orogen::tape::{Cells, Evaluator};
+use orogen::tape::{Cells, Evaluator, Instr, Tape};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 #[test]
 fn the_extent_of_a_ball_is_its_box() {
     let mut b = Build::default();
     let f = b.sphere([1.0, 2.0, 3.0], 0.5);
-    let Extent::Within(found) = extent(&mut b.field(f), &Aabb::cube(64.0)) else { panic!("a bounded ball") };
+    let Extent::Within(found) = extent(&b.field(f), &Aabb::cube(64.0)) else { panic!("a bounded ball") };
     assert!(
         found.min.cmple(DVec3::new(0.5, 1.5, 2.5)).all() && found.max.cmpge(DVec3::new(1.5, 2.5, 3.5)).all()
     );
@@ -25,17 +26,17 @@ fn the_extent_of_a_ball_is_its_box() {
 fn unbounded_and_absent_solids_are_told_apart() {
     let mut b = Build::default();
     let hills = common::hills(&mut b);
-    assert!(matches!(extent(&mut b.field(hills), &Aabb::cube(8.0)), Extent::Open(_)));
+    assert!(matches!(extent(&b.field(hills), &Aabb::cube(8.0)), Extent::Open(_)));
     let ball = b.sphere([0.0; 3], 1.0);
     let nothing = b.shifted(ball, 2.0);
-    assert_eq!(extent(&mut b.field(nothing), &Aabb::cube(8.0)), Extent::Empty);
+    assert_eq!(extent(&b.field(nothing), &Aabb::cube(8.0)), Extent::Empty);
 }
 
 #[test]
 fn the_lipschitz_bound_outside_a_ball_is_one() {
     let mut b = Build::default();
     let f = b.sphere([0.0; 3], 1.0);
-    let bound = lipschitz_outside(&mut b.field(f), &Aabb::cube(1.5));
+    let bound = lipschitz_outside(&b.field(f), &Aabb::cube(1.5));
     assert!((1.0..1.1).contains(&bound), "{bound}");
 }
 
@@ -44,7 +45,7 @@ fn the_lipschitz_bound_of_three_octaves_is_as_derived() {
     let mut b = Build::default();
     let f = common::three_octaves(&mut b);
     let mut field = b.field(f);
-    let bound = lipschitz_outside(&mut field, &Aabb::cube(1.55));
+    let bound = lipschitz_outside(&field, &Aabb::cube(1.55));
     // 1 + 3.2 L with L = 3.75, and a little for rounding up and for the corners of cells.
     assert!((8.0..1.05 * (1.0 + 3.2 * 3.76)).contains(&bound), "{bound}");
     let mut rng = StdRng::seed_from_u64(1);
@@ -59,7 +60,7 @@ fn the_lipschitz_bound_of_three_octaves_is_as_derived() {
 fn a_cusp_has_no_lipschitz_bound() {
     let mut b = Build::default();
     let f = common::square_root_ridges(&mut b);
-    assert_eq!(lipschitz_outside(&mut b.field(f), &Aabb::cube(1.5)), f64::INFINITY);
+    assert_eq!(lipschitz_outside(&b.field(f), &Aabb::cube(1.5)), f64::INFINITY);
 }
 
 #[test]
@@ -88,7 +89,7 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
     let mut rng = StdRng::seed_from_u64(12);
     let mut b = Build::default();
     let mut solid = b.sphere([0.0; 3], 0.3);
-    for i in 0..60 {
+    for i in 0..200 {
         let at = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
         let ball = b.sphere(at, rng.random_range(0.02..0.3));
         let hollow = b.neg(ball);
@@ -119,4 +120,63 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
     let mean = short.iter().sum::<usize>() / short.len();
     assert!(mean < tape.len() / 10, "{mean} of {} instructions are left", tape.len());
     assert!(cells.prunings().tapes > 0);
+}
+
+/// A ball with noise where a mask lets it through: none below x = 0.2, some up to 0.4, all above.
+fn masked(b: &mut Build) -> orogen::expr::NodeId {
+    let ball = b.sphere([0.0; 3], 1.0);
+    let [x, y, _] = b.p();
+    let along = b.scaled(5.0, x);
+    let along = b.shifted(along, -1.0);
+    let mask = b.op(Op::Smoothstep(op::Smoothstep), &[along]);
+    let (noise, edge) = (b.noise(3, 4.0), b.num(0.1));
+    let rough = b.op(Op::Mul(op::Mul), &[mask, noise]);
+    // Two levels that a step chooses from, and a rest that a mixture leaves out.
+    let step = b.op(Op::Step(op::Step), &[edge, y]);
+    let (low, high) = (b.noise(4, 2.0), b.scaled(0.1, y));
+    let level = b.op(Op::Mix(op::Mix), &[high, low, step]);
+    let sum = b.add(ball, rough);
+    b.add(sum, level)
+}
+
+#[test]
+fn what_a_mask_hides_is_pruned() {
+    let mut b = Build::default();
+    let root = masked(&mut b);
+    let tape = b.field(root).tape().clone();
+    let noises = |tape: &Tape| tape.code().iter().filter(|i| matches!(i, Instr::Noise(..))).count();
+    let left = |x: [f64; 2], y: [f64; 2]| {
+        let region = [Interval::new(x[0], x[1]), Interval::new(y[0], y[1]), Interval::radius(0.5)];
+        noises(&tape.prune(&region))
+    };
+    assert_eq!(noises(&tape), 2);
+    assert_eq!(left([-1.0, 0.1], [-1.0, 0.0]), 0);
+    assert_eq!(left([0.5, 1.0], [-1.0, 0.0]), 1);
+    assert_eq!(left([-1.0, 0.1], [0.2, 1.0]), 1);
+    assert_eq!(left([-1.0, 0.5], [-1.0, 1.0]), 2);
+    // Behind the mask's end the product is gone, and the noise itself is what is added.
+    let behind = tape.prune(&[Interval::new(0.5, 1.0), Interval::new(-1.0, 0.0), Interval::radius(0.5)]);
+    let products = |i: &&Instr| matches!(i, Instr::Op(Op::Mul(_) | Op::Smoothstep(_) | Op::Mix(_), _));
+    assert_eq!(behind.code().iter().filter(products).count(), 0);
+}
+
+#[test]
+fn masked_cells_have_the_whole_values() {
+    let mut b = Build::default();
+    let root = masked(&mut b);
+    let tape = b.field(root).tape().clone();
+    let cells = Cells::new(tape.clone(), &Aabb::cube(1.0).intervals());
+    let (mut full, mut less) = (Evaluator::<f64>::new(tape.clone()), Evaluator::<f64>::new(tape.clone()));
+    let mut rng = StdRng::seed_from_u64(21);
+    let mut shorter = 0;
+    for _ in 0..20_000 {
+        let at: [f64; 3] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+        let part = cells.tape_around(at, 0.02);
+        shorter += u32::from(part.len() < tape.len());
+        less.turn_to(part);
+        let p = at.map(|c| c + 0.02 * rng.random_range(-1.0..1.0));
+        let (whole, pruned) = (*full.eval(&p), *less.eval(&p));
+        assert!(whole.to_bits() == pruned.to_bits(), "{whole} {pruned} at {p:?}");
+    }
+    assert!(shorter > 15_000, "only {shorter} of 20000 places have less than everything");
 }

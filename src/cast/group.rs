@@ -2,11 +2,11 @@
 //!
 //! A caster is a small state machine per ray: it asks for the field somewhere, is told the answer,
 //! and in the end has one. The loop collects the questions of all rays that are still under way and
-//! has them answered a batch at a time.
+//! has them answered a batch at a time, by the tapes of the places that they are about.
 
 use super::{CastStats, Caster, Hit, Ray};
-use crate::num::{Affine, Centred, Many, Number};
-use crate::tape::{Evaluator, Tape};
+use crate::num::{Affine, Centred, Interval, Many, Number};
+use crate::tape::{Cells, Evaluator, Tape};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -17,7 +17,7 @@ pub(super) const LANES: usize = 32;
 /// What the questions of several rays are gathered in.
 pub(super) trait Batch: Number {
     /// A coordinate in a question, or an answer.
-    type Lane: Clone;
+    type Lane: Number;
 
     /// Questions in a batch.
     const LANES: usize;
@@ -88,19 +88,21 @@ pub(super) trait Strategy: Clone + Send + 'static {
 pub(super) struct Group<S: Strategy> {
     strategy: S,
     any: S,
+    cells: Arc<Cells>,
     evaluator: Evaluator<S::Batch>,
     /// Evaluations for each ray of the last group.
     pub(super) costs: Vec<f64>,
 }
 
 impl<S: Strategy> Group<S> {
-    pub(super) fn new(strategy: S, tape: Arc<Tape>) -> Self {
-        Group { any: strategy.any(), strategy, evaluator: Evaluator::new(tape), costs: Vec::new() }
+    pub(super) fn new(strategy: S, cells: Arc<Cells>) -> Self {
+        let evaluator = Evaluator::new(cells.tape().clone());
+        Group { any: strategy.any(), strategy, cells, evaluator, costs: Vec::new() }
     }
 
     /// The same with memory of its own.
     pub(super) fn again(&self) -> Self {
-        Group::new(self.strategy.clone(), self.evaluator.tape().clone())
+        Group::new(self.strategy.clone(), self.cells.clone())
     }
 }
 
@@ -117,7 +119,7 @@ struct Active<S: Strategy> {
 /// state, its hit, and how often the field was evaluated for it.
 pub(super) fn march<S: Strategy>(
     strategy: &S,
-    evaluator: &mut Evaluator<S::Batch>,
+    (cells, evaluator): (&Cells, &mut Evaluator<S::Batch>),
     rays: &[Ray],
     stats: &mut CastStats,
     cancel: &AtomicBool,
@@ -134,11 +136,23 @@ pub(super) fn march<S: Strategy>(
             done(i, march, Hit::MISS, 0);
         }
     }
-    let mut outcomes: Vec<Option<Hit>> = Vec::with_capacity(rays.len());
+    let mut questions: Vec<[Lane<S>; 3]> = Vec::with_capacity(active.len());
+    let mut outcomes: Vec<Option<Hit>> = Vec::with_capacity(active.len());
     while !active.is_empty() && !cancel.load(Ordering::Relaxed) {
+        questions.clear();
+        questions.extend(active.iter().map(|a| strategy.ask(&rays[a.ray], &a.march)));
         outcomes.clear();
-        for batch in active.chunks_mut(S::Batch::LANES) {
-            round(strategy, evaluator, rays, batch, &mut outcomes, stats);
+        outcomes.resize(active.len(), None);
+        let order = by_tape(cells, &questions);
+        for batch in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)).flat_map(|s| s.chunks(S::Batch::LANES)) {
+            evaluator.turn_to(batch[0].0);
+            let answers = evaluator.eval(&gathered::<S>(&questions, batch));
+            stats.evaluations += batch.len() as u64;
+            for (lane, &(_, i)) in batch.iter().enumerate() {
+                let Active { ray, march, asked } = &mut active[i];
+                *asked += 1;
+                outcomes[i] = strategy.tell(&rays[*ray], march, answers.lane(lane), stats);
+            }
         }
         let settle = |(active, outcome): (Active<S>, &Option<Hit>)| match outcome {
             Some(hit) => {
@@ -153,38 +167,34 @@ pub(super) fn march<S: Strategy>(
     }
 }
 
-/// One question and answer for each ray of a batch.
-fn round<S: Strategy>(
-    strategy: &S,
-    evaluator: &mut Evaluator<S::Batch>,
-    rays: &[Ray],
-    batch: &mut [Active<S>],
-    outcomes: &mut Vec<Option<Hit>>,
-    stats: &mut CastStats,
-) {
-    // Idle lanes repeat the first question.
-    let first = strategy.ask(&rays[batch[0].ray], &batch[0].march);
-    let mut p = first.map(S::Batch::alike);
-    for (l, active) in batch.iter().enumerate().skip(1) {
-        let asked = strategy.ask(&rays[active.ray], &active.march);
-        for (p, asked) in p.iter_mut().zip(asked) {
-            p.set(l, asked);
+/// The questions, each with the tape that answers it, those with the same tape next to each other.
+fn by_tape<'a, T: Number>(cells: &'a Cells, questions: &[[T; 3]]) -> Vec<(&'a Arc<Tape>, usize)> {
+    if cells.is_uniform() {
+        return (0..questions.len()).map(|i| (cells.tape(), i)).collect();
+    }
+    cells.tapes_around(questions.iter().enumerate().map(|(i, question)| {
+        let place = question.each_ref().map(Number::range);
+        (i, place.map(Interval::mid), place.map(Interval::rad).into_iter().fold(0.0, f64::max))
+    }))
+}
+
+/// The questions of a batch. Idle lanes repeat the first.
+fn gathered<S: Strategy>(questions: &[[Lane<S>; 3]], batch: &[(&Arc<Tape>, usize)]) -> [S::Batch; 3] {
+    let mut p = questions[batch[0].1].clone().map(S::Batch::alike);
+    for (lane, &(_, i)) in batch.iter().enumerate().skip(1) {
+        for (p, asked) in p.iter_mut().zip(&questions[i]) {
+            p.set(lane, asked.clone());
         }
     }
-    let answers = evaluator.eval(&p);
-    stats.evaluations += batch.len() as u64;
-    for (l, active) in batch.iter_mut().enumerate() {
-        active.asked += 1;
-        outcomes.push(strategy.tell(&rays[active.ray], &mut active.march, answers.lane(l), stats));
-    }
+    p
 }
 
 impl<S: Strategy> Caster for Group<S> {
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
-        let Group { strategy, evaluator, costs, .. } = self;
+        let Group { strategy, cells, evaluator, costs, .. } = self;
         costs.clear();
         costs.resize(rays.len(), 0.0);
-        march(strategy, evaluator, rays, stats, cancel, |i, _, hit, asked| {
+        march(strategy, (cells, evaluator), rays, stats, cancel, |i, _, hit, asked| {
             (out[i], costs[i]) = (hit, f64::from(asked));
         });
     }

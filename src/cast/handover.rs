@@ -4,7 +4,7 @@ use super::group::{Group, Strategy};
 use super::pieces::{Pieces, Seek};
 use super::{CastStats, Caster, Hit, Ray};
 use crate::num::Reduced;
-use crate::tape::Tape;
+use crate::tape::Cells;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -23,9 +23,9 @@ pub(super) struct Handover<S: Strategy> {
 type Cast<C> = fn(&mut C, &[Ray], &mut [Hit], &mut CastStats, &AtomicBool);
 
 impl<S: Strategy> Handover<S> {
-    pub(super) fn new(strategy: S, tape: Arc<Tape>) -> Self {
-        let sure = Group::new(Pieces::trimming(Seek::First), tape.clone());
-        Handover { quick: Group::new(strategy, tape), sure }
+    pub(super) fn new(strategy: S, cells: Arc<Cells>) -> Self {
+        let sure = Group::new(Pieces::trimming(Seek::First), cells.clone());
+        Handover { quick: Group::new(strategy, cells), sure }
     }
 
     fn cast(

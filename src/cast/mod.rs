@@ -243,28 +243,28 @@ pub fn caster_in(
     cells: &Arc<Cells>,
     typical: &[Vec<Ray>],
 ) -> Result<Box<dyn Caster>, CastError> {
-    let tape = field.tape().clone();
+    let own = cells.clone();
     match kind {
         Kind::Auto | Kind::Sphere | Kind::Speculative => {}
-        Kind::Segment => return Ok(Box::new(Handover::new(SegmentTracing { any: false }, tape))),
-        Kind::Interval => return Ok(Box::new(Group::new(Pieces::<Interval>::halving(Seek::First), tape))),
-        Kind::Standard => return Ok(Box::new(Group::new(Pieces::<Affine>::halving(Seek::First), tape))),
-        Kind::Reduced => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::halving(Seek::First), tape))),
-        Kind::Affine => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::trimming(Seek::First), tape))),
-        Kind::Beam => return Ok(Box::new(Beams::new(cells.clone()))),
+        Kind::Segment => return Ok(Box::new(Handover::new(SegmentTracing { any: false }, own))),
+        Kind::Interval => return Ok(Box::new(Group::new(Pieces::<Interval>::halving(Seek::First), own))),
+        Kind::Standard => return Ok(Box::new(Group::new(Pieces::<Affine>::halving(Seek::First), own))),
+        Kind::Reduced => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::halving(Seek::First), own))),
+        Kind::Affine => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::trimming(Seek::First), own))),
+        Kind::Beam => return Ok(Box::new(Beams::new(own))),
     }
     let lipschitz = lipschitz_outside(field, region);
     let bounded = lipschitz.is_finite() && lipschitz > 0.0;
     let spheres = |relaxation| {
         let strategy = SphereTracing { lipschitz, relaxation, any: false };
-        Box::new(Handover::new(strategy, tape.clone()))
+        Box::new(Handover::new(strategy, cells.clone()))
     };
     match kind {
         Kind::Auto => {
             let mut beams: Box<dyn Caster> = Box::new(Beams::new(cells.clone()));
             if bounded && lipschitz < STEEP {
                 let mut balls = spheres(RELAXATION);
-                let (at_points, along_pieces) = costs(tape.census());
+                let (at_points, along_pieces) = costs(cells.tape().census());
                 if at_points * trial(&mut *balls, typical) < along_pieces * trial(&mut *beams, typical) {
                     return Ok(balls);
                 }
@@ -307,10 +307,11 @@ const RELAXATION: f64 = 1.46;
 /// complete.
 pub fn all_hits(field: &Field, rays: &[Ray], stats: &mut CastStats) -> Vec<(Vec<(f64, f64)>, bool)> {
     let strategy = Pieces::<Reduced<1>>::trimming(Seek::All);
-    let mut evaluator = Evaluator::new(field.tape().clone());
+    let cells = Cells::undivided(field.tape().clone());
+    let mut evaluator = Evaluator::new(cells.tape().clone());
     let mut out = vec![(Vec::new(), true); rays.len()];
     let never = AtomicBool::new(false);
-    march(&strategy, &mut evaluator, rays, stats, &never, |i, march, hit, _| {
+    march(&strategy, (&cells, &mut evaluator), rays, stats, &never, |i, march, hit, _| {
         out[i] = (march.roots, hit.certified);
     });
     out

@@ -1,7 +1,7 @@
 //! Folding: constants are computed, and the identities of arithmetic applied, as nodes are added.
 //!
 //! Nothing is rewritten that would change a bit of a finite result, so a folded expression draws
-//! the same picture. (`0 x` is 0 even where `x` is infinite or not a number.)
+//! the same picture. (`0 x` is 0 even where `x` is infinite or not a number, and a zero may lose its sign.)
 
 use super::{Graph, NodeId};
 use crate::op::Op;
@@ -16,12 +16,22 @@ pub(super) enum Folded {
     Op(Vec<NodeId>),
 }
 
+/// What an operation is, given which of its arguments are numbers.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Identity {
+    /// The argument with this number.
+    Argument(usize),
+    /// A number.
+    Number(f64),
+}
+
 pub(super) fn fold(graph: &Graph, op: Op, args: &[NodeId]) -> Folded {
-    let consts: Vec<Option<f64>> = args.iter().map(|&a| graph.as_const(a)).collect();
-    if let Some(values) = consts.iter().copied().collect::<Option<Vec<f64>>>() {
-        return Folded::Const(op.apply(|i| &values[i]));
+    match identity(op, |i| graph.as_const(args[i])) {
+        Some(Identity::Argument(i)) => return Folded::Node(args[i]),
+        Some(Identity::Number(c)) => return Folded::Const(c),
+        None => {}
     }
-    if let Some(folded) = identity(graph, op, args, &consts) {
+    if let Some(folded) = of_equals(graph, op, args) {
         return folded;
     }
     let mut args = args.to_vec();
@@ -32,15 +42,34 @@ pub(super) fn fold(graph: &Graph, op: Op, args: &[NodeId]) -> Folded {
     Folded::Op(args)
 }
 
-fn identity(graph: &Graph, op: Op, args: &[NodeId], consts: &[Option<f64>]) -> Option<Folded> {
-    let node = |i: usize| Some(Folded::Node(args[i]));
-    match (op, consts) {
-        (Op::Add(_), [Some(0.0), _]) | (Op::Mul(_), [Some(1.0), _]) => node(1),
-        (Op::Add(_) | Op::Sub(_), [_, Some(0.0)]) | (Op::Mul(_) | Op::Div(_), [_, Some(1.0)]) => node(0),
-        (Op::Mul(_), [Some(0.0), _] | [_, Some(0.0)]) => Some(Folded::Const(0.0)),
-        (Op::Min(_) | Op::Max(_), _) if args[0] == args[1] => node(0),
-        (Op::Sub(_), _) if args[0] == args[1] => Some(Folded::Const(0.0)),
-        (Op::Neg(_), _) => match graph.node(args[0]) {
+/// What an operation is, where that follows from those arguments that are numbers; `number(i)` says
+/// what argument `i` is.
+pub fn identity(op: Op, number: impl Fn(usize) -> Option<f64>) -> Option<Identity> {
+    use Identity::{Argument, Number};
+    let mut numbers = [None; 6];
+    let consts = &mut numbers[..op.arity()];
+    consts.iter_mut().enumerate().for_each(|(i, c)| *c = number(i));
+    if consts.iter().all(Option::is_some) {
+        let values = numbers.map(Option::unwrap_or_default);
+        return Some(Number(op.apply(|i| &values[i])));
+    }
+    match (op, &*consts) {
+        (Op::Add(_), [Some(0.0), _]) | (Op::Mul(_), [Some(1.0), _]) => Some(Argument(1)),
+        (Op::Add(_) | Op::Sub(_), [_, Some(0.0)]) | (Op::Mul(_) | Op::Div(_), [_, Some(1.0)]) => {
+            Some(Argument(0))
+        }
+        (Op::Mul(_), [Some(0.0), _] | [_, Some(0.0)]) => Some(Number(0.0)),
+        (Op::Mix(_), [_, _, Some(0.0)]) => Some(Argument(0)),
+        _ => None,
+    }
+}
+
+/// What an operation on the same expression twice is, or on its own inverse.
+fn of_equals(graph: &Graph, op: Op, args: &[NodeId]) -> Option<Folded> {
+    match op {
+        Op::Min(_) | Op::Max(_) if args[0] == args[1] => Some(Folded::Node(args[0])),
+        Op::Sub(_) if args[0] == args[1] => Some(Folded::Const(0.0)),
+        Op::Neg(_) => match graph.node(args[0]) {
             super::Node::Op(Op::Neg(_), inner) => Some(Folded::Node(inner[0])),
             _ => None,
         },

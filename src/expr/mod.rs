@@ -10,4 +10,5 @@ mod fold;
 mod graph;
 pub mod text;
 
+pub use fold::{Identity, identity};
 pub use graph::{Graph, Input, Node, NodeId, TooLarge};

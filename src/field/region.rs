@@ -1,8 +1,33 @@
-//! Questions about a whole region, answered by cutting it up.
+//! Questions about a whole region, answered by cutting it up. What is left of the tape in a part of the
+//! region answers for that part.
 
 use super::Field;
+use crate::num::{Dual, Interval, Number, Slope};
 use crate::scene::Aabb;
+use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
+use std::sync::Arc;
+
+/// A part of a region, with what is left of the tape there.
+struct Part {
+    cell: Aabb,
+    tape: Arc<Tape>,
+}
+
+impl Part {
+    /// The eight halves.
+    fn octants(&self) -> impl Iterator<Item = Part> + use<> {
+        let shorter = self.tape.has_choices().then(|| Arc::new(self.tape.prune(&self.cell.intervals())));
+        let tape = shorter.unwrap_or_else(|| self.tape.clone());
+        octants(&self.cell).map(move |cell| Part { cell, tape: tape.clone() })
+    }
+}
+
+/// The value of a field, or what is known of it.
+fn eval<'a, T: Number>(evaluator: &'a mut Evaluator<T>, part: &Part, at: &[T; 3]) -> &'a T {
+    evaluator.turn_to(&part.tape);
+    evaluator.eval(at)
+}
 
 /// The eight halves of a box.
 fn octants(b: &Aabb) -> impl Iterator<Item = Aabb> + use<> {
@@ -33,18 +58,19 @@ pub enum Extent {
 const CELLS: usize = 4096;
 
 /// Finds a box around the solid `f <= 0` in `region`, by excluding cells where `f > 0` is certain.
-pub fn extent(field: &mut Field, region: &Aabb) -> Extent {
-    let mut cells = vec![*region];
+pub fn extent(field: &Field, region: &Aabb) -> Extent {
+    let mut ranges = Evaluator::<Interval>::new(field.tape().clone());
+    let mut parts = vec![Part { cell: *region, tape: field.tape().clone() }];
     let mut found;
     loop {
         #[allow(clippy::neg_cmp_op_on_partial_ord)] // a cell that has no value is not excluded
-        cells.retain(|cell| !(field.range(&cell.intervals()).lo > 0.0));
-        let Some(all) = cells.iter().copied().reduce(hull) else { return Extent::Empty };
+        parts.retain(|part| !(eval(&mut ranges, part, &part.cell.intervals()).lo > 0.0));
+        let Some(all) = parts.iter().map(|part| part.cell).reduce(hull) else { return Extent::Empty };
         found = all;
-        if cells.len() * 8 > CELLS || found.diagonal() < 1e-9 * region.diagonal() {
+        if parts.len() * 8 > CELLS || found.diagonal() < 1e-9 * region.diagonal() {
             break;
         }
-        cells = cells.iter().flat_map(octants).collect();
+        parts = parts.iter().flat_map(Part::octants).collect();
     }
     // A little air, so that rays start outside of a solid that fills its cells.
     let margin = 1e-3 * found.diagonal();
@@ -59,14 +85,18 @@ pub fn extent(field: &mut Field, region: &Aabb) -> Extent {
 
 /// Lipschitz bound of `f` over the part of a region where `f >= 0` is possible, which is all that a
 /// ray approaching from outside ever sees. Infinite where there is no bound.
-pub fn lipschitz_outside(field: &mut Field, region: &Aabb) -> f64 {
+pub fn lipschitz_outside(field: &Field, region: &Aabb) -> f64 {
+    let mut slopes = Evaluator::<Slope>::new(field.tape().clone());
+    let mut duals = Evaluator::<Dual>::new(field.tape().clone());
     let mut bound: f64 = 0.0;
-    let mut cells = vec![*region];
+    let mut parts = vec![Part { cell: *region, tape: field.tape().clone() }];
     for level in 0.. {
-        let last = cells.len() * 8 > CELLS;
+        let last = parts.len() * 8 > CELLS;
         let mut steep = Vec::new();
-        for cell in cells {
-            let slope = field.slope(&cell.intervals());
+        for part in parts {
+            let x = part.cell.intervals();
+            let slope =
+                eval(&mut slopes, &part, &std::array::from_fn(|axis| Slope::coordinate(x[axis], axis)));
             if slope.value.hi < 0.0 {
                 continue;
             }
@@ -74,20 +104,25 @@ pub fn lipschitz_outside(field: &mut Field, region: &Aabb) -> f64 {
             if last || slope.norm <= bound {
                 bound = bound.max(slope.norm);
             } else {
-                steep.push((slope.norm, cell));
+                steep.push((slope.norm, part));
             }
         }
         if steep.is_empty() {
             break;
         }
         // The corner values of steep cells bound from below how far cutting can get.
-        let lowest = steep.iter().map(|(_, cell)| field.gradient(cell.min).1.length()).fold(0.0, f64::max);
+        let mut corner = |part: &Part| {
+            let p = part.cell.min.to_array();
+            let dual = eval(&mut duals, part, &std::array::from_fn(|axis| Dual::coordinate(p[axis], axis)));
+            DVec3::from_array(dual.grad).length()
+        };
+        let lowest = steep.iter().map(|(_, part)| corner(part)).fold(0.0, f64::max);
         let settled = level > 0 && steep.iter().all(|(norm, _)| *norm <= 1.02 * lowest.max(bound));
         if settled {
             bound = steep.iter().map(|s| s.0).fold(bound, f64::max);
             break;
         }
-        cells = steep.iter().flat_map(|(_, cell)| octants(cell)).collect();
+        parts = steep.iter().flat_map(|(_, part)| part.octants()).collect();
     }
     bound
 }

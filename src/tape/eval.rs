@@ -83,7 +83,7 @@ impl<T: Number> Evaluator<T> {
                 Instr::Scale(a, k) => at(*a).scale_to(*k, out),
                 Instr::Shift(a, c) => at(*a).shift_to(*c, out),
                 Instr::Op(op, args) => op.apply_to(|i| at(args[i]), out),
-                Instr::Noise(noise, p) => *out = T::kernel(noise, p.map(at)),
+                Instr::Noise(noise, p) => *out = T::kernel(&**noise, p.map(at)),
                 Instr::Grid(grid, p) => *out = T::kernel(&**grid, p.map(at)),
                 Instr::Fractal(fractal, p, further) => {
                     let [footprint, hurst] = further.map(|a| a.map(at));

@@ -23,7 +23,7 @@ pub enum Instr {
     /// An operation on slots; the first `arity` entries count.
     Op(Op, [u32; 6]),
     /// A noise at a point.
-    Noise(Noise, [u32; 3]),
+    Noise(Arc<Noise>, [u32; 3]),
     /// A sum of octaves at a point, with the slots of the footprint where detail is limited, and of
     /// the exponent where that varies.
     Fractal(Arc<Fractal>, [u32; 3], [Option<u32>; 2]),
@@ -69,7 +69,7 @@ impl Tape {
                 Node::Input(Input::Z) => Instr::Coordinate(2),
                 Node::Input(Input::Time | Input::Footprint) => Instr::Const(0.0),
                 Node::Op(op, args) => lower_op(graph, *op, args, at),
-                Node::Noise(noise, p) => Instr::Noise(*noise, [at(&p[0]), at(&p[1]), at(&p[2])]),
+                Node::Noise(noise, p) => Instr::Noise(Arc::new(*noise), [at(&p[0]), at(&p[1]), at(&p[2])]),
                 Node::Grid(grid, p) => Instr::Grid(grid.clone(), [at(&p[0]), at(&p[1]), at(&p[2])]),
                 Node::Fractal(fractal, p, footprint, hurst) => {
                     let limited = graph.as_const(*footprint) != Some(0.0);
@@ -136,6 +136,13 @@ impl Tape {
             }
         }
         census
+    }
+
+    /// How much work an evaluation is, in about as many sums: an octave is a function at each corner of its
+    /// lattice, and one that is looked up ball by ball searches besides.
+    pub(super) fn work(&self) -> u64 {
+        let Census { octaves, scattered, .. } = self.census();
+        self.len() as u64 + 8 * octaves + 64 * scattered
     }
 
     pub(super) fn without_dead_code(self) -> Tape {

@@ -1,6 +1,17 @@
-//! Pruning: over a region, a minimum whose one side is always smaller is that side.
+//! Pruning: what a region leaves of a tape.
+//!
+//! Over a region a minimum whose one side is always smaller *is* that side; a step, a clamp or a
+//! `smoothstep` that has come to its end is a number; and what is multiplied by a mask of zero is
+//! nothing. What only fed the rest goes.
+//!
+//! Octaves of a sum need no pruning: a sum ends by itself at the first octave that the footprint leaves
+//! nothing of, after one comparison for a whole batch (`noise/sum.rs`), and a cascade where its weight
+//! is spent (`noise/cascade.rs`).
+//!
+//! Values stay what they are, bit for bit, but for the sign of a zero.
 
 use super::{Evaluator, Instr, Tape};
+use crate::expr::{Identity, identity};
 use crate::num::{Interval, Number, Parabolas};
 use crate::op::Op;
 use std::sync::Arc;
@@ -9,6 +20,11 @@ use std::sync::Arc;
 trait Known {
     /// Encloses a value.
     fn range(&self, slot: u32) -> Interval;
+
+    /// Encloses a value however it is computed.
+    fn wide(&self, slot: u32) -> Interval {
+        self.range(slot)
+    }
 
     /// Whether one value is everywhere less than another.
     fn is_below(&self, a: u32, b: u32) -> bool {
@@ -36,8 +52,13 @@ impl<const B: usize, const K: usize> Known for Lane<'_, B, K> {
         self.values.value(slot).lane(self.lane).range
     }
 
-    /// Differences may be known better than the values. They enclose what is exact, and must be wider
-    /// than what is rounded when values are computed.
+    /// Ranges enclose what is exact, and must be wider than what is rounded when values are computed.
+    fn wide(&self, slot: u32) -> Interval {
+        let x = self.range(slot);
+        x + Interval::radius(MARGIN * x.mag())
+    }
+
+    /// Differences may be known better than the values.
     fn is_below(&self, a: u32, b: u32) -> bool {
         let lane = |slot: u32| Parabolas::<1, K>::all(self.values.value(slot).lane(self.lane));
         let (x, y) = (self.range(a), self.range(b));
@@ -47,11 +68,11 @@ impl<const B: usize, const K: usize> Known for Lane<'_, B, K> {
 
 impl Tape {
     /// The tape with everything dropped that cannot matter within `region`. Equals the full tape
-    /// there, bit for bit.
+    /// there, bit for bit but for the sign of a zero.
     pub fn prune(self: &Arc<Tape>, region: &[Interval; 3]) -> Tape {
         let mut evaluator = Evaluator::<Interval>::keeping_all(self.clone());
         evaluator.eval(region);
-        self.without_losers(&evaluator)
+        self.kept(&evaluator)
     }
 
     /// The same for each of several regions, given by their coordinates along shared directions. Equals
@@ -62,49 +83,184 @@ impl Tape {
     ) -> [Tape; B] {
         let mut values = Evaluator::keeping_all(self.clone());
         values.eval(regions);
-        std::array::from_fn(|lane| self.without_losers(&Lane { values: &values, lane }))
+        std::array::from_fn(|lane| self.kept(&Lane { values: &values, lane }))
     }
 
     /// Whether there is anything that pruning might decide.
     pub fn has_choices(&self) -> bool {
-        self.code.iter().any(|i| matches!(i, Instr::Op(Op::Min(_) | Op::Max(_) | Op::Clamp(_), _)))
+        self.code.iter().any(|i| matches!(i, Instr::Op(op, _) if selects(op) || settles(op)))
     }
 
-    fn without_losers(&self, known: &impl Known) -> Tape {
-        // Slot that stands for each slot; arguments are resolved before their users.
-        let mut alias: Vec<u32> = (0..self.code.len() as u32).collect();
-        let mut code = self.code.clone();
-        let mut defined = vec![true; code.len()];
-        for i in 0..code.len() {
-            let mut whole = known.range(i as u32).is_finite();
-            code[i].each_arg(|a| whole &= defined[a as usize]);
-            if let Instr::Op(op, args) = &code[i] {
-                whole &= op.is_defined(|k| known.range(args[k]));
+    /// What is left where so much is known. Instructions are looked at from the last to the first, and
+    /// only those that something that stays reads: of a solid that lies elsewhere, none is.
+    fn kept(&self, known: &impl Known) -> Tape {
+        let facts = Facts::new(self, known);
+        let mut fates = vec![Fate::Goes; self.code.len()];
+        let stays = |fates: &mut [Fate], slot: u32| {
+            let fate = &mut fates[slot as usize];
+            *fate = if matches!(fate, Fate::Goes) { Fate::Stays } else { *fate };
+        };
+        self.outputs.iter().for_each(|&o| stays(&mut fates, o));
+        for slot in (0..self.code.len()).rev() {
+            if matches!(fates[slot], Fate::Goes) {
+                continue;
             }
-            defined[i] = whole;
-            code[i].map_args(|a| alias[a as usize]);
-            // Where a side may have no value, a minimum is not decided by the values that it has.
-            if whole && let Some(side) = decided(&code[i], known) {
-                alias[i] = side;
+            fates[slot] = facts.fate(slot, known);
+            match fates[slot] {
+                Fate::Stays => self.code[slot].each_arg(|a| stays(&mut fates, a)),
+                Fate::Is(a) => stays(&mut fates, a),
+                Fate::Goes | Fate::Number(_) => {}
             }
         }
-        let outputs = self.outputs.iter().map(|&o| alias[o as usize]).collect();
-        Tape::of(code, outputs).without_dead_code()
+        self.with(&fates)
+    }
+
+    /// The code after its fate.
+    fn with(&self, fates: &[Fate]) -> Tape {
+        let mut moved = vec![u32::MAX; self.code.len()];
+        let mut code = Vec::with_capacity(fates.iter().filter(|f| f.is_instruction()).count());
+        for (slot, fate) in fates.iter().enumerate() {
+            match fate {
+                Fate::Goes => continue,
+                Fate::Is(a) => {
+                    moved[slot] = moved[*a as usize];
+                    continue;
+                }
+                Fate::Number(c) => code.push(Instr::Const(*c)),
+                Fate::Stays => {
+                    let mut instr = self.code[slot].clone();
+                    instr.map_args(|a| moved[a as usize]);
+                    code.push(instr);
+                }
+            }
+            moved[slot] = code.len() as u32 - 1;
+        }
+        Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect())
     }
 }
 
-/// The argument that an instruction always equals.
-fn decided(instr: &Instr, known: &impl Known) -> Option<u32> {
-    let Instr::Op(op, [a, b, c, ..]) = instr else { return None };
+/// What becomes of an instruction.
+#[derive(Clone, Copy)]
+enum Fate {
+    /// Nothing reads it.
+    Goes,
+    Stays,
+    /// It always equals an earlier one.
+    Is(u32),
+    /// It always equals a number.
+    Number(f64),
+}
+
+impl Fate {
+    fn is_instruction(&self) -> bool {
+        matches!(self, Fate::Stays | Fate::Number(_))
+    }
+}
+
+/// What is known of every instruction, from the first to the last.
+struct Facts<'a> {
+    code: &'a [Instr],
+    /// Which have a value everywhere. Where a side may have none, a minimum is not decided by the
+    /// values that it has.
+    whole: Vec<bool>,
+    /// Which are numbers.
+    numbers: Vec<Option<f64>>,
+}
+
+impl Facts<'_> {
+    fn new<'a>(tape: &'a Tape, known: &impl Known) -> Facts<'a> {
+        let count = tape.code.len();
+        let mut facts =
+            Facts { code: &tape.code, whole: Vec::with_capacity(count), numbers: Vec::with_capacity(count) };
+        for (slot, instr) in tape.code.iter().enumerate() {
+            let mut whole = known.range(slot as u32).is_finite();
+            instr.each_arg(|a| whole &= facts.whole[a as usize]);
+            if let Instr::Op(op, args) = instr {
+                whole &= op.is_defined(|k| known.range(args[k]));
+            }
+            let number = if whole { facts.number(slot, known) } else { None };
+            facts.whole.push(whole);
+            facts.numbers.push(number);
+        }
+        facts
+    }
+
+    /// The number that an instruction is, given what those before it are.
+    fn number(&self, slot: usize, known: &impl Known) -> Option<f64> {
+        let number = |a: u32| self.numbers[a as usize];
+        match &self.code[slot] {
+            Instr::Const(c) => Some(*c),
+            Instr::Scale(a, k) => number(*a).map(|x| x.scale(*k)),
+            Instr::Shift(a, c) => number(*a).map(|x| x.shift(*c)),
+            Instr::Op(op, args) => match self.identity(op, args) {
+                Some(Identity::Number(c)) => Some(c),
+                Some(Identity::Argument(k)) => number(args[k]),
+                None if selects(op) || settles(op) => self.settled(slot, known),
+                None => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// What an operation is by those arguments that are numbers, if any are.
+    fn identity(&self, op: &Op, args: &[u32; 6]) -> Option<Identity> {
+        let number = |k: usize| self.numbers[args[k] as usize];
+        (0..op.arity()).any(|k| number(k).is_some()).then(|| identity(*op, number))?
+    }
+
+    /// The number at which an operation has come to its end.
+    fn settled(&self, slot: usize, known: &impl Known) -> Option<f64> {
+        let Instr::Op(op, args) = &self.code[slot] else { return None };
+        let all = known.range(slot as u32);
+        if all.lo != all.hi {
+            return None;
+        }
+        let x: [Interval; 6] = std::array::from_fn(|k| {
+            if k >= op.arity() {
+                return all;
+            }
+            self.numbers[args[k] as usize].map_or_else(|| known.wide(args[k]), Interval::point)
+        });
+        let all = op.apply(|k| &x[k]);
+        (all.lo == all.hi).then_some(all.lo)
+    }
+
+    fn fate(&self, slot: usize, known: &impl Known) -> Fate {
+        if let Some(c) = self.numbers[slot] {
+            return Fate::Number(c);
+        }
+        let Instr::Op(op, args) = &self.code[slot] else { return Fate::Stays };
+        if !self.whole[slot] {
+            return Fate::Stays;
+        }
+        if let Some(Identity::Argument(k)) = self.identity(op, args) {
+            return Fate::Is(args[k]);
+        }
+        selected(op, args, known).map_or(Fate::Stays, Fate::Is)
+    }
+}
+
+/// Whether the values of an operation are those of its arguments.
+fn selects(op: &Op) -> bool {
+    matches!(op, Op::Min(_) | Op::Max(_) | Op::Clamp(_))
+}
+
+/// Whether an operation has the same value for many arguments.
+fn settles(op: &Op) -> bool {
+    matches!(op, Op::Step(_) | Op::Smoothstep(_) | Op::Sign(_) | Op::Floor(_))
+}
+
+/// The argument that an operation always equals.
+fn selected(op: &Op, &[a, b, c, ..]: &[u32; 6], known: &impl Known) -> Option<u32> {
     let below = |x: u32, y: u32| known.is_below(x, y);
     match op {
-        Op::Min(_) if below(*a, *b) => Some(*a),
-        Op::Min(_) if below(*b, *a) => Some(*b),
-        Op::Max(_) if below(*b, *a) => Some(*a),
-        Op::Max(_) if below(*a, *b) => Some(*b),
-        Op::Clamp(_) if below(*b, *a) && below(*a, *c) => Some(*a),
-        Op::Clamp(_) if below(*a, *b) && below(*b, *c) => Some(*b),
-        Op::Clamp(_) if below(*c, *a) && below(*b, *c) => Some(*c),
+        Op::Min(_) if below(a, b) => Some(a),
+        Op::Min(_) if below(b, a) => Some(b),
+        Op::Max(_) if below(b, a) => Some(a),
+        Op::Max(_) if below(a, b) => Some(b),
+        Op::Clamp(_) if below(b, a) && below(a, c) => Some(a),
+        Op::Clamp(_) if below(a, b) && below(b, c) => Some(b),
+        Op::Clamp(_) if below(c, a) && below(b, c) => Some(c),
         _ => None,
     }
 }

@@ -1,0 +1,135 @@
+//! The same pictures as orogen makes them.
+
+use crate::{SIZE, View};
+use glam::{DMat3, DVec3};
+use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, caster_in};
+use orogen::expr::{Graph, NodeId, text};
+use orogen::field::Field;
+use orogen::num::{Dual, Many};
+use orogen::scene::Aabb;
+use orogen::script::{Request, compile};
+use orogen::tape::{Cells, Evaluator};
+use std::hint::black_box;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// How precisely hits are wanted.
+const TOLERANCE: f64 = 1e-4;
+
+/// Six octaves of gradient noise on a ball.
+const PLANET: &str = "let f = length(p) - 0.75; \
+    for i in 0..6 { f -= 0.15 / 2.0 ** i * gradient(7 + i).scaled(4.0 * 2.0 ** i); } f";
+
+pub struct Model {
+    field: Field,
+}
+
+impl Model {
+    /// The model of a file, or else a planet.
+    pub fn read(path: Option<&Path>) -> Result<Model, String> {
+        let Some(path) = path else {
+            let compiled = compile(&Request::text(PLANET));
+            let scene = compiled.scene.ok_or_else(|| format!("{:?}", compiled.diagnostics))?;
+            return Ok(Model { field: Field::new(&scene.graph, scene.surface.field) });
+        };
+        let (graph, root) = expression(path)?;
+        Ok(Model { field: Field::new(&graph, root) })
+    }
+
+    /// Which pixels the model covers, row by row from the top, from nothing to all hits, and normals if
+    /// they are wanted.
+    pub fn hits(&self, view: &View, normals: bool) -> Vec<bool> {
+        let mut field = self.field.clone();
+        let half = view.half * 3f64.sqrt();
+        let region = Aabb::cube(half);
+        let cells = Arc::new(Cells::new(field.tape().clone(), &region.intervals()));
+        let (rays, pixels) = rays(view);
+        let typical: Vec<Vec<Ray>> = rays.chunks(64).step_by(rays.len() / 640).map(<[Ray]>::to_vec).collect();
+        let mut caster =
+            caster_in(Kind::Auto, &mut field, &region, &cells, &typical).expect("beams serve every field");
+        let mut shading = Normals::new(&cells);
+        let (mut stats, never) = (CastStats::default(), AtomicBool::new(false));
+        let mut covered = vec![false; SIZE * SIZE];
+        let mut hits = vec![Hit::MISS; GROUP];
+        for (rays, pixels) in rays.chunks(GROUP).zip(pixels.chunks(GROUP)) {
+            caster.first_hits(rays, &mut hits, &mut stats, &never);
+            let met = || hits.iter().zip(rays).filter(|(hit, _)| hit.is_hit());
+            for (hit, &pixel) in hits.iter().zip(pixels) {
+                covered[pixel] = hit.is_hit();
+            }
+            if normals {
+                shading.at(&met().map(|(hit, ray)| ray.at(hit.t)).collect::<Vec<_>>());
+            }
+        }
+        covered
+    }
+}
+
+/// Rays of a group: a tile of 64 by 64.
+const GROUP: usize = 4096;
+
+fn expression(path: &Path) -> Result<(Graph, NodeId), String> {
+    let source = std::fs::read_to_string(path).map_err(|e| e.to_string())?;
+    let mut graph = Graph::default();
+    let root = text::read(&mut graph, &path.to_string_lossy(), &source).map_err(|d| d.message.clone())?;
+    Ok((graph, root))
+}
+
+/// Rays along the z axis through the middles of pixels, tile by tile, and where the pixels are.
+fn rays(view: &View) -> (Vec<Ray>, Vec<usize>) {
+    let [x, z] = view.turns.map(f64::to_radians);
+    let turned = DMat3::from_rotation_x(x) * DMat3::from_rotation_z(z) * view.half;
+    let direction = (turned * DVec3::NEG_Z).normalize();
+    let place = |i: usize| 2.0 * (i as f64 + 0.5) / SIZE as f64 - 1.0;
+    let (mut rays, mut pixels) = (Vec::new(), Vec::new());
+    for tile in 0..SIZE * SIZE / GROUP {
+        for i in 0..GROUP {
+            let (column, row) =
+                (tile % (SIZE / 64) * 64 + every_other(i), tile / (SIZE / 64) * 64 + every_other(i >> 1));
+            let origin = turned * DVec3::new(place(column), -place(row), 1.0);
+            rays.push(Ray {
+                origin,
+                direction,
+                near: 0.0,
+                far: 2.0 * view.half,
+                tolerance: Tolerance::fixed(TOLERANCE),
+            });
+            pixels.push(row * SIZE + column);
+        }
+    }
+    (rays, pixels)
+}
+
+/// Every other bit, from the lowest on: one axis of Morton's order.
+fn every_other(i: usize) -> usize {
+    (0..6).fold(0, |x, bit| x | (i >> (2 * bit) & 1) << bit)
+}
+
+/// Points whose normals are found together.
+const LANES: usize = 16;
+
+/// Finds normals.
+struct Normals<'a> {
+    cells: &'a Cells,
+    duals: Evaluator<Many<Dual, LANES>>,
+}
+
+impl<'a> Normals<'a> {
+    fn new(cells: &'a Cells) -> Self {
+        Normals { cells, duals: Evaluator::new(cells.tape().clone()) }
+    }
+
+    fn at(&mut self, points: &[DVec3]) {
+        let order = self.cells.tapes_around(points.iter().enumerate().map(|(i, p)| (i, p.to_array(), 0.0)));
+        for same in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
+            self.duals.turn_to(same[0].0);
+            for batch in same.chunks(LANES) {
+                let at = |lane: usize| points[batch[lane.min(batch.len() - 1)].1];
+                let p = [0, 1, 2]
+                    .map(|axis| Many(std::array::from_fn(|lane| Dual::coordinate(at(lane)[axis], axis))));
+                black_box(self.duals.eval(&p));
+            }
+        }
+    }
+}
