@@ -29,8 +29,10 @@ fn seed(i) {
 }
 let field = plane([0, 1, 0], 0);
 for i in 0..PARTS {
-    let [x, y, z] = seed(i);
-    field = union(field, goblet([x, y, z]));
+    let at = seed(i);
+    let x = at[0];
+    let z = at[2];
+    field = union(field, goblet(at));
     HIDDEN
 }
 scene(#{

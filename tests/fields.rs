@@ -122,42 +122,49 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
     assert!(cells.prunings().tapes > 0);
 }
 
-/// A ball with noise where a mask lets it through: none below x = 0.2, some up to 0.4, all above.
+/// A ball with noises where a mask lets them through: none below x = 0.2, some up to 0.4, all above; and
+/// where y is above 0.1, others.
 fn masked(b: &mut Build) -> orogen::expr::NodeId {
-    let ball = b.sphere([0.0; 3], 1.0);
+    let mut ball = b.sphere([0.0; 3], 1.0);
     let [x, y, _] = b.p();
     let along = b.scaled(5.0, x);
     let along = b.shifted(along, -1.0);
     let mask = b.op(Op::Smoothstep(op::Smoothstep), &[along]);
-    let (noise, edge) = (b.noise(3, 4.0), b.num(0.1));
-    let rough = b.op(Op::Mul(op::Mul), &[mask, noise]);
-    // Two levels that a step chooses from, and a rest that a mixture leaves out.
+    let edge = b.num(0.1);
     let step = b.op(Op::Step(op::Step), &[edge, y]);
-    let (low, high) = (b.noise(4, 2.0), b.scaled(0.1, y));
-    let level = b.op(Op::Mix(op::Mix), &[high, low, step]);
-    let sum = b.add(ball, rough);
-    b.add(sum, level)
+    for seed in 0..NOISES {
+        let rough = b.noise(seed, 4.0);
+        let rough = b.op(Op::Mul(op::Mul), &[mask, rough]);
+        let (low, high) = (b.scaled(0.1, y), b.noise(100 + seed, 2.0));
+        let level = b.op(Op::Mix(op::Mix), &[low, high, step]);
+        let both = b.add(rough, level);
+        ball = b.add(ball, both);
+    }
+    ball
 }
+
+/// On either side.
+const NOISES: u64 = 4;
 
 #[test]
 fn what_a_mask_hides_is_pruned() {
     let mut b = Build::default();
     let root = masked(&mut b);
     let tape = b.field(root).tape().clone();
-    let noises = |tape: &Tape| tape.code().iter().filter(|i| matches!(i, Instr::Noise(..))).count();
+    let noises = |tape: &Tape| tape.code().iter().filter(|i| matches!(i, Instr::Noise(..))).count() as u64;
     let left = |x: [f64; 2], y: [f64; 2]| {
         let region = [Interval::new(x[0], x[1]), Interval::new(y[0], y[1]), Interval::radius(0.5)];
         noises(&tape.prune(&region))
     };
-    assert_eq!(noises(&tape), 2);
+    assert_eq!(noises(&tape), 2 * NOISES);
     assert_eq!(left([-1.0, 0.1], [-1.0, 0.0]), 0);
-    assert_eq!(left([0.5, 1.0], [-1.0, 0.0]), 1);
-    assert_eq!(left([-1.0, 0.1], [0.2, 1.0]), 1);
-    assert_eq!(left([-1.0, 0.5], [-1.0, 1.0]), 2);
-    // Behind the mask's end the product is gone, and the noise itself is what is added.
+    assert_eq!(left([0.5, 1.0], [-1.0, 0.0]), NOISES);
+    assert_eq!(left([-1.0, 0.1], [0.2, 1.0]), NOISES);
+    assert_eq!(left([-1.0, 0.5], [-1.0, 1.0]), 2 * NOISES);
+    // Behind the mask's end the products are gone, and the noises themselves are what is added.
     let behind = tape.prune(&[Interval::new(0.5, 1.0), Interval::new(-1.0, 0.0), Interval::radius(0.5)]);
-    let products = |i: &&Instr| matches!(i, Instr::Op(Op::Mul(_) | Op::Smoothstep(_) | Op::Mix(_), _));
-    assert_eq!(behind.code().iter().filter(products).count(), 0);
+    let masks = |i: &&Instr| matches!(i, Instr::Op(Op::Mul(_) | Op::Smoothstep(_) | Op::Mix(_), _));
+    assert_eq!(behind.code().iter().filter(masks).count(), 0);
 }
 
 #[test]

@@ -7,8 +7,7 @@
 //!
 //! The first is rough where it is high and flat near zero; the second has smooth valleys at every
 //! altitude. Octaves that are too fine for the footprint act with their mean: `q_i` is written as
-//! the mean, which joins the offset, and a deviation, which fades. Where the weight of the second is
-//! spent, so are the weights of all finer octaves, and the cascade ends.
+//! the mean, which joins the offset, and a deviation, which fades.
 
 use super::fractal::{Fractal, Given, Term, Weight, is_one, is_zero};
 use super::shape::{Modulate, Saturate};
@@ -58,12 +57,9 @@ pub(super) fn cascade<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
                     }
                 };
                 let weight = T::lift(&Saturate, [&product]);
-                (T::choose(&weight, is_zero, &total, &total.add(&weight)), weight)
+                (total.add(&weight), weight)
             }
         });
-        if state.as_ref().is_some_and(|(_, weight)| is_zero(weight.range())) {
-            break;
-        }
     }
     state.map_or_else(|| T::constant(0.0), |(total, _)| total)
 }

@@ -332,11 +332,12 @@ impl Function<1> for Smoothstep {
         let inside = R::of(6.0) - R::of(12.0) * x;
         [[x.if_less(zero, zero, one.if_less(x, zero, inside))]]
     }
-    /// Rising, so its ends bound it.
+    /// Rising, so its ends bound it; beyond 0 and 1 it is a number, and nothing is rounded.
     #[inline(always)]
     fn range(&self, [x]: [Interval; 1]) -> Interval {
         let ends = [x.lo, x.hi].map(|e| self.value([Interval::point(e)]));
-        ends[0].hull(ends[1]).meet(Interval::UNIT)
+        let Interval { lo, hi } = ends[0].hull(ends[1]).meet(Interval::UNIT);
+        Interval { lo: if x.lo >= 1.0 { 1.0 } else { lo }, hi: if x.hi <= 0.0 { 0.0 } else { hi } }
     }
     fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
         Form::taylor(self, x[0])

@@ -18,17 +18,18 @@ use std::sync::{Arc, OnceLock};
 const PARTS: usize = 8;
 
 /// Times that a region is cut.
-const DEEPEST: u32 = 8;
+const DEEPEST: u32 = 10;
 
 /// A tape of less [work](Tape::work) is not worth pruning: eight children for each cell are soon more work
-/// than what they save. (Measured on fields of 125 to 1000 parts; half and twice as much are no better.)
+/// than what they save. (Measured on 512 parts; half as much is slower, twice as much no faster.)
 const SHORT: u64 = 64;
 
-/// A cell whose tape is more work than this share of its parent's is not cut again,
-const STALE: f64 = 0.95;
+/// A tape of more work than this share of its parent's is no gain.
+const GAIN: f64 = 0.95;
 
-/// but this often a region is cut whatever is gained, since what is large hides everywhere in it.
-const LEAST: u32 = 3;
+/// So many times a cell is cut in vain before it is cut no more: all parts may be far from the faces that
+/// it is cut along.
+const PATIENCE: u32 = 5;
 
 /// A region cut into cells; see the module text.
 #[derive(Debug)]
@@ -46,9 +47,10 @@ pub struct Cells {
 #[derive(Debug)]
 struct Cell {
     tape: Arc<Tape>,
-    /// Work in the tape, and in the parent's.
+    /// Work in the tape.
     work: u64,
-    before: u64,
+    /// How often its ancestors were cut in vain, one after the other.
+    vain: u32,
     parts: OnceLock<Option<Box<[Cell; PARTS]>>>,
 }
 
@@ -79,7 +81,7 @@ impl Cells {
     pub fn undivided(tape: Arc<Tape>) -> Cells {
         let work = tape.work();
         Cells {
-            root: Cell { tape, work, before: work, parts: OnceLock::new() },
+            root: Cell { tape, work, vain: 0, parts: OnceLock::new() },
             centre: [0.0; 3],
             half: 0.0,
             is_uniform: true,
@@ -121,14 +123,14 @@ impl Cells {
         if self.is_uniform || !is_within {
             return &self.root.tape;
         }
-        for level in 0..DEEPEST {
+        for _ in 0..DEEPEST {
             let quarter = 0.5 * half;
             // The cell reaches a whole `half` of its child beyond the child's faces.
             let fits = reach <= quarter * (1.0 - 1e-9);
             if !fits {
                 break;
             }
-            let Some(parts) = cell.parts(self, centre, half, level) else { break };
+            let Some(parts) = cell.parts(self, centre, half) else { break };
             let mut index = 0;
             for axis in 0..3 {
                 let above = at[axis] >= centre[axis];
@@ -161,10 +163,9 @@ impl Cell {
     }
 
     /// The eight parts of the cell around `centre`, if it is worth cutting.
-    fn parts(&self, all: &Cells, centre: [f64; 3], half: f64, level: u32) -> Option<&[Cell; PARTS]> {
+    fn parts(&self, all: &Cells, centre: [f64; 3], half: f64) -> Option<&[Cell; PARTS]> {
         let cut = || {
-            let stale = self.work as f64 > STALE * self.before as f64;
-            if !self.is_open() || (stale && level >= LEAST) {
+            if !self.is_open() || self.vain >= PATIENCE {
                 return None;
             }
             let mut p = [Parabolas::<PARTS, 2>::all(Parabola::constant(Interval::point(0.0))); 3];
@@ -184,7 +185,8 @@ impl Cell {
                     less if less < self.work => (Arc::new(tape), less),
                     _ => (self.tape.clone(), self.work),
                 };
-                Cell { tape, work, before: self.work, parts: OnceLock::new() }
+                let gains = work as f64 <= GAIN * self.work as f64;
+                Cell { tape, work, vain: if gains { 0 } else { self.vain + 1 }, parts: OnceLock::new() }
             });
             Some(Box::new(cells))
         };

@@ -5,8 +5,7 @@
 //! nothing. What only fed the rest goes.
 //!
 //! Octaves of a sum need no pruning: a sum ends by itself at the first octave that the footprint leaves
-//! nothing of, after one comparison for a whole batch (`noise/sum.rs`), and a cascade where its weight
-//! is spent (`noise/cascade.rs`).
+//! nothing of, after one comparison for a whole batch (`noise/sum.rs`).
 //!
 //! Values stay what they are, bit for bit, but for the sign of a zero.
 

@@ -35,9 +35,9 @@ pub fn table(folder: &Path) {
         let [written, tuned, ours] = race(
             2,
             [
-                &mut || drop(povray(folder, GRADIENTS[0].1, shadows, SIZE)),
-                &mut || drop(povray(folder, GRADIENTS[1].1, shadows, SIZE)),
-                &mut || drop(picture(&scene)),
+                &mut || povray(folder, GRADIENTS[0].1, shadows, SIZE).unwrap_or_default(),
+                &mut || povray(folder, GRADIENTS[1].1, shadows, SIZE).unwrap_or_default(),
+                &mut || picture(&scene),
             ],
         );
         let with = if shadows { "with" } else { "without" };
