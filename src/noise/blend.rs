@@ -64,7 +64,7 @@ impl<const W: usize, N: Node<W>> Lanes for Blended<W, N> {
     /// to a vector), jets.
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
-        &self,
+        &mut self,
         from: &[[f64; B]; 3],
         to: &mut [[f64; B]; PARTS],
     ) {

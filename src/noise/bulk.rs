@@ -18,8 +18,8 @@ pub(super) const VALUE: u8 = 0;
 pub(super) const GRADIENT: u8 = 1;
 pub(super) const HESSIAN: u8 = 2;
 
-/// A noise written in lanes.
-pub(super) trait Lanes: Copy {
+/// A noise written in lanes, with what it needs to write on: nothing passes from block to block.
+pub(super) trait Lanes {
     /// Whether Hessians are better computed half a block at a time. So are those of straight-line
     /// code too long to be unrolled: without a loop, all ten parts stay in registers until they are
     /// stored.
@@ -28,32 +28,33 @@ pub(super) trait Lanes: Copy {
     /// Jets at a block of points. `to` has room for the value; from order [`GRADIENT`] for three
     /// first derivatives; from order [`HESSIAN`] for six second derivatives.
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
-        &self,
+        &mut self,
         from: &[[f64; B]; 3],
         to: &mut [[f64; B]; PARTS],
     );
 }
 
-/// Jets at a batch of points; what is computed follows from what `out` has.
-pub(super) fn jets<L: Lanes>(noise: L, at: [&[f64]; 3], out: Jets<'_>) {
+/// Jets at a batch of points; what is computed follows from what `out` has. The noise is made where it
+/// runs: then the compiler sees that nobody else knows what it writes on.
+pub(super) fn jets<L: Lanes>(make: impl FnOnce() -> L, at: [&[f64]; 3], out: Jets<'_>) {
     match out {
-        Jets { value, grad: None, .. } => run::<VALUE, 1, BLOCK, L>(noise, at, [value]),
+        Jets { value, grad: None, .. } => run::<VALUE, 1, BLOCK, L>(make, at, [value]),
         Jets { value, grad: Some([x, y, z]), hess: None } => {
-            run::<GRADIENT, 4, BLOCK, L>(noise, at, [value, x, y, z]);
+            run::<GRADIENT, 4, BLOCK, L>(make, at, [value, x, y, z]);
         }
         Jets { value, grad: Some([x, y, z]), hess: Some([xx, yy, zz, xy, xz, yz]) } => {
             let out = [value, x, y, z, xx, yy, zz, xy, xz, yz];
             if L::HALVES {
-                run::<HESSIAN, 10, HALF, L>(noise, at, out);
+                run::<HESSIAN, 10, HALF, L>(make, at, out);
             } else {
-                run::<HESSIAN, 10, BLOCK, L>(noise, at, out);
+                run::<HESSIAN, 10, BLOCK, L>(make, at, out);
             }
         }
     }
 }
 
 /// The jet at one point.
-pub(super) fn jet<L: Lanes>(noise: L, order: Order, at: [f64; 3]) -> Point {
+pub(super) fn jet<L: Lanes>(mut noise: L, order: Order, at: [f64; 3]) -> Point {
     let from = at.map(|x| [x]);
     widest(
         #[inline(always)]
@@ -73,20 +74,21 @@ pub(super) fn jet<L: Lanes>(noise: L, order: Order, at: [f64; 3]) -> Point {
 /// Fills the `PARTS` slices, `B` lanes at a time.
 #[inline(always)]
 fn run<const ORDER: u8, const PARTS: usize, const B: usize, L: Lanes>(
-    noise: L,
+    make: impl FnOnce() -> L,
     at: [&[f64]; 3],
     mut out: [&mut [f64]; PARTS],
 ) {
     widest(
         #[inline(always)]
         || {
+            let mut noise = make();
             let length = at[0].len();
             let whole = length - length % B;
             for start in (0..whole).step_by(B) {
-                part::<ORDER, PARTS, B, L>(noise, at, start, B, &mut out);
+                part::<ORDER, PARTS, B, L>(&mut noise, at, start, B, &mut out);
             }
             if whole < length {
-                part::<ORDER, PARTS, B, L>(noise, at, whole, length - whole, &mut out);
+                part::<ORDER, PARTS, B, L>(&mut noise, at, whole, length - whole, &mut out);
             }
         },
     );
@@ -96,7 +98,7 @@ fn run<const ORDER: u8, const PARTS: usize, const B: usize, L: Lanes>(
 /// through arrays of their own, so that the compiler knows that nothing overlaps.
 #[inline(always)]
 fn part<const ORDER: u8, const PARTS: usize, const B: usize, L: Lanes>(
-    noise: L,
+    noise: &mut L,
     at: [&[f64]; 3],
     start: usize,
     count: usize,

@@ -300,6 +300,7 @@ impl Spot for Wave {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::tests::Random;
 
     #[test]
     fn bounds_grow_with_the_frequency_and_meet_the_net() {
@@ -317,6 +318,32 @@ mod tests {
             }
             for (frequency, proven) in NET {
                 assert_eq!(all(frequency), proven[usize::from(margin)]);
+            }
+        }
+    }
+
+    #[test]
+    fn between_two_frequencies_every_node_is_bounded_by_its_own_share() {
+        let mut random = Random::new(3);
+        for _ in 0..300 {
+            // Derivatives of an envelope along a line through a node, of any size.
+            let h = [1.0, 4.0, 30.0, 200.0].map(|size| size * (2.0 * random.unit() - 1.0));
+            let size = |k: usize, s: f64| {
+                let (re, im) = match k {
+                    1 => (h[1], s * h[0]),
+                    2 => (h[2] - s * s * h[0], 2.0 * s * h[1]),
+                    _ => (h[3] - 3.0 * s * s * h[1], s * (3.0 * h[2] - s * s * h[0])),
+                };
+                (re * re + im * im).sqrt()
+            };
+            for (k, ends) in (1..=3).flat_map(|k| NET.windows(2).map(move |ends| (k, ends))) {
+                let (low, high) = (ends[0].0, ends[1].0);
+                let reach = |frequency: f64| {
+                    (0..=400).map(|i| size(k, TAU * frequency * f64::from(i) / 400.0)).fold(0.0, f64::max)
+                };
+                let at = low + (high - low) * random.unit();
+                let most = between(k, [low, at, high], [reach(low), reach(high)], [h[1].abs(), h[2].abs()]);
+                assert!(reach(at) <= most * (1.0 + 1e-4), "{k} {at} {h:?}");
             }
         }
     }

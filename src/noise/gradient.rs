@@ -67,8 +67,8 @@ impl Basis for Gradient {
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
         match self.directions {
-            Directions::Edges => bulk::jets(Blended::<1, OnEdges>::new(lattice), at, out),
-            Directions::Sphere => bulk::jets(Blended::<3, OnSphere>::new(lattice), at, out),
+            Directions::Edges => bulk::jets(|| Blended::<1, OnEdges>::new(lattice), at, out),
+            Directions::Sphere => bulk::jets(|| Blended::<3, OnSphere>::new(lattice), at, out),
         }
     }
 

@@ -95,8 +95,8 @@ impl Basis for Simplex {
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
         match self.directions {
-            Directions::Edges => bulk::jets(Simplices::<1, OnEdges>::new(*self, lattice), at, out),
-            Directions::Sphere => bulk::jets(Simplices::<3, OnSphere>::new(*self, lattice), at, out),
+            Directions::Edges => bulk::jets(|| Simplices::<1, OnEdges>::new(*self, lattice), at, out),
+            Directions::Sphere => bulk::jets(|| Simplices::<3, OnSphere>::new(*self, lattice), at, out),
         }
     }
 
@@ -178,7 +178,7 @@ impl<const W: usize, N: Node<W>> Lanes for Simplices<W, N> {
 
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
-        &self,
+        &mut self,
         from: &[[f64; B]; 3],
         to: &mut [[f64; B]; PARTS],
     ) {

@@ -47,7 +47,7 @@ impl Basis for Value {
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
-        bulk::jets(Blended::<1, Level>::new(lattice), at, out);
+        bulk::jets(|| Blended::<1, Level>::new(lattice), at, out);
     }
 
     fn jet(&self, lattice: &Lattice, order: Order, at: [f64; 3]) -> Point {

@@ -53,8 +53,8 @@ impl Basis for ValueGradient {
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
         match self.directions {
-            Directions::Edges => bulk::jets(Blended::<2, LevelAnd<OnEdges>>::new(lattice), at, out),
-            Directions::Sphere => bulk::jets(Blended::<4, LevelAnd<OnSphere>>::new(lattice), at, out),
+            Directions::Edges => bulk::jets(|| Blended::<2, LevelAnd<OnEdges>>::new(lattice), at, out),
+            Directions::Sphere => bulk::jets(|| Blended::<4, LevelAnd<OnSphere>>::new(lattice), at, out),
         }
     }
 

@@ -94,7 +94,7 @@ impl Basis for Wavelet {
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
-        bulk::jets(Blocks::new(lattice), at, out);
+        bulk::jets(|| Blocks::new(lattice), at, out);
     }
 
     fn jet(&self, lattice: &Lattice, order: Order, at: [f64; 3]) -> Point {
@@ -247,7 +247,7 @@ impl Blocks {
 impl Lanes for Blocks {
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
-        &self,
+        &mut self,
         from: &[[f64; B]; 3],
         to: &mut [[f64; B]; PARTS],
     ) {

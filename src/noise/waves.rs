@@ -80,7 +80,8 @@ impl Basis for Waves {
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
-        bulk::jets(&Train::new(*self, lattice), at, out);
+        let train = Train::new(*self, lattice);
+        bulk::jets(|| &train, at, out);
     }
 
     fn jet(&self, lattice: &Lattice, order: Order, at: [f64; 3]) -> Point {
@@ -144,7 +145,7 @@ impl Train {
 impl Lanes for &Train {
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
-        &self,
+        &mut self,
         from: &[[f64; B]; 3],
         to: &mut [[f64; B]; PARTS],
     ) {

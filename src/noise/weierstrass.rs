@@ -117,7 +117,8 @@ impl Basis for Weierstrass {
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
-        bulk::jets(&Terms::new(self, lattice), at, out);
+        let terms = Terms::new(self, lattice);
+        bulk::jets(|| &terms, at, out);
     }
 
     fn jet(&self, lattice: &Lattice, order: Order, at: [f64; 3]) -> Point {
@@ -224,7 +225,7 @@ impl Terms {
 impl Lanes for &Terms {
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
-        &self,
+        &mut self,
         from: &[[f64; B]; 3],
         to: &mut [[f64; B]; PARTS],
     ) {

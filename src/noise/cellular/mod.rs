@@ -361,54 +361,45 @@ impl Task for Bulk<'_, '_> {
 
     #[inline(always)]
     fn run<M: Metric>(self, search: Search<'_, M>) {
-        let Bulk { noise, at, out } = self;
-        match noise.orders() {
-            1 => bulk::jets(Nearest::<M, 1> { noise, search }, at, out),
-            2 => bulk::jets(Nearest::<M, 2> { noise, search }, at, out),
-            _ => bulk::jets(Nearest::<M, 4> { noise, search }, at, out),
+        // More lanes share the work between branches, fewer wait less for one another.
+        match self.noise.orders() {
+            1 => self.nearest::<M, 1, 16>(search),
+            2 => self.nearest::<M, 2, 8>(search),
+            _ => self.nearest::<M, 4, 8>(search),
         }
     }
 }
 
-/// The noise of the `K` nearest nodes, in lanes.
-#[derive(Clone, Copy)]
-struct Nearest<'a, M, const K: usize> {
+impl Bulk<'_, '_> {
+    #[inline(always)]
+    fn nearest<M: Metric, const K: usize, const GROUP: usize>(self, search: Search<'_, M>) {
+        let lanes =
+            || Nearest::<M, K, GROUP> { noise: self.noise, search, ground: Ground::new(search.lattice) };
+        bulk::jets(lanes, self.at, self.out);
+    }
+}
+
+/// The noise of the `K` nearest nodes, in lanes, `GROUP` points at a time.
+struct Nearest<'a, M, const K: usize, const GROUP: usize> {
     noise: &'a Cellular,
     search: Search<'a, M>,
+    ground: Ground<GROUP>,
 }
 
-impl<M: Metric, const K: usize> Lanes for Nearest<'_, M, K> {
+impl<M: Metric, const K: usize, const GROUP: usize> Lanes for Nearest<'_, M, K, GROUP> {
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
-        &self,
+        &mut self,
         from: &[[f64; B]; 3],
         to: &mut [[f64; B]; PARTS],
     ) {
-        // More lanes share the work between branches, fewer wait less for one another.
-        if K == 1 {
-            self.groups::<16, ORDER, PARTS, B>(from, to);
-        } else {
-            self.groups::<8, ORDER, PARTS, B>(from, to);
-        }
-    }
-}
-
-impl<M: Metric, const K: usize> Nearest<'_, M, K> {
-    /// The jets of a block, `GROUP` points at a time.
-    #[inline(always)]
-    fn groups<const GROUP: usize, const ORDER: u8, const PARTS: usize, const B: usize>(
-        &self,
-        from: &[[f64; B]; 3],
-        to: &mut [[f64; B]; PARTS],
-    ) {
-        let mut ground = Ground::<GROUP>::new(self.search.lattice);
         let mut found = Found::<K, GROUP>::new(0.0, [0.0; GROUP]);
         for start in (0..B).step_by(GROUP) {
             let mut at = [[0.0; GROUP]; 3];
             for (own, from) in at.iter_mut().zip(from) {
                 own.copy_from_slice(&from[start..start + GROUP]);
             }
-            self.search.nearest_of_group(&mut ground, &at, &mut found);
+            self.search.nearest_of_group(&mut self.ground, &at, &mut found);
             for i in 0..GROUP {
                 let p = self.noise.finish::<M, K, GROUP, ORDER>(self.search.metric, &found, i);
                 to[0][start + i] = p.value;

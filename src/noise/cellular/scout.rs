@@ -102,23 +102,26 @@ impl<const B: usize> Ground<B> {
     /// What depends on the offset along an axis.
     #[inline(always)]
     fn stake(&mut self, axis: usize, reach: usize) {
-        let (home, side) = (&self.home[axis], &self.side[axis]);
-        let (mut place, mut upper) = ([0.0; B], [0.0; B]);
+        let (mut word, mut ahead) = ([0; B], [0; B]);
+        let (mut place, mut upper, mut sign) = ([0.0; B], [0.0; B], [0.0; B]);
         for i in 0..B {
             // A point that is nowhere is near nothing, whatever its other coordinates.
             let t = self.t[axis][i] + self.nowhere[i];
             let grains = f64::from(GRAINS);
             place[i] = (t * grains - 0.5) as f32;
             upper[i] = (if t < 0.5 { grains - t * grains } else { t * grains }) as f32;
+            sign[i] = self.side[axis][i] as i32 as f32;
+            word[i] = self.home[axis][i].wrapping_mul(STEP[axis]);
+            ahead[i] = self.side[axis][i].wrapping_mul(STEP[axis]);
         }
         for n in REACH - reach..=REACH + reach {
             let offset = n as i32 - REACH as i32;
             let [slope, shift] = gap(offset).map(|x| x as f32);
+            let (grains, shift) = (GRAINS * offset as f32, GRAINS * shift);
             for i in 0..B {
-                let step = side[i].wrapping_mul(offset as u32);
-                self.words[axis][n][i] = home[i].wrapping_add(step).wrapping_mul(STEP[axis]);
-                self.places[axis][n][i] = place[i] - GRAINS * step as i32 as f32;
-                self.gaps[axis][n][i] = slope * upper[i] + GRAINS * shift;
+                self.words[axis][n][i] = word[i].wrapping_add(ahead[i].wrapping_mul(offset as u32));
+                self.places[axis][n][i] = place[i] - grains * sign[i];
+                self.gaps[axis][n][i] = slope * upper[i] + shift;
             }
         }
     }

@@ -424,3 +424,31 @@ fn rounding_is_as_stated() {
         assert!(off <= variant.rounding()[0], "{off:e}");
     }
 }
+
+#[test]
+fn near_nodes_gradients_turn_no_more_than_balls_say() {
+    let mut random = Random::new(13);
+    let variant = cellular([1.0, 0.0, 0.0, 0.0], NORMS[0], false, false);
+    let noise = noise(variant);
+    let table = cells(Euclidean, 2.0);
+    let search = Search { metric: Euclidean, cells: &table, lattice: &noise.lattice, cap: 2.0 };
+    let mut needed: f64 = 0.0;
+    for _ in 0..3000 {
+        // Below zero fractions are rounded.
+        let p = random.point(1.0).map(|x| -x.abs());
+        let found: Found<1, 1> = search.nearest(p);
+        // Nodes are multiples of 2^-11, so that the difference is exact.
+        let node = [0, 1, 2].map(|a| ((p[a] - found.offset[0][a][0]) * 2048.0).round() / 2048.0);
+        let p = [0, 1, 2].map(|a| node[a] + 1e-6 * (random.unit() - 0.5));
+        let d = [0, 1, 2].map(|a| p[a] - node[a]);
+        for radius in [1e-18, 1e-16, 1e-14] {
+            let local = noise.local(Order::Gradient, p, radius);
+            let end = d.map(|d| d + 1.1 * radius * (random.unit() - 0.5));
+            let turn = length([0, 1, 2].map(|a| local.jet.grad[a] - end[a] / length(end)));
+            assert!(turn <= local.bounds.hessian * radius + variant.rounding()[1], "{p:?} {radius} {turn:e}");
+            needed = needed.max(turn - radius / length(d) - variant.rounding()[1]);
+        }
+    }
+    // Without the rounding of offsets in the radius, some would.
+    assert!(needed > 1e-11, "{needed:e}");
+}

@@ -13,7 +13,7 @@ pub(in crate::noise) fn jets<S: Spot>(
     at: [&[f64]; 3],
     out: Jets<'_>,
 ) {
-    bulk::jets(Field { draw: scatter.draw(lattice), spot: *spot, lattice: *lattice }, at, out);
+    bulk::jets(|| Field { draw: scatter.draw(lattice), spot: *spot, lattice: *lattice }, at, out);
 }
 
 /// A noise made of spots.
@@ -27,7 +27,7 @@ struct Field<S> {
 impl<S: Spot> Lanes for Field<S> {
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
-        &self,
+        &mut self,
         from: &[[f64; B]; 3],
         to: &mut [[f64; B]; PARTS],
     ) {
