@@ -480,7 +480,9 @@ fn noise_says_what_it_writes_and_makes_its_folder() {
 
 #[test]
 fn noise_is_undecided_where_samples_tell_nothing() {
-    let bench = Bench::new(&[("flat.rhai", "let s = param(\"seed\", 1, 0..100000); 0.0 * x + 2.0")]);
+    let seeded = |field: &str| format!("let s = param(\"seed\", 1, 0..100000); {field}");
+    let bench =
+        Bench::new(&[("flat.rhai", &seeded("0.0 * x + 2.0")), ("level.rhai", &seeded("0.0 * x + 0.1 * s"))]);
     let run = |what: &str| bench.run(&format!("noise {what} --only radial {SMALL} -o out")).success();
     let aliased = run("gradient(7).scaled(1e9)");
     has(
@@ -488,9 +490,11 @@ fn noise_is_undecided_where_samples_tell_nothing() {
         &["stationary  undecided", "isotropic   undecided", "band        undecided: it varies too fast"],
     );
     has(&stderr(&aliased), &["Warning", "finer than the samples"]);
-    let flat = run("flat.rhai");
-    has(&stdout(&flat), &["band        undecided: it is the same at all samples"]);
-    has(&stderr(&flat), &["Warning", "does not vary"]);
+    for flat in ["flat.rhai", "level.rhai"] {
+        let flat = run(flat);
+        has(&stdout(&flat), &["band        undecided: it is the same at all samples"]);
+        has(&stderr(&flat), &["Warning", "does not vary"]);
+    }
 }
 
 #[test]

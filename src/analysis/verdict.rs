@@ -146,10 +146,13 @@ fn doubt(covariance: &Covariance, radial: &Radial, moments: &Moments, fast: bool
     let size = moments.mean * moments.mean + moments.variance;
     // Rounding makes a variance too.
     let varies = |variance: f64| variance > 1e-20 * size && variance > 0.0;
+    // Along lines, apart from what differs between realisations alone.
+    let all = covariance.by_distance[0];
+    let still = covariance.by_distance.iter().all(|c| (all - c).abs() <= 1e-12 * all);
     match () {
         () if !varies(moments.variance) => Some(Doubt::Constant),
         () if fast => Some(Doubt::Aliased),
-        () if !varies(covariance.by_distance[0]) => Some(Doubt::Constant),
+        () if !varies(all) || still => Some(Doubt::Constant),
         () if radial.floor > 1.0 / ENOUGH as f64 => Some(Doubt::Few),
         () => None,
     }
