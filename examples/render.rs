@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = compiled.scene.ok_or("there is no scene")?;
 
     // Where is the solid? Enclosures know.
-    let mut field = Field::new(&scene.graph, scene.surface.field);
+    let field = Field::new(&scene.graph, scene.surface.field);
     let bounds = match extent(&field, &Aabb::cube(64.0)) {
         Extent::Within(found) | Extent::Open(found) => found,
         Extent::Empty => return Err("there is nothing to see".into()),

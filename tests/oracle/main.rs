@@ -151,7 +151,7 @@ fn check(surface: &Surface, field: &Field, kinds: &[(Kind, usize)], tiles: usize
     let oracle = || Oracle::new(field, surface.spacing);
     let typical: Vec<Vec<Ray>> =
         [0, 2].map(|number| rays::tile(surface, &mut oracle(), number)[..64].to_vec()).into();
-    let bounded = lipschitz_outside(&field, &surface.region).is_finite();
+    let bounded = lipschitz_outside(field, &surface.region).is_finite();
     let spheres = [Kind::Sphere, Kind::Speculative];
     let casters: Casters = kinds
         .iter()
