@@ -117,11 +117,20 @@ impl Cells {
 
     /// A tape that equals the whole one within `reach` of a place along every axis.
     pub fn tape_around(&self, at: [f64; 3], reach: f64) -> &Arc<Tape> {
+        &self.cell_around(at, reach).tape
+    }
+
+    /// How much work that tape is; see [`Tape::work`].
+    pub fn work_around(&self, at: [f64; 3], reach: f64) -> u64 {
+        self.cell_around(at, reach).work
+    }
+
+    fn cell_around(&self, at: [f64; 3], reach: f64) -> &Cell {
         let (mut cell, mut centre, mut half) = (&self.root, self.centre, self.half);
         let off = (0..3).map(|axis| (at[axis] - centre[axis]).abs()).fold(0.0, f64::max);
         let is_within = off <= half;
         if self.is_uniform || !is_within {
-            return &self.root.tape;
+            return &self.root;
         }
         for _ in 0..DEEPEST {
             let quarter = 0.5 * half;
@@ -139,7 +148,7 @@ impl Cells {
             }
             (cell, half) = (&parts[index], quarter);
         }
-        &cell.tape
+        cell
     }
 }
 

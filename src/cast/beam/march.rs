@@ -118,11 +118,11 @@ impl March {
         March { ending: self.stretch.min(self.far - self.free), ..self }
     }
 
-    /// The piece to look at next.
-    pub(super) fn piece(&mut self) -> Piece {
+    /// The piece to look at next; half of it is at most about `limit`.
+    pub(super) fn piece(&mut self, limit: f64) -> Piece {
         if self.ending > 0.0 {
             self.aimed = false;
-            return Piece::new(self.far, self.ending);
+            return Piece::new(self.far, self.ending.min(limit));
         }
         let end =
             self.far.min(self.inside).min(if self.count > 0 { self.islands[0][0] } else { f64::INFINITY });
@@ -133,13 +133,16 @@ impl March {
             && root < end + 0.25 * gap
             && (self.inside.is_finite() || self.pieces == 0 || root - self.free < AIM * self.stretch)
         {
-            self.aimed = true;
             let mid = root.min(end);
             // Both ends of a bracket are worth knowing; else it is enough to reach back.
             let ahead = if self.inside.is_finite() { self.inside - mid } else { 0.0 };
-            return Piece::new(mid, (mid - self.free).max(ahead) * 1.02);
+            let half = (mid - self.free).max(ahead) * 1.02;
+            if half <= limit {
+                self.aimed = true;
+                return Piece::new(mid, half);
+            }
         }
-        let ahead = AHEAD * self.stretch;
+        let ahead = (AHEAD * self.stretch).min(limit / SPAN);
         if 2.0 * ahead >= gap {
             // The rest of the gap at once.
             let mid = self.free + 0.5 * gap;

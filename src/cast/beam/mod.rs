@@ -42,6 +42,13 @@ const PARTS: usize = 4;
 /// A beam marches while its pieces are longer than this share of its radius.
 const NARROW: f64 = 0.3;
 
+/// Tapes of no more work than this are not worth a shorter piece.
+const LITTLE: u64 = 256;
+
+/// Nor are pieces of fewer tolerances than this: a pixel in pictures. Tapes of places that are smaller
+/// serve too few rays.
+const COARSE: f64 = 500.0;
+
 /// Pieces after which a beam is cut, however well it goes on.
 const PATIENCE: u32 = 200;
 
@@ -146,8 +153,9 @@ impl Beam {
     }
 
     /// Decides which piece to look at, or that the beam is too wide to go on.
-    fn place(&mut self, frames: &[Frame]) {
-        self.piece = self.march.piece();
+    fn place(&mut self, cells: &Cells, frames: &[Frame], rays: &[Ray]) {
+        let around = |piece| self.section.around_piece(&frames[self.frame], piece);
+        self.piece = worthwhile(&mut self.march, cells, &rays[self.rays.start], around);
         if self.piece.half < NARROW * self.section.radius(&frames[self.frame], self.piece.mid) {
             self.state = State::Ended;
         }
@@ -214,8 +222,8 @@ impl Thin {
     }
 
     /// Decides which piece to look at.
-    fn place(&mut self) {
-        self.piece = self.march.piece();
+    fn place(&mut self, cells: &Cells, ray: &Ray) {
+        self.piece = worthwhile(&mut self.march, cells, ray, |piece| around(ray, piece));
     }
 
     /// The coordinates of the piece.
@@ -223,12 +231,6 @@ impl Thin {
         let Piece { mid, half } = self.piece;
         let (at, blur) = (ray.at(mid), ray.rounding(mid.abs() + half));
         [0, 1, 2].map(|axis| Parabola::coordinate(at[axis], half * ray.direction[axis], [], 0.0, blur))
-    }
-
-    /// A place and how far, at most, the piece reaches from it along any axis.
-    fn around(&self, ray: &Ray) -> ([f64; 3], f64) {
-        let Piece { mid, half } = self.piece;
-        (ray.at(mid).to_array(), half + ray.rounding(mid.abs() + half))
     }
 
     /// The answer less the claim that the solid begins where the field has no value: what is known of a
@@ -319,12 +321,12 @@ impl Beams {
     }
 
     /// Marches beams until each is free or too wide to go on.
-    fn march_beams(&mut self, stats: &mut CastStats, cancel: &AtomicBool) {
+    fn march_beams(&mut self, rays: &[Ray], stats: &mut CastStats, cancel: &AtomicBool) {
         let Memory { frames, beams, active, costs, .. } = &mut self.memory;
         active.clear();
         active.extend(0..beams.len());
         while !cancel.load(Ordering::Relaxed) {
-            active.iter().for_each(|&i| beams[i].place(frames));
+            active.iter().for_each(|&i| beams[i].place(&self.cells, frames, rays));
             active.retain(|&i| beams[i].state == State::Marching);
             if active.is_empty() {
                 break;
@@ -354,13 +356,16 @@ impl Beams {
         active.clear();
         active.extend(0..thin.len());
         while !active.is_empty() && !cancel.load(Ordering::Relaxed) {
-            active.iter().for_each(|&i| thin[i].place());
+            for &i in active.iter() {
+                let ray = &rays[thin[i].ray];
+                thin[i].place(&self.cells, ray);
+            }
             stats.evaluations += active.len() as u64;
             stats.steps += active.len() as u64;
             self.thin.answer(
                 &self.cells,
                 (&mut thin[..], &active[..]),
-                |thin| thin.around(&rays[thin.ray]),
+                |thin| around(&rays[thin.ray], thin.piece),
                 |thin| (thin.piece, thin.coordinates(&rays[thin.ray])),
                 |thin, _, answer| {
                     let ray = &rays[thin.ray];
@@ -374,6 +379,47 @@ impl Beams {
             active.retain(|&i| thin[i].hit.is_none());
         }
     }
+}
+
+/// The next piece of a march. Where all that is close to a piece is far more than what is close to its
+/// beginning, only that is looked at: many short questions then cost less than a long one.
+fn worthwhile(
+    march: &mut March,
+    cells: &Cells,
+    ray: &Ray,
+    around: impl Fn(Piece) -> ([f64; 3], f64),
+) -> Piece {
+    let work = |piece: Piece| {
+        let (at, reach) = around(piece);
+        cells.work_around(at, reach)
+    };
+    let mut piece = march.piece(f64::INFINITY);
+    if cells.is_uniform() {
+        return piece;
+    }
+    let (mut limit, mut own) = (f64::INFINITY, work(piece));
+    let least = COARSE * ray.tolerance.at(march.free);
+    'shorter: while own > LITTLE {
+        for times in [2, 4, 8] {
+            let part = piece.half / times as f64;
+            if part < least {
+                break 'shorter;
+            }
+            let less = work(march.piece(part));
+            if less * times <= own {
+                (limit, own) = (part, less);
+                piece = march.piece(limit);
+                continue 'shorter;
+            }
+        }
+        break;
+    }
+    march.piece(limit)
+}
+
+/// A place and how far, at most, a piece of a ray reaches from it along any axis.
+fn around(ray: &Ray, Piece { mid, half }: Piece) -> ([f64; 3], f64) {
+    (ray.at(mid).to_array(), half + ray.rounding(mid.abs() + half))
 }
 
 /// The range from the first ray of which there is anything to the last.
@@ -401,7 +447,7 @@ impl Beams {
         memory.costs.resize(rays.len(), 0.0);
         self.gather(rays, want, out);
         while !self.memory.beams.is_empty() {
-            self.march_beams(stats, cancel);
+            self.march_beams(rays, stats, cancel);
             let Memory { frames, beams, parts, thin, .. } = &mut self.memory;
             for beam in beams.iter() {
                 match beam.state {
