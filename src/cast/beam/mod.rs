@@ -9,14 +9,13 @@
 //! Shadow rays are parallel, and all begin on the surface, where nothing can be shared. So they are
 //! marched from their other ends: the beam crosses free space at once, and what is left to its rays is
 //! the last bit, down to where each began.
-//!
-//! Where the field has no value there is nothing: a ray passes such places in strides that double, by
-//! looking at points. What it meets behind them, if anything, is not certified.
 
 mod batch;
 mod frame;
 mod march;
 mod sketch;
+mod thin;
+mod worth;
 
 use super::{CastStats, Caster, Hit, Ray};
 use crate::num::Parabola;
@@ -29,6 +28,8 @@ use sketch::Sketch;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use thin::{Thin, Want};
+use worth::worthwhile;
 
 /// Rays of the widest beams, where the field is the same expression everywhere,
 const WIDEST: usize = 64;
@@ -41,13 +42,6 @@ const PARTS: usize = 4;
 
 /// A beam marches while its pieces are longer than this share of its radius.
 const NARROW: f64 = 0.3;
-
-/// Tapes of no more work than this are not worth a shorter piece.
-const LITTLE: u64 = 256;
-
-/// Nor are pieces of fewer tolerances than this: a pixel in pictures. Tapes of places that are smaller
-/// serve too few rays.
-const COARSE: f64 = 500.0;
 
 /// Pieces after which a beam is cut, however well it goes on.
 const PATIENCE: u32 = 200;
@@ -83,25 +77,6 @@ struct Memory {
     costs: Vec<f64>,
 }
 
-/// What is wanted of rays.
-#[derive(Clone, Copy, PartialEq)]
-enum Want {
-    /// The first hit.
-    First,
-    /// Whether the ray is inside anywhere.
-    Any,
-}
-
-impl Want {
-    /// The march of a single ray; the ends of rays of which anything is wanted lie close to the surface.
-    fn march(self, near: f64, far: f64, stretch: f64, root: Option<f64>) -> March {
-        match self {
-            Want::First => March::new(near, far, stretch, root),
-            Want::Any => March::new(near, far, stretch, None).ending(),
-        }
-    }
-}
-
 /// Rays that march together.
 struct Beam {
     /// Of the group.
@@ -122,28 +97,6 @@ enum State {
     Free,
     /// Its parts go on.
     Ended,
-}
-
-/// A ray under way.
-struct Thin {
-    /// Of the group.
-    ray: usize,
-    march: March,
-    piece: Piece,
-    /// What it has passed without proof.
-    passed: Passed,
-    /// How it ended.
-    hit: Option<Hit>,
-}
-
-/// What a ray has passed without proof.
-#[derive(Clone, Copy, PartialEq)]
-enum Passed {
-    Nothing,
-    /// Some piece, long ago.
-    Some,
-    /// The last piece.
-    Last,
 }
 
 impl Beam {
@@ -213,78 +166,6 @@ impl Beam {
     /// The depth at which the field is expected to be zero, at a place of the frame.
     fn root(&self, place: [f64; 2]) -> Option<f64> {
         self.last?.root(self.section.relative(place))
-    }
-}
-
-impl Thin {
-    fn new(ray: usize, march: March) -> Thin {
-        Thin { ray, march, piece: Piece::default(), passed: Passed::Nothing, hit: None }
-    }
-
-    /// Decides which piece to look at.
-    fn place(&mut self, cells: &Cells, ray: &Ray) {
-        self.piece = worthwhile(&mut self.march, cells, ray, |piece| around(ray, piece));
-    }
-
-    /// The coordinates of the piece.
-    fn coordinates(&self, ray: &Ray) -> [Parabola<0>; 3] {
-        let Piece { mid, half } = self.piece;
-        let (at, blur) = (ray.at(mid), ray.rounding(mid.abs() + half));
-        [0, 1, 2].map(|axis| Parabola::coordinate(at[axis], half * ray.direction[axis], [], 0.0, blur))
-    }
-
-    /// The answer less the claim that the solid begins where the field has no value: what is known of a
-    /// piece holds wherever it has one.
-    fn checked(&self, ray: &Ray, mut answer: Answer, mut value: impl FnMut(DVec3) -> f64) -> Answer {
-        let Piece { mid, half } = self.piece;
-        for (side, sign) in answer.halves.iter_mut().zip([-1.0, 1.0]) {
-            if side.below < 1.0 && value(ray.at(mid + sign * side.below * half)).is_nan() {
-                side.below = 1.0;
-            }
-        }
-        answer
-    }
-
-    /// Takes an answer about the piece; `value` is the field at a point.
-    fn tell(&mut self, ray: &Ray, answer: &Answer, want: Want, value: impl FnMut(DVec3) -> f64) {
-        let (tolerance, before) = (ray.tolerance.at(self.march.free), self.march.free);
-        let certified = self.passed == Passed::Nothing;
-        self.hit = match self.march.tell(self.piece, answer, tolerance) {
-            Next::Free => Some(Hit { certified, ..Hit::MISS }),
-            _ if want == Want::Any && self.march.inside.is_finite() => {
-                Some(Hit { t: self.march.inside, certified })
-            }
-            Next::Root(a, b) => Some(Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified }),
-            Next::Stuck(t) if answer.finite => Some(Hit { t, certified }),
-            Next::Look if self.march.pieces > PIECES => Some(Hit { t: self.march.free, certified: false }),
-            Next::Stuck(_) => self.pass(ray, value, |f| f.is_nan() || f > 0.0),
-            Next::Look if self.passed == Passed::Last && self.march.free == before => {
-                self.pass(ray, value, f64::is_nan)
-            }
-            Next::Look => None,
-        };
-    }
-
-    /// Leaves the piece behind if it is empty at points, so that `is_empty` holds for their values. What
-    /// is inside at the end of so short a piece that no more can be told is a hit.
-    fn pass(
-        &mut self,
-        ray: &Ray,
-        mut value: impl FnMut(DVec3) -> f64,
-        is_empty: fn(f64) -> bool,
-    ) -> Option<Hit> {
-        let Piece { mid, half } = self.piece;
-        let values = [mid - half, mid, mid + half].map(|t| value(ray.at(t.clamp(ray.near, ray.far))));
-        if values.into_iter().all(is_empty) {
-            self.passed = Passed::Last;
-            self.march.pass(self.piece);
-            return (self.march.free >= self.march.far).then_some(Hit { certified: false, ..Hit::MISS });
-        }
-        if self.passed == Passed::Last {
-            self.passed = Passed::Some;
-            return None;
-        }
-        Some(Hit { t: self.march.free, certified: false })
     }
 }
 
@@ -365,7 +246,7 @@ impl Beams {
             self.thin.answer(
                 &self.cells,
                 (&mut thin[..], &active[..]),
-                |thin| around(&rays[thin.ray], thin.piece),
+                |thin| thin::around(&rays[thin.ray], thin.piece),
                 |thin| (thin.piece, thin.coordinates(&rays[thin.ray])),
                 |thin, _, answer| {
                     let ray = &rays[thin.ray];
@@ -379,47 +260,6 @@ impl Beams {
             active.retain(|&i| thin[i].hit.is_none());
         }
     }
-}
-
-/// The next piece of a march. Where all that is close to a piece is far more than what is close to its
-/// beginning, only that is looked at: many short questions then cost less than a long one.
-fn worthwhile(
-    march: &mut March,
-    cells: &Cells,
-    ray: &Ray,
-    around: impl Fn(Piece) -> ([f64; 3], f64),
-) -> Piece {
-    let work = |piece: Piece| {
-        let (at, reach) = around(piece);
-        cells.work_around(at, reach)
-    };
-    let mut piece = march.piece(f64::INFINITY);
-    if cells.is_uniform() {
-        return piece;
-    }
-    let (mut limit, mut own) = (f64::INFINITY, work(piece));
-    let least = COARSE * ray.tolerance.at(march.free);
-    'shorter: while own > LITTLE {
-        for times in [2, 4, 8] {
-            let part = piece.half / times as f64;
-            if part < least {
-                break 'shorter;
-            }
-            let less = work(march.piece(part));
-            if less * times <= own {
-                (limit, own) = (part, less);
-                piece = march.piece(limit);
-                continue 'shorter;
-            }
-        }
-        break;
-    }
-    march.piece(limit)
-}
-
-/// A place and how far, at most, a piece of a ray reaches from it along any axis.
-fn around(ray: &Ray, Piece { mid, half }: Piece) -> ([f64; 3], f64) {
-    (ray.at(mid).to_array(), half + ray.rounding(mid.abs() + half))
 }
 
 /// The range from the first ray of which there is anything to the last.

@@ -1,0 +1,134 @@
+//! Rays that march alone.
+//!
+//! Where the field has no value there is nothing: a ray passes such places in strides that double, by
+//! looking at points. What it meets behind them, if anything, is not certified.
+
+use super::march::{Answer, March, Next, PIECES, Piece};
+use super::worth::worthwhile;
+use crate::cast::{Hit, Ray};
+use crate::num::Parabola;
+use crate::tape::Cells;
+use glam::DVec3;
+
+/// What is wanted of rays.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Want {
+    /// The first hit.
+    First,
+    /// Whether the ray is inside anywhere.
+    Any,
+}
+
+impl Want {
+    /// The march of a single ray; the ends of rays of which anything is wanted lie close to the surface.
+    pub(super) fn march(self, near: f64, far: f64, stretch: f64, root: Option<f64>) -> March {
+        match self {
+            Want::First => March::new(near, far, stretch, root),
+            Want::Any => March::new(near, far, stretch, None).ending(),
+        }
+    }
+}
+
+/// A ray under way.
+pub(super) struct Thin {
+    /// Of the group.
+    pub(super) ray: usize,
+    pub(super) march: March,
+    pub(super) piece: Piece,
+    /// What it has passed without proof.
+    passed: Passed,
+    /// How it ended.
+    pub(super) hit: Option<Hit>,
+}
+
+/// What a ray has passed without proof.
+#[derive(Clone, Copy, PartialEq)]
+enum Passed {
+    Nothing,
+    /// Some piece, long ago.
+    Some,
+    /// The last piece.
+    Last,
+}
+
+impl Thin {
+    pub(super) fn new(ray: usize, march: March) -> Thin {
+        Thin { ray, march, piece: Piece::default(), passed: Passed::Nothing, hit: None }
+    }
+
+    /// Decides which piece to look at.
+    pub(super) fn place(&mut self, cells: &Cells, ray: &Ray) {
+        self.piece = worthwhile(&mut self.march, cells, ray, |piece| around(ray, piece));
+    }
+
+    /// The coordinates of the piece.
+    pub(super) fn coordinates(&self, ray: &Ray) -> [Parabola<0>; 3] {
+        let Piece { mid, half } = self.piece;
+        let (at, blur) = (ray.at(mid), ray.rounding(mid.abs() + half));
+        [0, 1, 2].map(|axis| Parabola::coordinate(at[axis], half * ray.direction[axis], [], 0.0, blur))
+    }
+
+    /// The answer less the claim that the solid begins where the field has no value: what is known of a
+    /// piece holds wherever it has one.
+    pub(super) fn checked(
+        &self,
+        ray: &Ray,
+        mut answer: Answer,
+        mut value: impl FnMut(DVec3) -> f64,
+    ) -> Answer {
+        let Piece { mid, half } = self.piece;
+        for (side, sign) in answer.halves.iter_mut().zip([-1.0, 1.0]) {
+            if side.below < 1.0 && value(ray.at(mid + sign * side.below * half)).is_nan() {
+                side.below = 1.0;
+            }
+        }
+        answer
+    }
+
+    /// Takes an answer about the piece; `value` is the field at a point.
+    pub(super) fn tell(&mut self, ray: &Ray, answer: &Answer, want: Want, value: impl FnMut(DVec3) -> f64) {
+        let (tolerance, before) = (ray.tolerance.at(self.march.free), self.march.free);
+        let certified = self.passed == Passed::Nothing;
+        self.hit = match self.march.tell(self.piece, answer, tolerance) {
+            Next::Free => Some(Hit { certified, ..Hit::MISS }),
+            _ if want == Want::Any && self.march.inside.is_finite() => {
+                Some(Hit { t: self.march.inside, certified })
+            }
+            Next::Root(a, b) => Some(Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified }),
+            Next::Stuck(t) if answer.finite => Some(Hit { t, certified }),
+            Next::Look if self.march.pieces > PIECES => Some(Hit { t: self.march.free, certified: false }),
+            Next::Stuck(_) => self.pass(ray, value, |f| f.is_nan() || f > 0.0),
+            Next::Look if self.passed == Passed::Last && self.march.free == before => {
+                self.pass(ray, value, f64::is_nan)
+            }
+            Next::Look => None,
+        };
+    }
+
+    /// Leaves the piece behind if it is empty at points, so that `is_empty` holds for their values. What
+    /// is inside at the end of so short a piece that no more can be told is a hit.
+    fn pass(
+        &mut self,
+        ray: &Ray,
+        mut value: impl FnMut(DVec3) -> f64,
+        is_empty: fn(f64) -> bool,
+    ) -> Option<Hit> {
+        let Piece { mid, half } = self.piece;
+        let values = [mid - half, mid, mid + half].map(|t| value(ray.at(t.clamp(ray.near, ray.far))));
+        if values.into_iter().all(is_empty) {
+            self.passed = Passed::Last;
+            self.march.pass(self.piece);
+            return (self.march.free >= self.march.far).then_some(Hit { certified: false, ..Hit::MISS });
+        }
+        if self.passed == Passed::Last {
+            self.passed = Passed::Some;
+            return None;
+        }
+        Some(Hit { t: self.march.free, certified: false })
+    }
+}
+
+/// A place and how far, at most, a piece of a ray reaches from it along any axis.
+pub(super) fn around(ray: &Ray, Piece { mid, half }: Piece) -> ([f64; 3], f64) {
+    (ray.at(mid).to_array(), half + ray.rounding(mid.abs() + half))
+}
