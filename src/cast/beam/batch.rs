@@ -68,7 +68,7 @@ fn answer<I, const B: usize, const K: usize>(
     let mut places = batch.clone().map(|i| ask(&items[i]));
     let Some((piece, first)) = places.next() else { return };
     // Lanes that are left over do what the first does: what all agree on is decided for all at once.
-    let mut p = first.map(|x| Parabolas::<B, K>::all(x));
+    let mut p = first.map(Parabolas::<B, K>::all);
     let mut pieces = [piece; B];
     for (lane, (piece, place)) in (1..).zip(places) {
         pieces[lane] = piece;
