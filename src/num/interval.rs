@@ -41,6 +41,17 @@ fn up(x: f64, relative: f64) -> f64 {
     -down(-x, relative)
 }
 
+/// Widens a sum or a difference. Those too small to be rounded relative to their size are exact, so that
+/// sums of what is not negative are not.
+#[inline(always)]
+fn outward_sum(lo: f64, hi: f64) -> Interval {
+    let down = |x: f64| {
+        let y = x - x.abs() * ULP;
+        if y.is_nan() { f64::NEG_INFINITY } else { y }
+    };
+    Interval { lo: down(lo), hi: -down(-hi) }
+}
+
 #[inline(always)]
 fn times(a: f64, b: f64) -> f64 {
     // An infinite end means "unbounded", and zero times any real number is zero.
@@ -203,7 +214,7 @@ impl Add for Interval {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: Self) -> Self {
-        Interval::outward(self.lo + o.lo, self.hi + o.hi, ULP)
+        outward_sum(self.lo + o.lo, self.hi + o.hi)
     }
 }
 
@@ -211,7 +222,7 @@ impl Sub for Interval {
     type Output = Self;
     #[inline(always)]
     fn sub(self, o: Self) -> Self {
-        Interval::outward(self.lo - o.hi, self.hi - o.lo, ULP)
+        outward_sum(self.lo - o.hi, self.hi - o.lo)
     }
 }
 

@@ -191,9 +191,8 @@ impl Function<1> for Sqrt {
     fn class(&self) -> Class {
         Class::C0 // its slope is unbounded at zero
     }
-    /// Ends are rounded outward by more than they are off, also those of sums of squares.
     fn is_defined(&self, [x]: &[Interval; 1]) -> bool {
-        x.lo >= -1e-290
+        x.lo >= 0.0
     }
     /// A root, and what divides by it.
     #[inline(always)]

@@ -269,12 +269,6 @@ impl Tape {
     pub fn is_defined(self: &Arc<Tape>, region: &[Interval; 3]) -> bool {
         let mut evaluator = Evaluator::<Interval>::keeping_all(self.clone());
         evaluator.eval(region);
-        self.code.iter().enumerate().all(|(i, instr)| {
-            let is_within = match instr {
-                Instr::Op(op, args) => op.is_defined(|k| *evaluator.value(args[k])),
-                _ => true,
-            };
-            is_within && evaluator.value(i as u32).is_finite()
-        })
+        Facts::new(self, &evaluator).whole.into_iter().all(|whole| whole)
     }
 }

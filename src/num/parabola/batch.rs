@@ -69,9 +69,18 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         }
     }
 
+    /// The same, compiled for the widest instruction set.
+    #[inline(always)]
+    pub(super) fn fill_widest(&mut self, f: impl Fn(usize) -> Parabola<K>) {
+        widest(
+            #[inline(always)]
+            || self.fill(f),
+        );
+    }
+
     /// The batch that `job` writes.
     #[inline(always)]
-    fn written(job: impl FnOnce(&mut Self)) -> Self {
+    pub(super) fn written(job: impl FnOnce(&mut Self)) -> Self {
         let mut out = Self::constant(0.0);
         job(&mut out);
         out
@@ -90,7 +99,7 @@ impl<const B: usize, const K: usize> Number for Parabolas<B, K> {
     }
     fn neg(&self) -> Self {
         Self::written(|out| {
-            out.fill(
+            out.fill_widest(
                 #[inline(always)]
                 |i| self.lane(i).negated(),
             );
@@ -106,53 +115,33 @@ impl<const B: usize, const K: usize> Number for Parabolas<B, K> {
         Self::written(|out| Self::lifted(f, &x, out))
     }
     fn add_to(&self, other: &Self, out: &mut Self) {
-        widest(
+        out.fill_widest(
             #[inline(always)]
-            || {
-                out.fill(
-                    #[inline(always)]
-                    |i| {
-                        let sum = self.lane(i).plus(&other.lane(i));
-                        sum.narrowed(sum.range)
-                    },
-                )
+            |i| {
+                let sum = self.lane(i).plus(&other.lane(i));
+                sum.narrowed(sum.range)
             },
         );
     }
     fn sub_to(&self, other: &Self, out: &mut Self) {
-        widest(
+        out.fill_widest(
             #[inline(always)]
-            || {
-                out.fill(
-                    #[inline(always)]
-                    |i| {
-                        let difference = self.lane(i).plus(&other.lane(i).negated());
-                        difference.narrowed(difference.range)
-                    },
-                )
+            |i| {
+                let difference = self.lane(i).plus(&other.lane(i).negated());
+                difference.narrowed(difference.range)
             },
         );
     }
     fn scale_to(&self, k: f64, out: &mut Self) {
-        widest(
+        out.fill_widest(
             #[inline(always)]
-            || {
-                out.fill(
-                    #[inline(always)]
-                    |i| self.lane(i).times(k),
-                )
-            },
+            |i| self.lane(i).times(k),
         );
     }
     fn shift_to(&self, c: f64, out: &mut Self) {
-        widest(
+        out.fill_widest(
             #[inline(always)]
-            || {
-                out.fill(
-                    #[inline(always)]
-                    |i| self.lane(i).shifted(c),
-                )
-            },
+            |i| self.lane(i).shifted(c),
         );
     }
     fn lift_to<F: Function<N>, const N: usize>(f: &F, x: [&Self; N], out: &mut Self) {

@@ -150,23 +150,18 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         let at = [&p[0].mid[0][..], &p[1].mid[0][..], &p[2].mid[0][..]];
         k.jets(at, Jets { value: &mut value, grad: Some([gx, gy, gz]), hess: None });
         let error = Growing::new(k);
-        let mut out = Self::all(Parabola::constant(Interval { lo: 0.0, hi: 0.0 }));
-        widest(
-            #[inline(always)]
-            || {
-                out.fill(
-                    #[inline(always)]
-                    |i| {
-                        let at = [p[0].mid[0][i], p[1].mid[0][i], p[2].mid[0][i]];
-                        let grad = [grad[0][i], grad[1][i], grad[2][i]];
-                        let jet = Point { value: value[i], grad, hess: [0.0; 6] };
-                        let local = Local::uniform(jet, bounds);
-                        Parabola::expand(&local, error.at(size(at)), reach[i], &Self::place(&p, i))
-                    },
-                )
-            },
-        );
-        out
+        Self::written(|out| {
+            out.fill_widest(
+                #[inline(always)]
+                |i| {
+                    let at = [p[0].mid[0][i], p[1].mid[0][i], p[2].mid[0][i]];
+                    let grad = [grad[0][i], grad[1][i], grad[2][i]];
+                    let jet = Point { value: value[i], grad, hess: [0.0; 6] };
+                    let local = Local::uniform(jet, bounds);
+                    Parabola::expand(&local, error.at(size(at)), reach[i], &Self::place(&p, i))
+                },
+            );
+        })
     }
 }
 
