@@ -2,15 +2,16 @@
 //!
 //! A region is cut into eight cells, each again into eight, and so on; a cell has the tape pruned for
 //! it. So what is close to a place is evaluated there and nothing else, however many parts a scene has.
-//! Cells are made when they are first asked for, and serve whoever asks later, on any thread: what a
-//! cell holds depends on nothing but where it is.
+//! Cells are made when they are first asked for, each by itself, and serve whoever asks later, on any
+//! thread: what a cell holds depends on nothing but where it is. A cell also knows whether it is free of
+//! the solid, so that rays may pass it without an evaluation of their own.
 //!
 //! Cells are *loose*: the tape of a cell holds within twice its size, so that for every ball there is a
 //! cell of about the ball's size that has all of it, also next to the faces of larger cells (Ulrich's
 //! loose octrees).
 
 use super::Tape;
-use crate::num::{Interval, Parabola, Parabolas};
+use crate::num::Interval;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -20,8 +21,8 @@ const PARTS: usize = 8;
 /// Times that a region is cut.
 const DEEPEST: u32 = 10;
 
-/// A tape of less [work](Tape::work) is not worth pruning: eight children for each cell are soon more work
-/// than what they save. (Measured on 512 parts; half as much is slower, twice as much no faster.)
+/// A tape of less [work](Tape::work) is not worth pruning: its children are soon more work than what they
+/// save. (Measured on 512 parts; half as much is slower, twice as much no faster.)
 const SHORT: u64 = 64;
 
 /// A tape of more work than this share of its parent's is no gain.
@@ -49,9 +50,13 @@ struct Cell {
     tape: Arc<Tape>,
     /// Work in the tape.
     work: u64,
+    /// Whether the field is known to be above zero wherever the tape holds and there is a value.
+    is_free: bool,
     /// How often its ancestors were cut in vain, one after the other.
     vain: u32,
-    parts: OnceLock<Option<Box<[Cell; PARTS]>>>,
+    /// Whether it is worth cutting.
+    is_open: bool,
+    parts: [OnceLock<Box<Cell>>; PARTS],
 }
 
 /// What pruning has gained so far.
@@ -70,7 +75,7 @@ impl Cells {
     pub fn new(tape: Arc<Tape>, region: &[Interval; 3]) -> Cells {
         let mut cells = Cells::undivided(tape);
         cells.is_defined = cells.tape().is_defined(region);
-        cells.is_uniform = !cells.root.is_open();
+        cells.is_uniform = !cells.root.is_open;
         cells.centre = region.map(|r| r.mid());
         // A hair more, so that what is cut as the cells are fits into them.
         cells.half = (1.0 + 1e-8) * region.iter().map(|r| r.rad()).fold(0.0, f64::max);
@@ -81,7 +86,7 @@ impl Cells {
     pub fn undivided(tape: Arc<Tape>) -> Cells {
         let work = tape.work();
         Cells {
-            root: Cell { tape, work, vain: 0, parts: OnceLock::new() },
+            root: Cell::new(tape, work, false, 0),
             centre: [0.0; 3],
             half: 0.0,
             is_uniform: true,
@@ -125,7 +130,17 @@ impl Cells {
         self.cell_around(at, reach).work
     }
 
+    /// Whether there is known to be no solid within `reach` of a place along every axis.
+    pub fn is_free_around(&self, at: [f64; 3], reach: f64) -> bool {
+        self.descend(at, reach, |cell| cell.is_free).is_free
+    }
+
     fn cell_around(&self, at: [f64; 3], reach: f64) -> &Cell {
+        self.descend(at, reach, |_| false)
+    }
+
+    /// The smallest cell that has all within `reach` of a place, or a larger one that will do.
+    fn descend(&self, at: [f64; 3], reach: f64, will_do: impl Fn(&Cell) -> bool) -> &Cell {
         let (mut cell, mut centre, mut half) = (&self.root, self.centre, self.half);
         let off = (0..3).map(|axis| (at[axis] - centre[axis]).abs()).fold(0.0, f64::max);
         let is_within = off <= half;
@@ -136,17 +151,17 @@ impl Cells {
             let quarter = 0.5 * half;
             // The cell reaches a whole `half` of its child beyond the child's faces.
             let fits = reach <= quarter * (1.0 - 1e-9);
-            if !fits {
+            if !fits || !cell.is_open || will_do(cell) {
                 break;
             }
-            let Some(parts) = cell.parts(self, centre, half) else { break };
             let mut index = 0;
             for axis in 0..3 {
                 let above = at[axis] >= centre[axis];
                 index |= usize::from(above) << axis;
                 centre[axis] += if above { quarter } else { -quarter };
             }
-            (cell, half) = (&parts[index], quarter);
+            cell = cell.parts[index].get_or_init(|| Box::new(cell.part(self, centre, half)));
+            half = quarter;
         }
         cell
     }
@@ -166,47 +181,22 @@ impl Cells {
 }
 
 impl Cell {
-    /// Whether anything may be dropped somewhere within.
-    fn is_open(&self) -> bool {
-        self.work >= SHORT && self.tape.has_choices()
+    fn new(tape: Arc<Tape>, work: u64, is_free: bool, vain: u32) -> Cell {
+        let is_open = vain < PATIENCE && work >= SHORT && tape.has_choices();
+        Cell { tape, work, is_free, vain, is_open, parts: Default::default() }
     }
 
-    /// The eight parts of the cell around `centre`, if it is worth cutting.
-    fn parts(&self, all: &Cells, centre: [f64; 3], half: f64) -> Option<&[Cell; PARTS]> {
-        let cut = || {
-            if !self.is_open() || self.vain >= PATIENCE {
-                return None;
-            }
-            let mut p = [Parabolas::<PARTS, 2>::all(Parabola::constant(Interval::point(0.0))); 3];
-            let quarter = 0.5 * half;
-            for i in 0..PARTS {
-                for axis in 0..3 {
-                    let sign = if i >> axis & 1 == 1 { 1.0 } else { -1.0 };
-                    p[axis].set(i, &whole(centre[axis] + sign * quarter, half, axis));
-                }
-            }
-            let tapes = self.tape.prune_each(&p);
-            all.pruned.fetch_add(PARTS as u64, Ordering::Relaxed);
-            all.kept.fetch_add(tapes.iter().map(|t| t.len() as u64).sum(), Ordering::Relaxed);
-            let cells = tapes.map(|tape| {
-                // One that is no less work is the same.
-                let (tape, work) = match tape.work() {
-                    less if less < self.work => (Arc::new(tape), less),
-                    _ => (self.tape.clone(), self.work),
-                };
-                let gains = work as f64 <= GAIN * self.work as f64;
-                Cell { tape, work, vain: if gains { 0 } else { self.vain + 1 }, parts: OnceLock::new() }
-            });
-            Some(Box::new(cells))
+    /// The part around `centre` whose tape holds within `half` along every axis.
+    fn part(&self, all: &Cells, centre: [f64; 3], half: f64) -> Cell {
+        let (tape, range) = self.tape.prune_and_bound(&centre.map(|c| Interval::around(c, half)));
+        all.pruned.fetch_add(1, Ordering::Relaxed);
+        all.kept.fetch_add(tape.len() as u64, Ordering::Relaxed);
+        // One that is no less work is the same.
+        let (tape, work) = match tape.work() {
+            less if less < self.work => (Arc::new(tape), less),
+            _ => (self.tape.clone(), self.work),
         };
-        self.parts.get_or_init(cut).as_deref()
+        let gains = work as f64 <= GAIN * self.work as f64;
+        Cell::new(tape, work, range.lo > 0.0, if gains { 0 } else { self.vain + 1 })
     }
-}
-
-/// A coordinate of a box, of which each axis is a direction of its own.
-fn whole(mid: f64, half: f64, axis: usize) -> Parabola<2> {
-    let along = |k: usize| if axis == k { half } else { 0.0 };
-    // Cells far from the origin are known to the rounding of their places.
-    let blur = 4.0 * f64::EPSILON * (mid.abs() + half);
-    Parabola::coordinate(mid, along(0), [along(1), along(2)], 0.0, blur)
 }

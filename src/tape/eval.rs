@@ -47,10 +47,11 @@ impl<T: Number> Evaluator<T> {
     }
 
     /// The same, unless it is that tape already.
-    pub fn turn_to(&mut self, tape: &Arc<Tape>) {
+    pub fn turn_to(&mut self, tape: &Arc<Tape>) -> &mut Self {
         if !Arc::ptr_eq(&self.tape, tape) {
             self.load(tape.clone());
         }
+        self
     }
 
     fn set_constants(&mut self) {

@@ -11,78 +11,22 @@
 
 use super::{Evaluator, Instr, Tape};
 use crate::expr::{Identity, identity};
-use crate::num::{Interval, Number, Parabolas};
+use crate::num::{Interval, Number};
 use crate::op::Op;
 use std::sync::Arc;
-
-/// What is known of the values of a tape's instructions over a region.
-trait Known {
-    /// Encloses a value.
-    fn range(&self, slot: u32) -> Interval;
-
-    /// Encloses a value however it is computed.
-    fn wide(&self, slot: u32) -> Interval {
-        self.range(slot)
-    }
-
-    /// Whether one value is everywhere less than another.
-    fn is_below(&self, a: u32, b: u32) -> bool {
-        self.range(a).hi < self.range(b).lo
-    }
-}
-
-impl Known for Evaluator<Interval> {
-    fn range(&self, slot: u32) -> Interval {
-        *self.value(slot)
-    }
-}
-
-/// Values that are this close, relative to their size, may change places when they are rounded.
-const MARGIN: f64 = 1e-10;
-
-/// A lane of a batch.
-struct Lane<'a, const B: usize, const K: usize> {
-    values: &'a Evaluator<Parabolas<B, K>>,
-    lane: usize,
-}
-
-impl<const B: usize, const K: usize> Known for Lane<'_, B, K> {
-    fn range(&self, slot: u32) -> Interval {
-        self.values.value(slot).lane(self.lane).range
-    }
-
-    /// Ranges enclose what is exact, and must be wider than what is rounded when values are computed.
-    fn wide(&self, slot: u32) -> Interval {
-        let x = self.range(slot);
-        x + Interval::radius(MARGIN * x.mag())
-    }
-
-    /// Differences may be known better than the values.
-    fn is_below(&self, a: u32, b: u32) -> bool {
-        let lane = |slot: u32| Parabolas::<1, K>::all(self.values.value(slot).lane(self.lane));
-        let (x, y) = (self.range(a), self.range(b));
-        x.hi < y.lo || lane(a).sub(&lane(b)).lane(0).range.hi < -MARGIN * (x.mag() + y.mag())
-    }
-}
 
 impl Tape {
     /// The tape with everything dropped that cannot matter within `region`. Equals the full tape
     /// there, bit for bit but for the sign of a zero.
     pub fn prune(self: &Arc<Tape>, region: &[Interval; 3]) -> Tape {
-        let mut evaluator = Evaluator::<Interval>::keeping_all(self.clone());
-        evaluator.eval(region);
-        self.kept(&evaluator)
+        self.prune_and_bound(region).0
     }
 
-    /// The same for each of several regions, given by their coordinates along shared directions. Equals
-    /// the full tape in exact arithmetic, and bit for bit but for values that are as close as rounding.
-    pub fn prune_each<const B: usize, const K: usize>(
-        self: &Arc<Tape>,
-        regions: &[Parabolas<B, K>; 3],
-    ) -> [Tape; B] {
-        let mut values = Evaluator::keeping_all(self.clone());
-        values.eval(regions);
-        std::array::from_fn(|lane| self.kept(&Lane { values: &values, lane }))
+    /// The same, and what encloses the first output there wherever that has a value.
+    pub(super) fn prune_and_bound(self: &Arc<Tape>, region: &[Interval; 3]) -> (Tape, Interval) {
+        let mut ranges = Evaluator::keeping_all(self.clone());
+        let range = *ranges.eval(region);
+        (self.kept(&ranges), range)
     }
 
     /// Whether there is anything that pruning might decide.
@@ -92,8 +36,8 @@ impl Tape {
 
     /// What is left where so much is known. Instructions are looked at from the last to the first, and
     /// only those that something that stays reads: of a solid that lies elsewhere, none is.
-    fn kept(&self, known: &impl Known) -> Tape {
-        let facts = Facts::new(self, known);
+    fn kept(&self, ranges: &Evaluator<Interval>) -> Tape {
+        let facts = Facts::new(&self.code, ranges);
         let mut fates = vec![Fate::Goes; self.code.len()];
         let stays = |fates: &mut [Fate], slot: u32| {
             let fate = &mut fates[slot as usize];
@@ -104,7 +48,7 @@ impl Tape {
             if matches!(fates[slot], Fate::Goes) {
                 continue;
             }
-            fates[slot] = facts.fate(slot, known);
+            fates[slot] = facts.fate(slot);
             match fates[slot] {
                 Fate::Stays => self.code[slot].each_arg(|a| stays(&mut fates, a)),
                 Fate::Is(a) => stays(&mut fates, a),
@@ -159,6 +103,7 @@ impl Fate {
 /// What is known of every instruction, from the first to the last.
 struct Facts<'a> {
     code: &'a [Instr],
+    ranges: &'a Evaluator<Interval>,
     /// Which have a value everywhere. Where a side may have none, a minimum is not decided by the
     /// values that it has.
     whole: Vec<bool>,
@@ -166,26 +111,30 @@ struct Facts<'a> {
     numbers: Vec<Option<f64>>,
 }
 
-impl Facts<'_> {
-    fn new<'a>(tape: &'a Tape, known: &impl Known) -> Facts<'a> {
-        let count = tape.code.len();
-        let mut facts =
-            Facts { code: &tape.code, whole: Vec::with_capacity(count), numbers: Vec::with_capacity(count) };
-        for (slot, instr) in tape.code.iter().enumerate() {
-            let mut whole = known.range(slot as u32).is_finite();
+impl<'a> Facts<'a> {
+    fn new(code: &'a [Instr], ranges: &'a Evaluator<Interval>) -> Facts<'a> {
+        let (whole, numbers) = (Vec::with_capacity(code.len()), Vec::with_capacity(code.len()));
+        let mut facts = Facts { code, ranges, whole, numbers };
+        for (slot, instr) in code.iter().enumerate() {
+            let mut whole = facts.range(slot as u32).is_finite();
             instr.each_arg(|a| whole &= facts.whole[a as usize]);
             if let Instr::Op(op, args) = instr {
-                whole &= op.is_defined(|k| known.range(args[k]));
+                whole &= op.is_defined(|k| facts.range(args[k]));
             }
-            let number = if whole { facts.number(slot, known) } else { None };
+            let number = if whole { facts.number(slot) } else { None };
             facts.whole.push(whole);
             facts.numbers.push(number);
         }
         facts
     }
 
+    /// Encloses a value.
+    fn range(&self, slot: u32) -> Interval {
+        *self.ranges.value(slot)
+    }
+
     /// The number that an instruction is, given what those before it are.
-    fn number(&self, slot: usize, known: &impl Known) -> Option<f64> {
+    fn number(&self, slot: usize) -> Option<f64> {
         let number = |a: u32| self.numbers[a as usize];
         match &self.code[slot] {
             Instr::Const(c) => Some(*c),
@@ -194,7 +143,7 @@ impl Facts<'_> {
             Instr::Op(op, args) => match self.identity(op, args) {
                 Some(Identity::Number(c)) => Some(c),
                 Some(Identity::Argument(k)) => number(args[k]),
-                None if selects(op) || settles(op) => self.settled(slot, known),
+                None if selects(op) || settles(op) => self.settled(slot),
                 None => None,
             },
             _ => None,
@@ -208,9 +157,9 @@ impl Facts<'_> {
     }
 
     /// The number at which an operation has come to its end.
-    fn settled(&self, slot: usize, known: &impl Known) -> Option<f64> {
+    fn settled(&self, slot: usize) -> Option<f64> {
         let Instr::Op(op, args) = &self.code[slot] else { return None };
-        let all = known.range(slot as u32);
+        let all = self.range(slot as u32);
         if all.lo != all.hi {
             return None;
         }
@@ -218,13 +167,13 @@ impl Facts<'_> {
             if k >= op.arity() {
                 return all;
             }
-            self.numbers[args[k] as usize].map_or_else(|| known.wide(args[k]), Interval::point)
+            self.numbers[args[k] as usize].map_or_else(|| self.range(args[k]), Interval::point)
         });
         let all = op.apply(|k| &x[k]);
         (all.lo == all.hi).then_some(all.lo)
     }
 
-    fn fate(&self, slot: usize, known: &impl Known) -> Fate {
+    fn fate(&self, slot: usize) -> Fate {
         if let Some(c) = self.numbers[slot] {
             return Fate::Number(c);
         }
@@ -235,7 +184,22 @@ impl Facts<'_> {
         if let Some(Identity::Argument(k)) = self.identity(op, args) {
             return Fate::Is(args[k]);
         }
-        selected(op, args, known).map_or(Fate::Stays, Fate::Is)
+        self.selected(op, args).map_or(Fate::Stays, Fate::Is)
+    }
+
+    /// The argument that an operation always equals.
+    fn selected(&self, op: &Op, &[a, b, c, ..]: &[u32; 6]) -> Option<u32> {
+        let below = |x: u32, y: u32| self.range(x).hi < self.range(y).lo;
+        match op {
+            Op::Min(_) if below(a, b) => Some(a),
+            Op::Min(_) if below(b, a) => Some(b),
+            Op::Max(_) if below(b, a) => Some(a),
+            Op::Max(_) if below(a, b) => Some(b),
+            Op::Clamp(_) if below(b, a) && below(a, c) => Some(a),
+            Op::Clamp(_) if below(a, b) && below(b, c) => Some(b),
+            Op::Clamp(_) if below(c, a) && below(b, c) => Some(c),
+            _ => None,
+        }
     }
 }
 
@@ -249,26 +213,11 @@ fn settles(op: &Op) -> bool {
     matches!(op, Op::Step(_) | Op::Smoothstep(_) | Op::Sign(_) | Op::Floor(_))
 }
 
-/// The argument that an operation always equals.
-fn selected(op: &Op, &[a, b, c, ..]: &[u32; 6], known: &impl Known) -> Option<u32> {
-    let below = |x: u32, y: u32| known.is_below(x, y);
-    match op {
-        Op::Min(_) if below(a, b) => Some(a),
-        Op::Min(_) if below(b, a) => Some(b),
-        Op::Max(_) if below(b, a) => Some(a),
-        Op::Max(_) if below(a, b) => Some(b),
-        Op::Clamp(_) if below(b, a) && below(a, c) => Some(a),
-        Op::Clamp(_) if below(a, b) && below(b, c) => Some(b),
-        Op::Clamp(_) if below(c, a) && below(b, c) => Some(c),
-        _ => None,
-    }
-}
-
 impl Tape {
     /// Whether every instruction is known to have a value everywhere in a region.
     pub fn is_defined(self: &Arc<Tape>, region: &[Interval; 3]) -> bool {
-        let mut evaluator = Evaluator::<Interval>::keeping_all(self.clone());
-        evaluator.eval(region);
-        Facts::new(self, &evaluator).whole.into_iter().all(|whole| whole)
+        let mut ranges = Evaluator::keeping_all(self.clone());
+        ranges.eval(region);
+        Facts::new(&self.code, &ranges).whole.into_iter().all(|whole| whole)
     }
 }

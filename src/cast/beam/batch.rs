@@ -6,19 +6,25 @@ use crate::num::{Parabola, Parabolas};
 use crate::tape::{Cells, Evaluator, Tape};
 use std::sync::Arc;
 
-/// Lanes of a batch: where all pieces have one tape, and where few do.
+/// Lanes of a batch: where all pieces have one tape, and where few do. A batch of one lane costs a third of
+/// a batch of four.
 const MANY: usize = 16;
 const FEW: usize = 4;
 
-/// Evaluators for both.
+/// Evaluators for as many pieces at once.
 pub(super) struct Batches<const K: usize> {
     many: Evaluator<Parabolas<MANY, K>>,
     few: Evaluator<Parabolas<FEW, K>>,
+    one: Evaluator<Parabolas<1, K>>,
 }
 
 impl<const K: usize> Batches<K> {
     pub(super) fn new(tape: &Arc<Tape>) -> Self {
-        Batches { many: Evaluator::new(tape.clone()), few: Evaluator::new(tape.clone()) }
+        Batches {
+            many: Evaluator::new(tape.clone()),
+            few: Evaluator::new(tape.clone()),
+            one: Evaluator::new(tape.clone()),
+        }
     }
 
     /// Asks about a piece of each of the `active` entries of a list. `around` is a place and how far the
@@ -45,12 +51,10 @@ impl<const K: usize> Batches<K> {
         for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
             for batch in same.chunks(MANY) {
                 let entries = batch.iter().map(|(_, i)| *i);
-                if batch.len() > FEW {
-                    self.many.turn_to(same[0].0);
-                    answer(&mut self.many, items, entries, &ask, &mut tell);
-                } else {
-                    self.few.turn_to(same[0].0);
-                    answer(&mut self.few, items, entries, &ask, &mut tell);
+                match batch.len() {
+                    1 => answer(self.one.turn_to(same[0].0), items, entries, &ask, &mut tell),
+                    2..=FEW => answer(self.few.turn_to(same[0].0), items, entries, &ask, &mut tell),
+                    _ => answer(self.many.turn_to(same[0].0), items, entries, &ask, &mut tell),
                 }
             }
         }

@@ -19,7 +19,7 @@ pub(super) struct Piece {
 
 impl Piece {
     /// The piece around `mid` that reaches at least `half` to either side, whatever is rounded.
-    fn new(mid: f64, half: f64) -> Piece {
+    pub(super) fn new(mid: f64, half: f64) -> Piece {
         Piece { mid, half: half * (1.0 + 1e-9) + 8.0 * f64::EPSILON * mid.abs() + 1e-300 }
     }
 }
@@ -204,6 +204,12 @@ impl March {
         self.free = self.free.max(piece.mid + piece.half);
         self.stretch = 4.0 * piece.half;
         self.root = None;
+        self.take_islands();
+    }
+
+    /// Leaves behind what is known to be free, as far as `to`.
+    pub(super) fn skip(&mut self, to: f64) {
+        self.free = self.free.max(to);
         self.take_islands();
     }
 

@@ -40,8 +40,11 @@ const WIDEST_OF_PARTS: usize = 1024;
 /// Parts that a beam is cut into.
 const PARTS: usize = 4;
 
-/// A beam marches while its pieces are longer than this share of its radius.
+/// A beam marches while its pieces are longer than this share of its radius,
 const NARROW: f64 = 0.3;
+
+/// and while its tapes are no more work than this for each of its rays.
+const SHARE: u64 = 60;
 
 /// Pieces after which a beam is cut, however well it goes on.
 const PATIENCE: u32 = 200;
@@ -108,8 +111,14 @@ impl Beam {
     /// Decides which piece to look at, or that the beam is too wide to go on.
     fn place(&mut self, cells: &Cells, frames: &[Frame], rays: &[Ray]) {
         let around = |piece| self.section.around_piece(&frames[self.frame], piece);
-        self.piece = worthwhile(&mut self.march, cells, &rays[self.rays.start], around);
-        if self.piece.half < NARROW * self.section.radius(&frames[self.frame], self.piece.mid) {
+        let worth = worthwhile(&mut self.march, cells, &rays[self.rays.start], around);
+        let Some((piece, work)) = worth else {
+            self.state = State::Free;
+            return;
+        };
+        self.piece = piece;
+        let is_narrow = piece.half < NARROW * self.section.radius(&frames[self.frame], piece.mid);
+        if is_narrow || work > SHARE * self.rays.len() as u64 {
             self.state = State::Ended;
         }
     }
@@ -207,7 +216,10 @@ impl Beams {
         active.clear();
         active.extend(0..beams.len());
         while !cancel.load(Ordering::Relaxed) {
-            active.iter().for_each(|&i| beams[i].place(&self.cells, frames, rays));
+            for &i in active.iter() {
+                beams[i].place(&self.cells, frames, rays);
+                stats.culled += u64::from(beams[i].state == State::Free);
+            }
             active.retain(|&i| beams[i].state == State::Marching);
             if active.is_empty() {
                 break;
@@ -241,6 +253,7 @@ impl Beams {
                 let ray = &rays[thin[i].ray];
                 thin[i].place(&self.cells, ray);
             }
+            active.retain(|&i| thin[i].hit.is_none());
             stats.evaluations += active.len() as u64;
             stats.steps += active.len() as u64;
             self.thin.answer(

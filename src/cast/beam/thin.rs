@@ -58,7 +58,10 @@ impl Thin {
 
     /// Decides which piece to look at.
     pub(super) fn place(&mut self, cells: &Cells, ray: &Ray) {
-        self.piece = worthwhile(&mut self.march, cells, ray, |piece| around(ray, piece));
+        match worthwhile(&mut self.march, cells, ray, |piece| around(ray, piece)) {
+            Some((piece, _)) => self.piece = piece,
+            None => self.hit = Some(Hit { certified: self.passed == Passed::Nothing, ..Hit::MISS }),
+        }
     }
 
     /// The coordinates of the piece.
