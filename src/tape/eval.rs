@@ -16,13 +16,15 @@ pub struct Evaluator<T> {
     /// The register of the value of each instruction.
     home: Arc<[u32]>,
     registers: Vec<T>,
+    /// So many evaluations go without machine code.
+    pause: u32,
 }
 
 impl<T: Number> Evaluator<T> {
     /// Memory for a tape; its constants are set once, here.
     pub fn new(tape: Arc<Tape>) -> Self {
         let home = tape.registers().home.clone();
-        let mut evaluator = Evaluator { tape: tape.clone(), home, registers: Vec::new() };
+        let mut evaluator = Evaluator { tape: tape.clone(), home, registers: Vec::new(), pause: 0 };
         evaluator.load(tape);
         evaluator
     }
@@ -30,7 +32,7 @@ impl<T: Number> Evaluator<T> {
     /// An evaluator that keeps the values of all instructions; see [`value`](Self::value).
     pub(super) fn keeping_all(tape: Arc<Tape>) -> Self {
         let home = (0..tape.code.len() as u32).collect();
-        let mut evaluator = Evaluator { registers: vec![T::constant(0.0); tape.code.len()], tape, home };
+        let mut evaluator = Evaluator { registers: vec![T::constant(0.0); tape.code.len()], tape, home, pause: 0 };
         evaluator.set_constants();
         evaluator
     }
@@ -68,30 +70,30 @@ impl<T: Number> Evaluator<T> {
 
     /// Evaluates all outputs at a point and returns the first; see [`output`](Self::output).
     pub fn eval(&mut self, p: &[T; 3]) -> &T {
-        let home = &self.home[..];
-        for (instr, &own) in self.tape.code.iter().zip(home) {
-            // The register that is written is none of those that are read.
-            let (below, rest) = self.registers.split_at_mut(own as usize);
-            let Some((out, above)) = rest.split_first_mut() else { break };
-            let at = |a: u32| {
-                let a = home[a as usize];
-                if a < own { &below[a as usize] } else { &above[(a - own) as usize - 1] }
-            };
-            match instr {
-                Instr::Const(_) => {}
-                Instr::Coordinate(axis) => out.clone_from(&p[*axis]),
-                Instr::Scale(a, k) => at(*a).scale_to(*k, out),
-                Instr::Shift(a, c) => at(*a).shift_to(*c, out),
-                Instr::Op(op, args) => op.apply_to(|i| at(args[i]), out),
-                Instr::Noise(noise, p) => *out = T::kernel(&**noise, p.map(at)),
-                Instr::Grid(grid, p) => *out = T::kernel(&**grid, p.map(at)),
-                Instr::Fractal(fractal, p, further) => {
-                    let [footprint, hurst] = further.map(|a| a.map(at));
-                    *out = fractal.eval_given(&Given { point: p.map(at), footprint, hurst });
-                }
+        if !self.eval_natively(p) {
+            for i in 0..self.tape.code.len() {
+                interpret(&self.tape.code[i], &self.home, i, &mut self.registers, p);
             }
         }
         self.output(0)
+    }
+
+    /// The same by machine code, if there is some and it can tell.
+    fn eval_natively(&mut self, p: &[T; 3]) -> bool {
+        if self.pause > 0 {
+            self.pause -= 1;
+            return false;
+        }
+        let Evaluator { tape, home, registers, .. } = self;
+        if !Arc::ptr_eq(home, &tape.registers().home) {
+            return false; // its values live elsewhere
+        }
+        let one = |registers: &mut [T], i: usize| interpret(&tape.code[i], home, i, registers, p);
+        let outcome = tape.native.eval((tape, home), p, registers, one);
+        if let Outcome::Invalid = outcome {
+            self.pause = PAUSE;
+        }
+        matches!(outcome, Outcome::Done)
     }
 
     /// An output of the last evaluation.
@@ -103,6 +105,48 @@ impl<T: Number> Evaluator<T> {
     /// constants only if [all are kept](Self::keeping_all).
     pub(super) fn value(&self, slot: u32) -> &T {
         &self.registers[self.home[slot as usize] as usize]
+    }
+}
+
+/// What came of an evaluation by machine code.
+pub(super) enum Outcome {
+    /// All is there.
+    #[cfg_attr(not(target_arch = "x86_64"), expect(dead_code))]
+    Done,
+    /// There was a NaN where the machine has other rules than we.
+    #[cfg_attr(not(target_arch = "x86_64"), expect(dead_code))]
+    Invalid,
+    /// There is none.
+    Absent,
+}
+
+/// Evaluations that go without machine code after one that it could not do: where there is a NaN, another
+/// is near.
+const PAUSE: u32 = 8;
+
+/// Executes instruction number `i`.
+#[inline(always)]
+fn interpret<T: Number>(instr: &Instr, home: &[u32], i: usize, registers: &mut [T], p: &[T; 3]) {
+    let own = home[i];
+    // The register that is written is none of those that are read.
+    let (below, rest) = registers.split_at_mut(own as usize);
+    let Some((out, above)) = rest.split_first_mut() else { return };
+    let at = |a: u32| {
+        let a = home[a as usize];
+        if a < own { &below[a as usize] } else { &above[(a - own) as usize - 1] }
+    };
+    match instr {
+        Instr::Const(_) => {}
+        Instr::Coordinate(axis) => out.clone_from(&p[*axis]),
+        Instr::Scale(a, k) => at(*a).scale_to(*k, out),
+        Instr::Shift(a, c) => at(*a).shift_to(*c, out),
+        Instr::Op(op, args) => op.apply_to(|i| at(args[i]), out),
+        Instr::Noise(noise, p) => *out = T::kernel(&**noise, p.map(at)),
+        Instr::Grid(grid, p) => *out = T::kernel(&**grid, p.map(at)),
+        Instr::Fractal(fractal, p, further) => {
+            let [footprint, hurst] = further.map(|a| a.map(at));
+            *out = fractal.eval_given(&Given { point: p.map(at), footprint, hurst });
+        }
     }
 }
 

@@ -9,6 +9,8 @@
 mod cells;
 mod eval;
 mod lower;
+#[cfg_attr(not(target_arch = "x86_64"), path = "native/elsewhere.rs")]
+mod native;
 mod prune;
 
 pub use cells::{Cells, Prunings};
