@@ -263,16 +263,8 @@ fn row(name: &str, root: impl Fn(&mut Build) -> NodeId, by_hand: impl Fn(&Points
     let mut evaluator = Evaluator::<Many<f64, LANES>>::new(tape);
     let at = points();
     let (mut ours, mut theirs) = (vec![0.0; POINTS], vec![0.0; POINTS]);
-    let mut p = [Many([0.0; LANES]); 3];
     let times = race(
-        || {
-            for start in (0..POINTS).step_by(LANES) {
-                for (batch, all) in p.iter_mut().zip(&at) {
-                    batch.0.copy_from_slice(&all[start..start + LANES]);
-                }
-                ours[start..start + LANES].copy_from_slice(&evaluator.eval(black_box(&p)).0);
-            }
-        },
+        || evaluator.eval_all(black_box(&at).each_ref().map(|at| &at[..]), &mut ours),
         || by_hand(black_box(&at), &mut theirs),
     );
     let [tape, hand] = times;

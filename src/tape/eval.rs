@@ -6,7 +6,7 @@
 
 use super::{Instr, Tape};
 use crate::noise::Given;
-use crate::num::Number;
+use crate::num::{Many, Number};
 use std::sync::Arc;
 
 /// Evaluates a tape on one kind of number, with memory of its own; one per thread.
@@ -80,18 +80,23 @@ impl<T: Number> Evaluator<T> {
 
     /// The same by machine code, if there is some and it can tell.
     fn eval_natively(&mut self, p: &[T; 3]) -> bool {
-        if self.pause > 0 {
-            self.pause -= 1;
+        self.natively(|tape, home, registers| {
+            let one = |registers: &mut [T], i: usize| interpret(&tape.code[i], home, i, registers, p);
+            tape.native.eval((tape, home), p, registers, one)
+        })
+    }
+
+    /// Tries an evaluation by machine code, unless one has failed a short while ago.
+    fn natively(&mut self, eval: impl FnOnce(&Tape, &[u32], &mut Vec<T>) -> Outcome) -> bool {
+        let Evaluator { tape, home, registers, pause } = self;
+        let keeps_all = !Arc::ptr_eq(home, &tape.registers().home);
+        if keeps_all || *pause > 0 {
+            *pause = pause.saturating_sub(1);
             return false;
         }
-        let Evaluator { tape, home, registers, .. } = self;
-        if !Arc::ptr_eq(home, &tape.registers().home) {
-            return false; // its values live elsewhere
-        }
-        let one = |registers: &mut [T], i: usize| interpret(&tape.code[i], home, i, registers, p);
-        let outcome = tape.native.eval((tape, home), p, registers, one);
+        let outcome = eval(tape, home, registers);
         if let Outcome::Invalid = outcome {
-            self.pause = PAUSE;
+            *pause = PAUSE;
         }
         matches!(outcome, Outcome::Done)
     }
@@ -105,6 +110,39 @@ impl<T: Number> Evaluator<T> {
     /// constants only if [all are kept](Self::keeping_all).
     pub(super) fn value(&self, slot: u32) -> &T {
         &self.registers[self.home[slot as usize] as usize]
+    }
+}
+
+/// Points that [`Evaluator::eval_all`] does in one go.
+const PIECE: usize = 1024;
+
+impl<const B: usize> Evaluator<Many<f64, B>> {
+    /// Evaluates the first output at as many points as the shortest of the slices has; what it costs to begin
+    /// is spread over more of them than with single batches. Other outputs are not kept.
+    pub fn eval_all(&mut self, at: [&[f64]; 3], out: &mut [f64]) {
+        let count = at.iter().map(|at| at.len()).fold(out.len(), usize::min);
+        for start in (0..count).step_by(PIECE) {
+            let piece = start..count.min(start + PIECE);
+            let at = at.map(|at| &at[piece.clone()]);
+            let out = &mut out[piece];
+            let slices = |tape: &Tape, home: &[u32], registers: &mut Vec<_>| {
+                tape.native.eval_slices((tape, home), at, registers, out)
+            };
+            if !self.natively(slices) {
+                self.eval_batches(at, out);
+            }
+        }
+    }
+
+    /// The same, batch by batch.
+    fn eval_batches(&mut self, at: [&[f64]; 3], out: &mut [f64]) {
+        let mut p = [Many([0.0; B]); 3];
+        for (batch, out) in out.chunks_mut(B).enumerate() {
+            for (p, at) in p.iter_mut().zip(at) {
+                p.0[..out.len()].copy_from_slice(&at[B * batch..][..out.len()]);
+            }
+            out.copy_from_slice(&self.eval(&p).0[..out.len()]);
+        }
     }
 }
 
@@ -161,6 +199,12 @@ impl Tape {
     /// The registers of the tape's values.
     fn registers(&self) -> &Registers {
         self.registers.get_or_init(|| allocate(self))
+    }
+
+    /// Has machine code made for the vectors in use now, rather than when evaluations in bulk have become
+    /// many, and says whether there is any; values are the same with it and without.
+    pub fn translate(&self) -> bool {
+        self.native.translate((self, &self.registers().home))
     }
 }
 

@@ -18,4 +18,20 @@ impl Native {
     ) -> Outcome {
         Outcome::Absent
     }
+
+    /// The same.
+    pub(super) fn eval_slices<T>(
+        &self,
+        _: (&Tape, &[u32]),
+        _: [&[f64]; 3],
+        _: &mut Vec<T>,
+        _: &mut [f64],
+    ) -> Outcome {
+        Outcome::Absent
+    }
+
+    /// Never any.
+    pub(super) fn translate(&self, _: (&Tape, &[u32])) -> bool {
+        false
+    }
 }

@@ -83,7 +83,7 @@ const DOWN: u8 = 9;
 const RAX: u8 = 0;
 const NUMBERS: u8 = 1; // rcx
 const STRIDE: u8 = 2; // rdx
-const COORDINATES: u8 = 6; // rsi
+const COORDINATES: [u8; 3] = [6, 10, 11]; // rsi, r10, r11
 const HOMES: u8 = 7; // rdi
 const ASIDE: u8 = 8; // r8
 
@@ -96,9 +96,9 @@ struct Address {
 
 /// Machine code in the making.
 ///
-/// A run is a function of the System V convention: in `rdi` the evaluator's registers, in `rsi` the
-/// coordinates, in `rdx` the bytes of a batch, in `rcx` the numbers, in `r8` room for vectors that are put
-/// aside. It returns whether an operation was invalid, if it was asked to watch for that.
+/// A run is a function of the System V convention: in `rdi` the evaluator's registers, in `rsi` where
+/// to find the three coordinates, in `rdx` the bytes of a batch, in `rcx` the numbers, in `r8` room for
+/// vectors that are put aside. It returns whether an operation was invalid, if it watches for that.
 pub(super) struct Assembler {
     pub(super) width: Width,
     pub(super) code: Vec<u8>,
@@ -109,15 +109,13 @@ impl Assembler {
         Assembler { width, code: Vec::new() }
     }
 
-    /// Begins a run and returns where it begins, and its loop.
-    pub(super) fn begin(&mut self, watches: bool) -> [usize; 2] {
-        // The loop begins with a cache line; nothing runs through what fills the one before.
-        let before = if watches { 4 + 19 } else { 4 };
-        while !(self.code.len() + before).is_multiple_of(64) {
-            self.code.push(0xcc); // int3
-        }
+    /// Begins a run; returns where that is.
+    pub(super) fn begin(&mut self, watches: bool) -> usize {
         let entry = self.code.len();
         self.code.extend([0x4c, 0x8d, 0x0c, 0x17]); // lea r9, [rdi + rdx]
+        self.code.extend([0x4c, 0x8b, 0x56, 0x08]); // mov r10, [rsi + 8]
+        self.code.extend([0x4c, 0x8b, 0x5e, 0x10]); // mov r11, [rsi + 16]
+        self.code.extend([0x48, 0x8b, 0x36]); // mov rsi, [rsi]
         if watches {
             self.code.push(0x50); // push rax
             self.code.extend([0x0f, 0xae, 0x1c, 0x24]); // stmxcsr [rsp]
@@ -126,13 +124,25 @@ impl Assembler {
             self.code.extend([0x83, 0x24, 0x24, 0xfe]); // and dword [rsp], ~1
             self.code.extend([0x0f, 0xae, 0x14, 0x24]); // ldmxcsr [rsp]
         }
-        [entry, self.code.len()]
+        entry
     }
 
-    /// Goes on with the next vectors at `start`, or ends the run.
+    /// Begins the loop over the vectors of a batch, with a cache line; returns where that is.
+    pub(super) fn begin_loop(&mut self) -> usize {
+        let gap = self.code.len().next_multiple_of(64) - self.code.len();
+        for _ in 0..gap / 9 {
+            self.code.extend([0x66, 0x0f, 0x1f, 0x84, 0, 0, 0, 0, 0]); // nop
+        }
+        self.code.resize(self.code.len() + gap % 9, 0x90); // nop
+        self.code.len()
+    }
+
+    /// Goes on with the next vectors in the loop that begins at `start`, or ends the run.
     pub(super) fn end(&mut self, start: usize, watches: bool) {
         let step = self.width.bytes() as u8;
         self.code.extend([0x48, 0x83, 0xc6, step]); // add rsi, step
+        self.code.extend([0x49, 0x83, 0xc2, step]); // add r10, step
+        self.code.extend([0x49, 0x83, 0xc3, step]); // add r11, step
         self.code.extend([0x48, 0x83, 0xc7, step]); // add rdi, step
         self.code.extend([0x4c, 0x39, 0xcf]); // cmp rdi, r9
         let back = start as i64 - (self.code.len() + 6) as i64;
@@ -264,25 +274,25 @@ impl Assembler {
     }
 
     fn address(&mut self, place: Place) -> Address {
+        let at = |base, offset: usize| Address { base, index: None, offset: offset as i32 };
         match place {
-            Place::Number(k) => Address { base: NUMBERS, index: None, offset: 8 * k as i32 },
-            Place::Aside(k) => Address { base: ASIDE, index: None, offset: (self.width.bytes() as u32 * k) as i32 },
-            Place::Coordinate(axis) => self.batch(COORDINATES, axis as u32),
-            Place::Home(home) => self.batch(HOMES, home),
+            Place::Number(k) => at(NUMBERS, 8 * k),
+            Place::Aside(k) => at(ASIDE, self.width.bytes() * k as usize),
+            Place::Coordinate(axis) => at(COORDINATES[axis], 0),
+            Place::Home(home) => Address { base: HOMES, index: self.batches(home), offset: 0 },
         }
     }
 
-    /// A batch of many; how long one is, is known only when the run is called.
-    fn batch(&mut self, base: u8, which: u32) -> Address {
-        let index = match which {
+    /// An index of so many batches; how long one is, is known only when the run is called.
+    fn batches(&mut self, count: u32) -> Option<(u8, u8)> {
+        match count {
             0 => None,
-            1 | 2 | 4 | 8 => Some((STRIDE, which.trailing_zeros() as u8)),
+            1 | 2 | 4 | 8 => Some((STRIDE, count.trailing_zeros() as u8)),
             _ => {
-                self.code.extend([0x48, 0x69, 0xc2]); // imul rax, rdx, which
-                self.code.extend(which.to_le_bytes());
+                self.code.extend([0x48, 0x69, 0xc2]); // imul rax, rdx, count
+                self.code.extend(count.to_le_bytes());
                 Some((RAX, 0))
             }
-        };
-        Address { base, index, offset: 0 }
+        }
     }
 }

@@ -31,14 +31,14 @@ impl Drop for Piece {
 }
 
 /// The beginning of a run; see [`Assembler`](super::encode::Assembler).
-type Run = unsafe extern "sysv64" fn(*mut f64, *const f64, usize, *const u64, *mut f64) -> u32;
+type Run = unsafe extern "sysv64" fn(*mut f64, *const [*const f64; 3], usize, *const u64, *mut f64) -> u32;
 
 /// What a run works on.
 pub(super) struct Batches {
     /// The registers of the evaluator, one batch after the other.
     pub(super) homes: *mut f64,
-    /// The three coordinates, in the same way.
-    pub(super) coordinates: *const f64,
+    /// A batch of each coordinate.
+    pub(super) coordinates: [*const f64; 3],
     /// Bytes of a batch.
     pub(super) bytes: usize,
     /// Room for what is put aside.
@@ -70,7 +70,7 @@ impl Code {
     /// in the batches: every home and coordinate, `bytes` a multiple of a vector's, and aside as much
     /// as the run puts there.
     pub(super) unsafe fn call(&self, entry: usize, batches: &Batches) -> bool {
-        let Batches { homes, coordinates, bytes, aside } = *batches;
+        let Batches { homes, ref coordinates, bytes, aside } = *batches;
         // Safety: a run of this signature begins here, as the caller warrants.
         let invalid = unsafe {
             let run = std::mem::transmute::<*const u8, Run>(self.map.as_ptr().add(entry));

@@ -33,7 +33,6 @@ use memory::{Batches, Code};
 use runs::Part;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
-use trace::Line;
 
 /// What a translation costs, in instructions that are interpreted for a lane: so many for each instruction
 /// of the tape, and so many besides. A tape is translated when it has been interpreted for as long as
@@ -62,25 +61,22 @@ impl Native {
     /// `interpret` does a single one of them.
     pub(super) fn eval<T: Number>(
         &self,
-        (tape, home): (&Tape, &[u32]),
+        tape: (&Tape, &[u32]),
         at: &[T; 3],
         registers: &mut Vec<T>,
         interpret: impl Fn(&mut [T], usize),
     ) -> Outcome {
         let Some(lanes) = T::plain().map(|plain| plain.count()) else { return Outcome::Absent };
-        let Some(translated) = self.translated((tape, home), lanes) else { return Outcome::Absent };
-        let batches = translated.homes + translated.aside.div_ceil(8 * lanes);
-        if registers.len() < batches {
-            registers.resize(batches, T::constant(0.0));
-        }
+        let Some(translated) = self.translated(tape, lanes) else { return Outcome::Absent };
+        translated.make_room(registers, lanes);
         for step in &translated.steps {
             match *step {
                 Step::One(slot) => interpret(registers, slot as usize),
                 Step::Run(entry) => {
                     let homes = registers.as_mut_ptr().cast::<f64>();
+                    let coordinates = at.each_ref().map(|at| std::ptr::from_ref(at).cast());
                     let aside = homes.wrapping_add(translated.homes * lanes);
-                    let batches =
-                        Batches { homes, coordinates: at.as_ptr().cast(), bytes: 8 * lanes, aside };
+                    let batches = Batches { homes, coordinates, bytes: 8 * lanes, aside };
                     // Safety: a `T` is so many numbers and nothing else, whole vectors of them that
                     // the machine has, and there are batches for all homes and for what is put aside.
                     if unsafe { translated.code.call(entry, &batches) } {
@@ -92,27 +88,66 @@ impl Native {
         Outcome::Done
     }
 
-    /// The code for the vectors in use, if batches are made of them, and if it is worth having.
-    fn translated(&self, (tape, home): (&Tape, &[u32]), lanes: usize) -> Option<&Translated> {
-        let (width, slot) = match simd_level() {
-            Level::Avx512 => (Width::Zmm, &self.wide),
-            Level::Avx2 => (Width::Ymm, &self.narrow),
-            Level::Baseline => return None,
+    /// Evaluates the one output of a tape that is all one run, from slices to a slice, which must be of
+    /// one length.
+    pub(super) fn eval_slices<T: Number>(
+        &self,
+        tape: (&Tape, &[u32]),
+        at: [&[f64]; 3],
+        registers: &mut Vec<T>,
+        out: &mut [f64],
+    ) -> Outcome {
+        let (Some(plain), true) = (T::plain(), at.iter().all(|at| at.len() == out.len())) else {
+            return Outcome::Absent;
         };
-        if !(8 * lanes).is_multiple_of(width.bytes()) {
+        let Some(translated) = self.translated(tape, out.len()) else { return Outcome::Absent };
+        let ([Step::Run(entry)], [output]) = (&translated.steps[..], &tape.0.outputs[..]) else {
+            return Outcome::Absent;
+        };
+        translated.make_room(registers, plain.count());
+        let home = tape.1[*output as usize] as usize;
+        let batches = Batches {
+            // The only home that is written is where it should be.
+            homes: out.as_mut_ptr().wrapping_sub(home * out.len()),
+            coordinates: at.map(|at| at.as_ptr()),
+            bytes: 8 * out.len(),
+            aside: registers.as_mut_ptr().cast(),
+        };
+        // Safety: all slices have so many numbers, whole vectors of them that the machine has. A tape of one
+        // run reads no home and writes those of its outputs alone. What is put aside fits into the registers.
+        if unsafe { translated.code.call(*entry, &batches) } { Outcome::Invalid } else { Outcome::Done }
+    }
+
+    /// Makes the code for the vectors in use; whether there is any.
+    pub(super) fn translate(&self, tape: (&Tape, &[u32])) -> bool {
+        self.in_use().is_some_and(|(width, slot)| slot.get_or_init(|| Translated::new(tape, width)).is_some())
+    }
+
+    /// The code for the vectors in use, if batches are made of them, and if it is worth having.
+    fn translated(&self, tape: (&Tape, &[u32]), lanes: usize) -> Option<&Translated> {
+        let (width, slot) = self.in_use()?;
+        if lanes == 0 || !(8 * lanes).is_multiple_of(width.bytes()) {
             return None;
         }
-        if let Some(known) = slot.get() {
-            return known.as_ref();
+        if slot.get().is_none() {
+            // Relaxed: it hardly matters who counts what, since the bits are the same.
+            let lanes = lanes as u64;
+            let so_far = lanes + self.lanes.fetch_add(lanes, Ordering::Relaxed);
+            let count = tape.0.len() as u64;
+            if so_far * count >= FOR_ALL + FOR_EACH * count {
+                self.translate(tape);
+            }
         }
-        // Relaxed: it hardly matters who counts what, since the bits are the same.
-        let so_far = lanes as u64 + self.lanes.fetch_add(lanes as u64, Ordering::Relaxed);
-        let count = tape.len() as u64;
-        if so_far * count < FOR_ALL + FOR_EACH * count {
-            return None;
+        slot.get()?.as_ref()
+    }
+
+    /// The vectors in use, and where their code is.
+    fn in_use(&self) -> Option<(Width, &OnceLock<Option<Translated>>)> {
+        match simd_level() {
+            Level::Avx512 => Some((Width::Zmm, &self.wide)),
+            Level::Avx2 => Some((Width::Ymm, &self.narrow)),
+            Level::Baseline => None,
         }
-        let translate = || if tells_invalid() { Translated::new((tape, home), width) } else { None };
-        slot.get_or_init(translate).as_ref()
     }
 }
 
@@ -137,25 +172,36 @@ enum Step {
 }
 
 impl Translated {
+    /// Registers for all homes, and for what is put aside.
+    fn make_room<T: Number>(&self, registers: &mut Vec<T>, lanes: usize) {
+        let batches = self.homes + self.aside.div_ceil(8 * lanes);
+        if registers.len() < batches {
+            registers.resize(batches, T::constant(0.0));
+        }
+    }
+
     /// `None` where there is nothing to gain, or no memory that may be executed.
-    fn new((tape, home): (&Tape, &[u32]), width: Width) -> Option<Translated> {
+    fn new(tape: (&Tape, &[u32]), width: Width) -> Option<Translated> {
+        if tells_invalid() { Translated::unasked(tape, width) } else { None }
+    }
+
+    /// The same on a machine of which nothing is known.
+    fn unasked((tape, home): (&Tape, &[u32]), width: Width) -> Option<Translated> {
         let mut asm = Assembler::new(width);
         let (mut numbers, mut aside) = (Vec::new(), 0);
         let mut translate = |part| match part {
             Part::One(slot) => Step::One(slot),
             Part::Run(lines) => {
-                let watches = lines.iter().any(Line::may_be_invalid);
-                let [entry, start] = asm.begin(watches);
-                aside = aside.max(registers::assemble(&lines, &mut asm, &mut numbers));
-                asm.end(start, watches);
-                Step::Run(entry)
+                let run = registers::assemble(&lines, &mut asm, &mut numbers);
+                aside = aside.max(run.aside);
+                Step::Run(run.entry)
             }
         };
         let steps: Vec<Step> = runs::cut(tape, home).into_iter().map(&mut translate).collect();
         let homes = home.iter().max().map_or(0, |most| *most as usize + 1);
         let gains = steps.iter().any(|step| matches!(step, Step::Run(_)));
         let code = if gains { Code::new(&asm.code, numbers)? } else { return None };
-        Some(Translated { code, steps, homes, aside: aside as usize * width.bytes() })
+        Some(Translated { code, steps, homes, aside: aside * width.bytes() })
     }
 }
 
@@ -165,12 +211,13 @@ fn tells_invalid() -> bool {
     *TELLS.get_or_init(|| {
         let code = vec![Instr::Coordinate(0), Instr::Coordinate(1), Instr::Op(Op::Min(op::Min), [0, 1, 0, 0, 0, 0])];
         let tape = (&Tape::of(code, vec![2]), &[0, 1, 2][..]);
-        let Some(translated) = Translated::new(tape, Width::Ymm) else { return false };
+        let Some(translated) = Translated::unasked(tape, Width::Ymm) else { return false };
         let [Step::Run(entry)] = translated.steps[..] else { return false };
         let invalid = |x: f64| {
-            let (coordinates, mut homes) = ([[x; 4], [1.0; 4], [0.0; 4]], [[0.0; 4]; 3]);
-            let homes = homes.as_mut_ptr().cast::<f64>();
-            let batches = Batches { homes, coordinates: coordinates.as_ptr().cast(), bytes: 32, aside: homes };
+            let (coordinates, mut homes) = ([[x; 4], [1.0; 4], [0.0; 4]], [0.0; 12]);
+            let coordinates = coordinates.each_ref().map(|at| at.as_ptr());
+            let homes = homes.as_mut_ptr();
+            let batches = Batches { homes, coordinates, bytes: 32, aside: homes };
             // Safety: a batch is one vector, there are three homes, and nothing is put aside. All machines
             // that are asked this have AVX2.
             unsafe { translated.code.call(entry, &batches) }

@@ -5,7 +5,8 @@
 //! register at once. Where all are taken, the value goes that is read next after all others, which for
 //! straight code is the best choice as to loads (L. A. Belady, A study of replacement algorithms for
 //! a virtual-storage computer, 1966). Numbers, coordinates and what has a home lie in memory anyway;
-//! a value that does not is put aside once, and loaded from there.
+//! a value that does not is put aside once, and loaded from there. Registers that are left over
+//! hold numbers throughout the loop.
 
 use super::encode::{Assembler, Place, Source};
 use super::trace::{Do, Line};
@@ -13,30 +14,32 @@ use super::trace::{Do, Line};
 /// The line that reads a value that none does.
 const NEVER: u32 = u32::MAX;
 
-/// Writes the instructions for the lines of a run, within its loop. Numbers that they read are added to
-/// `numbers`. Returns how many vectors are put aside at a time.
-pub(super) fn assemble(lines: &[Line], asm: &mut Assembler, numbers: &mut Vec<u64>) -> u32 {
-    let (reads, next) = uses(lines);
-    let values = lines
-        .iter()
-        .zip(next)
-        .map(|(line, next)| Value { next, register: None, place: place(line, next, numbers) })
-        .collect();
-    let count = asm.width.registers();
-    let free = ((1_u64 << count) - 1) as u32;
-    let held = vec![0; count as usize];
-    let mut scan = Scan { asm, values, held, free, vacant: Vec::new(), left: Vec::new(), aside: 0 };
+/// A run in machine code.
+pub(super) struct Assembled {
+    /// Where it begins.
+    pub(super) entry: usize,
+    /// How many vectors it puts aside at a time.
+    pub(super) aside: usize,
+}
+
+/// Writes the instructions of a run. Numbers that they read are added to `numbers`.
+pub(super) fn assemble(lines: &[Line], asm: &mut Assembler, numbers: &mut Vec<u64>) -> Assembled {
+    let watches = lines.iter().any(Line::may_be_invalid);
+    let entry = asm.begin(watches);
+    let mut scan = Scan::new(lines, asm, numbers);
+    scan.fix_numbers(lines);
+    let start = scan.asm.begin_loop();
     for (i, line) in lines.iter().enumerate() {
         scan.vacant.append(&mut scan.left);
         match *line {
-            Line::Compute(act, args) if scan.values[i].next != NEVER => {
-                scan.compute(i as u32, act, args, reads[i]);
-            }
-            Line::Store(value, home) => scan.keep(value, home, reads[i][0]),
+            Line::Compute(act, args) if scan.values[i].next != NEVER => scan.compute(i, act, args),
+            Line::Store(value, home) => scan.keep(i, value, home),
             Line::Compute(..) | Line::Number(_) | Line::Coordinate(_) | Line::Home(_) => {}
         }
     }
-    scan.aside
+    let aside = scan.aside as usize;
+    asm.end(start, watches);
+    Assembled { entry, aside }
 }
 
 /// For each line the lines that read its arguments next, and for each value the line that reads it first.
@@ -81,10 +84,13 @@ struct Value {
 struct Scan<'a> {
     asm: &'a mut Assembler,
     values: Vec<Value>,
+    /// For each line the lines that read its arguments next.
+    reads: Vec<[u32; 2]>,
     /// The value in each register that is not free.
     held: Vec<u32>,
-    /// A bit for each free register.
+    /// A bit for each free register, and for each that holds a number throughout the loop.
     free: u32,
+    fixed: u32,
     /// Places aside that can be taken again, those that can be from the next line on, and how many there
     /// are.
     vacant: Vec<u32>,
@@ -92,8 +98,80 @@ struct Scan<'a> {
     aside: u32,
 }
 
-impl Scan<'_> {
-    fn compute(&mut self, line: u32, act: Do, [mut x, mut y]: [u32; 2], mut reads: [u32; 2]) {
+impl<'a> Scan<'a> {
+    fn new(lines: &[Line], asm: &'a mut Assembler, numbers: &mut Vec<u64>) -> Scan<'a> {
+        let (reads, next) = uses(lines);
+        let values = lines
+            .iter()
+            .zip(next)
+            .map(|(line, next)| Value { next, register: None, place: place(line, next, numbers) })
+            .collect();
+        let count = asm.width.registers();
+        Scan {
+            asm,
+            values,
+            reads,
+            held: vec![0; count as usize],
+            free: ((1_u64 << count) - 1) as u32,
+            fixed: 0,
+            vacant: Vec::new(),
+            left: Vec::new(),
+            aside: 0,
+        }
+    }
+
+    /// Most values but numbers that are needed at a time.
+    fn most_alive(&self, lines: &[Line]) -> usize {
+        let (mut alive, mut most) = (vec![false; lines.len()], 0);
+        let mut count = 0_usize;
+        let mut set = |value: u32, is: bool| {
+            let was = std::mem::replace(&mut alive[value as usize], is);
+            let is_number = matches!(lines[value as usize], Line::Number(_));
+            count += usize::from(is && !was && !is_number);
+            count -= usize::from(was && !is && !is_number);
+            most = most.max(count);
+        };
+        for (i, line) in lines.iter().enumerate() {
+            let args = match *line {
+                Line::Compute(_, args) if self.values[i].next != NEVER => args,
+                Line::Store(value, _) => [value; 2],
+                _ => continue,
+            };
+            args.iter().for_each(|&a| set(a, true));
+            args.iter().zip(self.reads[i]).for_each(|(&a, next)| set(a, next != NEVER));
+            if matches!(line, Line::Compute(..)) {
+                set(i as u32, true);
+            }
+        }
+        most
+    }
+
+    /// Loads the first of the numbers before the loop, into registers that nothing else needs.
+    fn fix_numbers(&mut self, lines: &[Line]) {
+        // Two for numbers that are left.
+        let room = self.held.len().saturating_sub(self.most_alive(lines) + 2);
+        let mut all: Vec<(u64, u8)> = Vec::with_capacity(room);
+        for (i, line) in lines.iter().enumerate() {
+            let Value { next, place: Some(place), .. } = self.values[i] else { continue };
+            let Line::Number(bits) = *line else { continue };
+            let known = all.iter().find(|(other, _)| *other == bits).map(|(_, register)| *register);
+            if next == NEVER || (known.is_none() && all.len() == room) {
+                continue;
+            }
+            let register = known.unwrap_or_else(|| {
+                let register = (self.held.len() - 1 - all.len()) as u8;
+                self.asm.load(register, place);
+                all.push((bits, register));
+                register
+            });
+            self.fixed |= 1 << register;
+            self.free &= !(1 << register);
+            self.values[i].register = Some(register);
+        }
+    }
+
+    fn compute(&mut self, line: usize, act: Do, [mut x, mut y]: [u32; 2]) {
+        let mut reads = self.reads[line];
         let is_loaded = |value: u32| self.values[value as usize].register.is_some();
         if act.commutes() && !is_loaded(x) && is_loaded(y) {
             (x, y) = (y, x);
@@ -113,15 +191,15 @@ impl Scan<'_> {
         self.leave(y, reads[1]);
         let to = self.vacate(None);
         self.asm.act(act, to, first, second);
-        self.hold(line, to);
+        self.hold(line as u32, to);
     }
 
     /// Stores a value in its home.
-    fn keep(&mut self, value: u32, home: u32, next: u32) {
+    fn keep(&mut self, line: usize, value: u32, home: u32) {
         let from = self.load(value, None);
         self.asm.store(Place::Home(home), from);
         self.values[value as usize].place.get_or_insert(Place::Home(home));
-        self.leave(value, next);
+        self.leave(value, self.reads[line][0]);
     }
 
     /// The register of a value that is needed now, other than the one given.
@@ -143,7 +221,7 @@ impl Scan<'_> {
             return self.free.trailing_zeros() as u8;
         }
         let next = |r: u8| self.values[self.held[r as usize] as usize].next;
-        let all = (0..self.held.len() as u8).filter(|r| Some(*r) != other);
+        let all = (0..self.held.len() as u8).filter(|r| Some(*r) != other && self.fixed >> r & 1 == 0);
         let register = all.max_by_key(|r| next(*r)).unwrap_or(0);
         let value = self.held[register as usize];
         if self.values[value as usize].place.is_none() {
@@ -166,7 +244,7 @@ impl Scan<'_> {
 
     fn release(&mut self, value: u32) {
         if let Some(register) = self.values[value as usize].register.take() {
-            self.free |= 1 << register;
+            self.free |= 1 << register & !self.fixed;
         }
     }
 
