@@ -2,7 +2,8 @@
 //!
 //! A tape names its values by the instructions that compute them. An evaluator keeps them in fewer
 //! *registers*: one is taken again as soon as its value has been read for the last time, so that the
-//! registers of a long tape stay in the first-level cache, however wide the batches are.
+//! registers of a long tape stay in the first-level cache, however wide the batches are. For batches of
+//! plain numbers there may be machine code in place of the loop (`native`), with the same bits.
 
 use super::{Instr, Tape};
 use crate::noise::Given;

@@ -225,3 +225,6 @@ fn tells_invalid() -> bool {
         invalid(f64::NAN) && !invalid(0.0)
     })
 }
+
+#[cfg(test)]
+mod tests;
