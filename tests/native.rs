@@ -228,7 +228,13 @@ fn slices_of_any_length() {
         let noise = b.noise(7, 2.0);
         let [x, y, _] = b.p();
         let (bumpy, cut) = (b.add(ball, noise), b.max(ball, x));
-        for root in [ball, bumpy, cut, y] {
+        // Constants and more values than registers, read there and back.
+        let half = b.num(0.5);
+        let many: Vec<NodeId> = (0..40).map(|i| b.scaled(f64::from(i) + 0.5, x)).collect();
+        let many: Vec<NodeId> = many.into_iter().map(|v| b.op(Op::Div(op::Div), &[half, v])).collect();
+        let there = many[1..].iter().fold(many[0], |sum, v| b.sub(sum, *v));
+        let crowd = many.iter().rev().fold(there, |least, v| b.min(least, *v));
+        for root in [ball, bumpy, cut, y, crowd] {
             let tape = tape(&b, &[root], level);
             for (count, sort) in [0, 1, 7, 64, 1000, 1024, 1032, 5000].into_iter().zip(SORTS.iter().cycle()) {
                 let at: [Vec<f64>; 3] =

@@ -33,7 +33,8 @@ impl<T: Number> Evaluator<T> {
     /// An evaluator that keeps the values of all instructions; see [`value`](Self::value).
     pub(super) fn keeping_all(tape: Arc<Tape>) -> Self {
         let home = (0..tape.code.len() as u32).collect();
-        let mut evaluator = Evaluator { registers: vec![T::constant(0.0); tape.code.len()], tape, home, pause: 0 };
+        let mut evaluator =
+            Evaluator { registers: vec![T::constant(0.0); tape.code.len()], tape, home, pause: 0 };
         evaluator.set_constants();
         evaluator
     }
@@ -89,6 +90,10 @@ impl<T: Number> Evaluator<T> {
 
     /// Tries an evaluation by machine code, unless one has failed a short while ago.
     fn natively(&mut self, eval: impl FnOnce(&Tape, &[u32], &mut Vec<T>) -> Outcome) -> bool {
+        // Known when this is compiled.
+        if T::plain().is_none_or(|plain| plain.count() == 1) {
+            return false;
+        }
         let Evaluator { tape, home, registers, pause } = self;
         let keeps_all = !Arc::ptr_eq(home, &tape.registers().home);
         if keeps_all || *pause > 0 {

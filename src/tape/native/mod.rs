@@ -36,7 +36,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What a translation costs, in instructions that are interpreted for a lane: so many for each instruction
 /// of the tape, and so many besides. A tape is translated when it has been interpreted for as long as
-/// that takes, so that no more than twice the better choice is ever spent.
+/// that takes, so that no more than about twice the better choice is ever spent. (Measured: 160 ns for each
+/// and 6 us for all, where the interpreter takes 0.22 ns.)
 const FOR_EACH: u64 = 1000;
 const FOR_ALL: u64 = 50_000;
 
@@ -68,14 +69,13 @@ impl Native {
     ) -> Outcome {
         let Some(lanes) = T::plain().map(|plain| plain.count()) else { return Outcome::Absent };
         let Some(translated) = self.translated(tape, lanes) else { return Outcome::Absent };
-        translated.make_room(registers, lanes);
         for step in &translated.steps {
             match *step {
                 Step::One(slot) => interpret(registers, slot as usize),
                 Step::Run(entry) => {
+                    let aside = translated.make_room(registers, lanes);
                     let homes = registers.as_mut_ptr().cast::<f64>();
                     let coordinates = at.each_ref().map(|at| std::ptr::from_ref(at).cast());
-                    let aside = homes.wrapping_add(translated.homes * lanes);
                     let batches = Batches { homes, coordinates, bytes: 8 * lanes, aside };
                     // Safety: a `T` is so many numbers and nothing else, whole vectors of them that
                     // the machine has, and there are batches for all homes and for what is put aside.
@@ -104,17 +104,17 @@ impl Native {
         let ([Step::Run(entry)], [output]) = (&translated.steps[..], &tape.0.outputs[..]) else {
             return Outcome::Absent;
         };
-        translated.make_room(registers, plain.count());
+        let aside = translated.make_room(registers, plain.count());
         let home = tape.1[*output as usize] as usize;
         let batches = Batches {
             // The only home that is written is where it should be.
             homes: out.as_mut_ptr().wrapping_sub(home * out.len()),
             coordinates: at.map(|at| at.as_ptr()),
             bytes: 8 * out.len(),
-            aside: registers.as_mut_ptr().cast(),
+            aside,
         };
         // Safety: all slices have so many numbers, whole vectors of them that the machine has. A tape of one
-        // run reads no home and writes those of its outputs alone. What is put aside fits into the registers.
+        // run reads no home and writes those of its outputs alone. There is room for what is put aside.
         if unsafe { translated.code.call(*entry, &batches) } { Outcome::Invalid } else { Outcome::Done }
     }
 
@@ -172,12 +172,13 @@ enum Step {
 }
 
 impl Translated {
-    /// Registers for all homes, and for what is put aside.
-    fn make_room<T: Number>(&self, registers: &mut Vec<T>, lanes: usize) {
+    /// Makes registers for all homes, and behind them for what is put aside; where that is.
+    fn make_room<T: Number>(&self, registers: &mut Vec<T>, lanes: usize) -> *mut f64 {
         let batches = self.homes + self.aside.div_ceil(8 * lanes);
         if registers.len() < batches {
             registers.resize(batches, T::constant(0.0));
         }
+        registers.as_mut_ptr().wrapping_add(self.homes).cast()
     }
 
     /// `None` where there is nothing to gain, or no memory that may be executed.
@@ -209,7 +210,8 @@ impl Translated {
 fn tells_invalid() -> bool {
     static TELLS: OnceLock<bool> = OnceLock::new();
     *TELLS.get_or_init(|| {
-        let code = vec![Instr::Coordinate(0), Instr::Coordinate(1), Instr::Op(Op::Min(op::Min), [0, 1, 0, 0, 0, 0])];
+        let code =
+            vec![Instr::Coordinate(0), Instr::Coordinate(1), Instr::Op(Op::Min(op::Min), [0, 1, 0, 0, 0, 0])];
         let tape = (&Tape::of(code, vec![2]), &[0, 1, 2][..]);
         let Some(translated) = Translated::unasked(tape, Width::Ymm) else { return false };
         let [Step::Run(entry)] = translated.steps[..] else { return false };

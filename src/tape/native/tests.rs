@@ -1,3 +1,5 @@
+//! Instructions as bytes, and what becomes of NaN and of too many values.
+
 use super::encode::{Assembler, Place, Source, Width};
 use super::trace::Do;
 use super::*;
@@ -85,7 +87,8 @@ fn nan_is_left_to_the_interpreter_where_machines_differ_about_it() {
         return;
     }
     let sum = tape([two(Op::Add(op::Add), 0, 1)]);
-    let comparisons = [Op::Min(op::Min), Op::Max(op::Max), Op::Step(op::Step)].map(|op| tape([two(op, 0, 1)]));
+    let comparisons =
+        [Op::Min(op::Min), Op::Max(op::Max), Op::Step(op::Step)].map(|op| tape([two(op, 0, 1)]));
     // A flag that was raised before does not matter.
     assert!(!widest(|| std::hint::black_box(f64::NAN) < std::hint::black_box(0.0)));
     for tape in comparisons.iter().chain([&sum]) {

@@ -90,11 +90,7 @@ impl Trace {
     }
 
     /// Writes down an instruction; `None` where it is more than plain arithmetic.
-    pub(super) fn instr<'a>(
-        &'a self,
-        instr: &Instr,
-        arg: impl Fn(u32) -> Traced<'a>,
-    ) -> Option<Traced<'a>> {
+    pub(super) fn instr<'a>(&'a self, instr: &Instr, arg: impl Fn(u32) -> Traced<'a>) -> Option<Traced<'a>> {
         let start = self.lines.borrow().len() as u32;
         self.is_foreign.set(false);
         let value = match instr {
