@@ -6,7 +6,7 @@
 
 use super::number::{Centred, Jets, centred_kernel, error};
 use super::simd::widest;
-use super::{Function, Interval, Jets4, Kernel, Local, Number, Order, Point, Point4, Pointwise};
+use super::{Function, Interval, Jets4, Kernel, Local, Number, Order, Plain, Point, Point4, Pointwise};
 
 /// Writes `f` of each lane. Like the next two a function with its arrays as plain arguments: so the
 /// compiler knows that none of them is written, and vectorises the loop without asking.
@@ -75,6 +75,12 @@ impl<T: Copy, const B: usize> Many<T, B> {
 
 impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
     const EXACT: bool = T::EXACT;
+    #[inline]
+    fn plain() -> Option<Plain<Self>> {
+        // Alignment may leave a gap at the end.
+        let is_full = size_of::<Self>() == B * size_of::<T>();
+        T::plain().filter(|_| is_full).map(|lane| lane.times(B))
+    }
     #[inline]
     fn constant(c: f64) -> Self {
         Many([T::constant(c); B])

@@ -2,6 +2,7 @@
 
 use super::pointwise::{Point4, Pointwise};
 use super::{Class, Function, Interval};
+use std::marker::PhantomData;
 
 /// How much of a kernel's jet a number needs.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -202,11 +203,36 @@ pub trait Kernel: Sync {
     }
 }
 
+/// Proof that a `T` is nothing in memory but so many plain numbers side by side, so that machine code may
+/// work on them; only this layer can give it.
+#[derive(Debug)]
+pub struct Plain<T> {
+    count: usize,
+    of: PhantomData<T>,
+}
+
+impl<T> Plain<T> {
+    /// How many numbers.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// What holds so many of these and nothing else is plain, too. Whether it does is the caller's word.
+    pub(super) fn times<U>(&self, count: usize) -> Plain<U> {
+        Plain { count: count * self.count, of: PhantomData }
+    }
+}
+
 /// A kind of number. `add` to `shift` are exact up to rounding in every kind; everything else goes
 /// through `lift` and `kernel`.
 pub trait Number: Clone + Send + Sync + 'static {
     /// Whether the number stands for a point rather than for a set of them.
     const EXACT: bool = false;
+
+    /// Whether it is made of plain numbers alone.
+    fn plain() -> Option<Plain<Self>> {
+        None
+    }
 
     /// The number that equals `c`.
     fn constant(c: f64) -> Self;
@@ -365,6 +391,9 @@ pub(super) fn error<T: Number, K: Kernel + ?Sized>(k: &K, at: [f64; 3]) -> [f64;
 
 impl Number for f64 {
     const EXACT: bool = true;
+    fn plain() -> Option<Plain<Self>> {
+        Some(Plain { count: 1, of: PhantomData })
+    }
     #[inline(always)]
     fn constant(c: f64) -> Self {
         c

@@ -77,16 +77,7 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn powi(self, n: i32) -> Self {
-        // By squaring, in a fixed order: `f64::powi` may differ between platforms.
-        let (mut base, mut power, mut left) = (self, 1.0, n.unsigned_abs());
-        while left > 0 {
-            if left & 1 == 1 {
-                power *= base;
-            }
-            base *= base;
-            left >>= 1;
-        }
-        if n < 0 { 1.0 / power } else { power }
+        power(self, n)
     }
     #[inline(always)]
     fn powf(self, p: Self) -> Self {
@@ -160,4 +151,18 @@ impl Real for f64 {
     fn slope_of_floor(self) -> Self {
         0.0
     }
+}
+
+/// `x^n` by squaring, in a fixed order: `f64::powi` may differ between platforms.
+#[inline(always)]
+pub fn power<R: Real>(x: R, n: i32) -> R {
+    let (mut base, mut power, mut left) = (x, R::of(1.0), n.unsigned_abs());
+    while left > 0 {
+        if left & 1 == 1 {
+            power = power * base;
+        }
+        base = base * base;
+        left >>= 1;
+    }
+    if n < 0 { R::of(1.0) / power } else { power }
 }

@@ -18,7 +18,7 @@ pub use order::*;
 pub use trigonometric::*;
 pub use vector::*;
 
-use crate::num::{Class, Function, Interval, Number};
+use crate::num::{Class, Function, Interval, Number, Real};
 
 /// Takes the tour over all operations; see [`Op::visit_all`].
 pub trait Visitor {
@@ -62,6 +62,13 @@ macro_rules! ops {
             pub fn is_defined(&self, arg: impl Fn(usize) -> Interval) -> bool {
                 match self {
                     $(Op::$op(f) => Function::<$arity>::is_defined(f, &std::array::from_fn(&arg)),)*
+                }
+            }
+
+            /// The value of the operation at scalars `arg(0)`, `arg(1)`, ...
+            pub fn value<R: Real>(&self, arg: impl Fn(usize) -> R) -> R {
+                match self {
+                    $(Op::$op(f) => Function::<$arity>::value(f, std::array::from_fn(&arg)),)*
                 }
             }
 

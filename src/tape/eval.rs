@@ -2,11 +2,12 @@
 //!
 //! A tape names its values by the instructions that compute them. An evaluator keeps them in fewer
 //! *registers*: one is taken again as soon as its value has been read for the last time, so that the
-//! registers of a long tape stay in the first-level cache, however wide the batches are.
+//! registers of a long tape stay in the first-level cache, however wide the batches are. For batches of
+//! plain numbers there may be machine code in place of the loop (`native`), with the same bits.
 
 use super::{Instr, Tape};
 use crate::noise::Given;
-use crate::num::Number;
+use crate::num::{Many, Number};
 use std::sync::Arc;
 
 /// Evaluates a tape on one kind of number, with memory of its own; one per thread.
@@ -16,13 +17,15 @@ pub struct Evaluator<T> {
     /// The register of the value of each instruction.
     home: Arc<[u32]>,
     registers: Vec<T>,
+    /// So many evaluations go without machine code.
+    pause: u32,
 }
 
 impl<T: Number> Evaluator<T> {
     /// Memory for a tape; its constants are set once, here.
     pub fn new(tape: Arc<Tape>) -> Self {
         let home = tape.registers().home.clone();
-        let mut evaluator = Evaluator { tape: tape.clone(), home, registers: Vec::new() };
+        let mut evaluator = Evaluator { tape: tape.clone(), home, registers: Vec::new(), pause: 0 };
         evaluator.load(tape);
         evaluator
     }
@@ -30,7 +33,8 @@ impl<T: Number> Evaluator<T> {
     /// An evaluator that keeps the values of all instructions; see [`value`](Self::value).
     pub(super) fn keeping_all(tape: Arc<Tape>) -> Self {
         let home = (0..tape.code.len() as u32).collect();
-        let mut evaluator = Evaluator { registers: vec![T::constant(0.0); tape.code.len()], tape, home };
+        let mut evaluator =
+            Evaluator { registers: vec![T::constant(0.0); tape.code.len()], tape, home, pause: 0 };
         evaluator.set_constants();
         evaluator
     }
@@ -69,30 +73,39 @@ impl<T: Number> Evaluator<T> {
 
     /// Evaluates all outputs at a point and returns the first; see [`output`](Self::output).
     pub fn eval(&mut self, p: &[T; 3]) -> &T {
-        let home = &self.home[..];
-        for (instr, &own) in self.tape.code.iter().zip(home) {
-            // The register that is written is none of those that are read.
-            let (below, rest) = self.registers.split_at_mut(own as usize);
-            let Some((out, above)) = rest.split_first_mut() else { break };
-            let at = |a: u32| {
-                let a = home[a as usize];
-                if a < own { &below[a as usize] } else { &above[(a - own) as usize - 1] }
-            };
-            match instr {
-                Instr::Const(_) => {}
-                Instr::Coordinate(axis) => out.clone_from(&p[*axis]),
-                Instr::Scale(a, k) => at(*a).scale_to(*k, out),
-                Instr::Shift(a, c) => at(*a).shift_to(*c, out),
-                Instr::Op(op, args) => op.apply_to(|i| at(args[i]), out),
-                Instr::Noise(noise, p) => *out = T::kernel(&**noise, p.map(at)),
-                Instr::Grid(grid, p) => *out = T::kernel(&**grid, p.map(at)),
-                Instr::Fractal(fractal, p, further) => {
-                    let [footprint, hurst] = further.map(|a| a.map(at));
-                    *out = fractal.eval_given(&Given { point: p.map(at), footprint, hurst });
-                }
+        if !self.eval_natively(p) {
+            for i in 0..self.tape.code.len() {
+                interpret(&self.tape.code[i], &self.home, i, &mut self.registers, p);
             }
         }
         self.output(0)
+    }
+
+    /// The same by machine code, if there is some and it can tell.
+    fn eval_natively(&mut self, p: &[T; 3]) -> bool {
+        self.natively(|tape, home, registers| {
+            let one = |registers: &mut [T], i: usize| interpret(&tape.code[i], home, i, registers, p);
+            tape.native.eval((tape, home), p, registers, one)
+        })
+    }
+
+    /// Tries an evaluation by machine code, unless one has failed a short while ago.
+    fn natively(&mut self, eval: impl FnOnce(&Tape, &[u32], &mut Vec<T>) -> Outcome) -> bool {
+        // Known when this is compiled.
+        if T::plain().is_none_or(|plain| plain.count() == 1) {
+            return false;
+        }
+        let Evaluator { tape, home, registers, pause } = self;
+        let keeps_all = !Arc::ptr_eq(home, &tape.registers().home);
+        if keeps_all || *pause > 0 {
+            *pause = pause.saturating_sub(1);
+            return false;
+        }
+        let outcome = eval(tape, home, registers);
+        if let Outcome::Invalid = outcome {
+            *pause = PAUSE;
+        }
+        matches!(outcome, Outcome::Done)
     }
 
     /// An output of the last evaluation.
@@ -107,6 +120,81 @@ impl<T: Number> Evaluator<T> {
     }
 }
 
+/// Points that [`Evaluator::eval_all`] does in one go.
+const PIECE: usize = 1024;
+
+impl<const B: usize> Evaluator<Many<f64, B>> {
+    /// Evaluates the first output at as many points as the shortest of the slices has; what it costs to begin
+    /// is spread over more of them than with single batches. Other outputs are not kept.
+    pub fn eval_all(&mut self, at: [&[f64]; 3], out: &mut [f64]) {
+        let count = at.iter().map(|at| at.len()).fold(out.len(), usize::min);
+        for start in (0..count).step_by(PIECE) {
+            let piece = start..count.min(start + PIECE);
+            let at = at.map(|at| &at[piece.clone()]);
+            let out = &mut out[piece];
+            let slices = |tape: &Tape, home: &[u32], registers: &mut Vec<_>| {
+                tape.native.eval_slices((tape, home), at, registers, out)
+            };
+            if !self.natively(slices) {
+                self.eval_batches(at, out);
+            }
+        }
+    }
+
+    /// The same, batch by batch.
+    fn eval_batches(&mut self, at: [&[f64]; 3], out: &mut [f64]) {
+        let mut p = [Many([0.0; B]); 3];
+        for (batch, out) in out.chunks_mut(B).enumerate() {
+            for (p, at) in p.iter_mut().zip(at) {
+                p.0[..out.len()].copy_from_slice(&at[B * batch..][..out.len()]);
+            }
+            out.copy_from_slice(&self.eval(&p).0[..out.len()]);
+        }
+    }
+}
+
+/// What came of an evaluation by machine code.
+pub(super) enum Outcome {
+    /// All is there.
+    #[cfg_attr(not(target_arch = "x86_64"), expect(dead_code))]
+    Done,
+    /// There was a NaN where the machine has other rules than we.
+    #[cfg_attr(not(target_arch = "x86_64"), expect(dead_code))]
+    Invalid,
+    /// There is none.
+    Absent,
+}
+
+/// Evaluations that go without machine code after one that it could not do: where there is a NaN, another
+/// is near.
+const PAUSE: u32 = 8;
+
+/// Executes instruction number `i`.
+#[inline(always)]
+fn interpret<T: Number>(instr: &Instr, home: &[u32], i: usize, registers: &mut [T], p: &[T; 3]) {
+    let own = home[i];
+    // The register that is written is none of those that are read.
+    let (below, rest) = registers.split_at_mut(own as usize);
+    let Some((out, above)) = rest.split_first_mut() else { return };
+    let at = |a: u32| {
+        let a = home[a as usize];
+        if a < own { &below[a as usize] } else { &above[(a - own) as usize - 1] }
+    };
+    match instr {
+        Instr::Const(_) => {}
+        Instr::Coordinate(axis) => out.clone_from(&p[*axis]),
+        Instr::Scale(a, k) => at(*a).scale_to(*k, out),
+        Instr::Shift(a, c) => at(*a).shift_to(*c, out),
+        Instr::Op(op, args) => op.apply_to(|i| at(args[i]), out),
+        Instr::Noise(noise, p) => *out = T::kernel(&**noise, p.map(at)),
+        Instr::Grid(grid, p) => *out = T::kernel(&**grid, p.map(at)),
+        Instr::Fractal(fractal, p, further) => {
+            let [footprint, hurst] = further.map(|a| a.map(at));
+            *out = fractal.eval_given(&Given { point: p.map(at), footprint, hurst });
+        }
+    }
+}
+
 /// Which register holds the value of each instruction.
 #[derive(Clone, Debug)]
 pub(super) struct Registers {
@@ -118,6 +206,12 @@ impl Tape {
     /// The registers of the tape's values.
     fn registers(&self) -> &Registers {
         self.registers.get_or_init(|| allocate(self))
+    }
+
+    /// Has machine code made for the vectors in use now, rather than when evaluations in bulk have become
+    /// many, and says whether there is any; values are the same with it and without.
+    pub fn translate(&self) -> bool {
+        self.native.translate((self, &self.registers().home))
     }
 }
 

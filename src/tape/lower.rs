@@ -1,6 +1,7 @@
 //! From graph to straight-line code.
 
 use super::eval::Registers;
+use super::native::Native;
 use crate::expr::{Graph, Input, Node, NodeId};
 use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
@@ -52,6 +53,8 @@ pub struct Tape {
     pub(super) outputs: Vec<u32>,
     /// Chosen when the tape is first evaluated.
     pub(super) registers: OnceLock<Registers>,
+    /// Made when the tape has been evaluated often.
+    pub(super) native: Native,
 }
 
 impl Tape {
@@ -85,7 +88,7 @@ impl Tape {
     }
 
     pub(super) fn of(code: Vec<Instr>, outputs: Vec<u32>) -> Tape {
-        Tape { code, outputs, registers: OnceLock::new() }
+        Tape { code, outputs, registers: OnceLock::new(), native: Native::default() }
     }
 
     /// Number of instructions.

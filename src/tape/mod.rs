@@ -4,11 +4,14 @@
 //! slots before it. One loop evaluates a tape for every kind of number; with batches
 //! ([`Many`](crate::num::Many)) an instruction works on many points and its dispatch disappears.
 //! Over a region, [`Tape::prune`] drops what cannot matter there; [`Cells`] do so for all parts of a
-//! region as they are asked for.
+//! region as they are asked for. Tapes that are evaluated often on batches of plain numbers become machine
+//! code ([`native`]).
 
 mod cells;
 mod eval;
 mod lower;
+#[cfg_attr(not(target_arch = "x86_64"), path = "native/elsewhere.rs")]
+mod native;
 mod prune;
 
 pub use cells::{Cells, Prunings};
