@@ -99,6 +99,7 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
     let cells = Cells::new(tape.clone(), &Aabb::cube(1.0).intervals());
     let (mut full, mut less) = (Evaluator::<f64>::new(tape.clone()), Evaluator::<f64>::new(tape.clone()));
     let mut short = Vec::new();
+    let mut free = 0;
     for _ in 0..20_000 {
         // Now and then beyond the region.
         let at: [f64; 3] = std::array::from_fn(|_| rng.random_range(-1.1..1.1));
@@ -107,10 +108,13 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
         if reach < 0.02 && at.iter().all(|c| c.abs() < 1.0) {
             short.push(part.len());
         }
+        let is_free = cells.is_free_around(at, reach);
+        free += u32::from(is_free);
         less.turn_to(part);
         for _ in 0..4 {
             let p = at.map(|c| c + reach * rng.random_range(-1.0..1.0));
             let (whole, pruned) = (*full.eval(&p), *less.eval(&p));
+            assert!(whole > 0.0 || !is_free, "{whole} at {p:?}, within {reach} of {at:?}");
             assert!(
                 whole.to_bits() == pruned.to_bits(),
                 "{whole} {pruned} at {p:?}, within {reach} of {at:?}"
@@ -120,6 +124,7 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
     let mean = short.iter().sum::<usize>() / short.len();
     assert!(mean < tape.len() / 10, "{mean} of {} instructions are left", tape.len());
     assert!(cells.prunings().tapes > 0);
+    assert!(free > 2_000, "only {free} of 20000 places are known to be free");
 }
 
 /// A ball with noises where a mask lets them through: none below x = 0.2, some up to 0.4, all above; and

@@ -148,6 +148,7 @@ pub(super) fn march<S: Strategy>(
             evaluator.turn_to(batch[0].0);
             let answers = evaluator.eval(&gathered::<S>(&questions, batch));
             stats.evaluations += batch.len() as u64;
+            stats.work += batch[0].0.work() * S::Batch::LANES as u64;
             for (lane, &(_, i)) in batch.iter().enumerate() {
                 let Active { ray, march, asked } = &mut active[i];
                 *asked += 1;

@@ -115,7 +115,10 @@ pub struct CastStats {
     pub hits: u64,
     /// Evaluations of the field, at points or over pieces of rays.
     pub evaluations: u64,
-    /// Of these, the ones that served a whole beam of rays.
+    /// [Work](crate::tape::Tape::work) of the tapes that were evaluated, times the lanes of their batches,
+    /// idle ones included.
+    pub work: u64,
+    /// Of the evaluations, the ones that served a whole beam of rays.
     pub shared: u64,
     /// Beams of which every ray was proven to miss at once.
     pub culled: u64,
@@ -135,6 +138,7 @@ impl std::ops::AddAssign for CastStats {
         self.rays += o.rays;
         self.hits += o.hits;
         self.evaluations += o.evaluations;
+        self.work += o.work;
         self.shared += o.shared;
         self.culled += o.culled;
         self.steps += o.steps;
@@ -279,7 +283,8 @@ pub fn caster_in(
 
 /// What an evaluation at a point costs, and what one along a piece of a line: about as many
 /// nanoseconds in batches with AVX-512 (`benches/casting.rs`, `benches/thesis.rs`). Their ratio decides,
-/// not the clock, so that the choice, and with it the picture, is the same on every machine.
+/// times the work of each, not the clock, so that the choice, and with it the picture, is the same on every
+/// machine.
 fn costs(census: Census) -> (f64, f64) {
     let Census { sums, functions, octaves, scattered } = census;
     let [sums, functions, octaves, scattered] = [sums, functions, octaves, scattered].map(|n| n as f64);
@@ -290,13 +295,13 @@ fn costs(census: Census) -> (f64, f64) {
 /// Lipschitz bound above which sphere tracing is not worth a trial.
 const STEEP: f64 = 1e4;
 
-/// Evaluations that the rays need.
+/// Work that the rays need.
 fn trial(caster: &mut dyn Caster, bundles: &[Vec<Ray>]) -> f64 {
     let mut stats = CastStats::default();
     for rays in bundles {
         caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats, &AtomicBool::new(false));
     }
-    stats.evaluations as f64
+    stats.work as f64
 }
 
 /// Over-relaxation of speculative sphere tracing, as Worley and Hart recommend.

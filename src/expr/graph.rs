@@ -6,7 +6,7 @@ use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
 use crate::num::{Class, Kernel};
 use crate::op::Op;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 /// Names a node of one graph.
@@ -208,20 +208,18 @@ impl Graph {
         Ok(image[&root])
     }
 
-    /// The nodes that `roots` are made of, arguments before their users.
+    /// The nodes that `roots` are made of, arguments before their users. Takes time for these alone, however
+    /// large the graph is: a script may build it from thousands of parts.
     pub fn reachable(&self, roots: &[NodeId]) -> Vec<NodeId> {
-        let mut used = vec![false; roots.iter().map(|r| r.0 as usize + 1).max().unwrap_or(0)];
-        for r in roots {
-            used[r.0 as usize] = true;
+        let mut pending: BTreeSet<u32> = roots.iter().map(|r| r.0).collect();
+        let mut used = Vec::new();
+        // Arguments have lower numbers than their users, so that each node comes up once.
+        while let Some(id) = pending.pop_last() {
+            used.push(NodeId(id));
+            pending.extend(self.nodes[id as usize].args().iter().map(|a| a.0));
         }
-        for i in (0..used.len()).rev() {
-            if used[i] {
-                for a in self.nodes[i].args() {
-                    used[a.0 as usize] = true;
-                }
-            }
-        }
-        (0..used.len()).filter(|&i| used[i]).map(|i| NodeId(i as u32)).collect()
+        used.reverse();
+        used
     }
 
     /// The first expression, in the order in which they are evaluated, that is rougher than a class

@@ -51,6 +51,8 @@ pub struct Census {
 pub struct Tape {
     pub(super) code: Vec<Instr>,
     pub(super) outputs: Vec<u32>,
+    /// Counted when it is first asked for.
+    work: OnceLock<u64>,
     /// Chosen when the tape is first evaluated.
     pub(super) registers: OnceLock<Registers>,
     /// Made when the tape has been evaluated often.
@@ -88,7 +90,7 @@ impl Tape {
     }
 
     pub(super) fn of(code: Vec<Instr>, outputs: Vec<u32>) -> Tape {
-        Tape { code, outputs, registers: OnceLock::new(), native: Native::default() }
+        Tape { code, outputs, work: OnceLock::new(), registers: OnceLock::new(), native: Native::default() }
     }
 
     /// Number of instructions.
@@ -143,9 +145,11 @@ impl Tape {
 
     /// How much work an evaluation is, in about as many sums: an octave is a function at each corner of its
     /// lattice, and one that is looked up ball by ball searches besides.
-    pub(super) fn work(&self) -> u64 {
-        let Census { octaves, scattered, .. } = self.census();
-        self.len() as u64 + 8 * octaves + 64 * scattered
+    pub fn work(&self) -> u64 {
+        *self.work.get_or_init(|| {
+            let Census { octaves, scattered, .. } = self.census();
+            self.len() as u64 + 8 * octaves + 64 * scattered
+        })
     }
 
     pub(super) fn without_dead_code(self) -> Tape {

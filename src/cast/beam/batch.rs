@@ -28,7 +28,7 @@ impl<const K: usize> Batches<K> {
     }
 
     /// Asks about a piece of each of the `active` entries of a list. `around` is a place and how far the
-    /// piece reaches from it, `ask` the piece and its coordinates, `tell` gets the answer.
+    /// piece reaches from it, `ask` the piece and its coordinates, `tell` gets the answer. Returns the work.
     pub(super) fn answer<I>(
         &mut self,
         cells: &Cells,
@@ -36,12 +36,13 @@ impl<const K: usize> Batches<K> {
         around: impl Fn(&I) -> ([f64; 3], f64),
         ask: impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
         mut tell: impl FnMut(&mut I, &Parabola<K>, Answer),
-    ) {
+    ) -> u64 {
+        let mut work = 0;
         if cells.is_uniform() {
             for batch in active.chunks(MANY) {
-                answer(&mut self.many, items, batch.iter().copied(), &ask, &mut tell);
+                work += answer(&mut self.many, items, batch.iter().copied(), &ask, &mut tell);
             }
-            return;
+            return work;
         }
         // No lane depends on its neighbours, so their order does not matter.
         let places = active.iter().map(|&i| {
@@ -51,26 +52,27 @@ impl<const K: usize> Batches<K> {
         for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
             for batch in same.chunks(MANY) {
                 let entries = batch.iter().map(|(_, i)| *i);
-                match batch.len() {
+                work += match batch.len() {
                     1 => answer(self.one.turn_to(same[0].0), items, entries, &ask, &mut tell),
                     2..=FEW => answer(self.few.turn_to(same[0].0), items, entries, &ask, &mut tell),
                     _ => answer(self.many.turn_to(same[0].0), items, entries, &ask, &mut tell),
-                }
+                };
             }
         }
+        work
     }
 }
 
-/// Asks about at most `B` entries at once.
+/// Asks about at most `B` entries at once, and returns the work.
 fn answer<I, const B: usize, const K: usize>(
     evaluator: &mut Evaluator<Parabolas<B, K>>,
     items: &mut [I],
     batch: impl Iterator<Item = usize> + Clone,
     ask: &impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
     tell: &mut impl FnMut(&mut I, &Parabola<K>, Answer),
-) {
+) -> u64 {
     let mut places = batch.clone().map(|i| ask(&items[i]));
-    let Some((piece, first)) = places.next() else { return };
+    let Some((piece, first)) = places.next() else { return 0 };
     // Lanes that are left over do what the first does: what all agree on is decided for all at once.
     let mut p = first.map(Parabolas::<B, K>::all);
     let mut pieces = [piece; B];
@@ -87,4 +89,5 @@ fn answer<I, const B: usize, const K: usize>(
         let root = Sketch::new(&x, pieces[lane]).root([0.0; 2]);
         tell(&mut items[i], &x, Answer { halves: halves[lane], root, finite: x.range.is_finite() });
     }
+    evaluator.tape().work() * B as u64
 }

@@ -227,7 +227,7 @@ impl Beams {
             stats.evaluations += active.len() as u64;
             stats.shared += active.len() as u64;
             stats.steps += active.len() as u64;
-            self.wide.answer(
+            stats.work += self.wide.answer(
                 &self.cells,
                 (&mut beams[..], &active[..]),
                 |beam| beam.section.around_piece(&frames[beam.frame], beam.piece),
@@ -256,7 +256,7 @@ impl Beams {
             active.retain(|&i| thin[i].hit.is_none());
             stats.evaluations += active.len() as u64;
             stats.steps += active.len() as u64;
-            self.thin.answer(
+            stats.work += self.thin.answer(
                 &self.cells,
                 (&mut thin[..], &active[..]),
                 |thin| thin::around(&rays[thin.ray], thin.piece),
