@@ -40,7 +40,7 @@ const OCTANT: usize = 8;
 
 /// Nodes of such a cell that are looked at without asking whether there are as many: some lane will
 /// have them, and processors do not guess well which.
-const USUAL: usize = 3;
+const USUAL: usize = 2;
 
 /// Cells that are considered at a time after those: as many as complete the block of three by three
 /// by three.
@@ -215,14 +215,11 @@ impl<const K: usize, const B: usize> Trail<K, B> {
     }
 }
 
+/// Whether any is at least so large. One comparison of vectors and a test of its mask; the largest of all
+/// would take many steps.
 #[inline(always)]
-fn any<const B: usize>(x: &[u32; B]) -> bool {
-    x.iter().fold(0, |a, b| a | b) != 0
-}
-
-#[inline(always)]
-fn largest<const B: usize>(x: &[u32; B]) -> u32 {
-    x.iter().fold(0, |a, b| if *b > a { *b } else { a })
+fn any<const B: usize>(x: &[u32; B], least: u32) -> bool {
+    x.iter().fold(false, |any, x| any | (*x >= least))
 }
 
 impl<M: Metric> Search<'_, M> {
@@ -275,8 +272,7 @@ impl<M: Metric> Search<'_, M> {
             }
         }
         for (hashes, cell) in hashes.iter().zip(octant) {
-            let top = largest(hashes);
-            for k in (USUAL..MOST).take_while(|k| top >= quantiles[*k]) {
+            for k in (USUAL..MOST).take_while(|k| any(hashes, quantiles[*k])) {
                 trail.visit(metric, ground, cell, hashes, k, quantiles[k]);
             }
         }
@@ -300,9 +296,9 @@ impl<M: Metric> Search<'_, M> {
     ) -> bool {
         let (metric, quantiles) = (self.metric, quantiles());
         let limits = trail.limits(slack);
-        let limit = limits.iter().fold(0, |a: u32, b| if b.to_bits() > a { b.to_bits() } else { a });
-        let limit = f64::from(f32::from_bits(limit)) * metric.measure([GRAIN, 0.0, 0.0], f64::INFINITY);
-        if cells[0].least >= limit {
+        let least = (cells[0].least / metric.measure([GRAIN, 0.0, 0.0], f64::INFINITY)) as f32;
+        let least = least.next_down();
+        if !limits.iter().fold(false, |any, limit| any | (*limit > least)) {
             return false;
         }
         let (mut list, mut count) = ([0; SOME], 0);
@@ -310,7 +306,7 @@ impl<M: Metric> Search<'_, M> {
         for (n, cell) in cells.iter().enumerate() {
             let near = ground.near(metric, cell, &limits);
             list[count] = n;
-            count += usize::from(any(&near));
+            count += usize::from(any(&near, 1));
             hashes[n] = near;
         }
         let (mut crowded, mut crowds) = ([0; SOME], 0);
@@ -321,11 +317,10 @@ impl<M: Metric> Search<'_, M> {
             }
             trail.visit(metric, ground, cell, &hashes[*n], 0, quantiles[0]);
             crowded[crowds] = *n;
-            crowds += usize::from(largest(&hashes[*n]) >= quantiles[1]);
+            crowds += usize::from(any(&hashes[*n], quantiles[1]));
         }
         for n in &crowded[..crowds] {
-            let top = largest(&hashes[*n]);
-            for k in (1..MOST).take_while(|k| top >= quantiles[*k]) {
+            for k in (1..MOST).take_while(|k| any(&hashes[*n], quantiles[*k])) {
                 trail.visit(metric, ground, &cells[*n], &hashes[*n], k, quantiles[k]);
             }
         }
