@@ -16,8 +16,17 @@ pub(super) trait Metric: Copy {
     /// `scout.rs`. None if it says nothing about the measure.
     const SLACK: Option<f32>;
 
+    /// What a component adds to the measure, in single precision,
+    fn part(self, x: f32) -> f32;
+
+    /// and the measure of such parts.
+    fn joined(self, parts: [f32; 3]) -> f32;
+
     /// The measure in single precision.
-    fn rough(self, d: [f32; 3]) -> f32;
+    #[inline(always)]
+    fn rough(self, [x, y, z]: [f32; 3]) -> f32 {
+        self.joined([self.part(x), self.part(y), self.part(z)])
+    }
 
     /// At most the measure of any vector whose components have at least these sizes.
     fn floor(self, gap: [f64; 3]) -> f64;
@@ -104,8 +113,12 @@ impl Metric for Euclidean {
     const SLACK: Option<f32> = Some(10.0);
 
     #[inline(always)]
-    fn rough(self, [x, y, z]: [f32; 3]) -> f32 {
-        x * x + y * y + z * z
+    fn part(self, x: f32) -> f32 {
+        x * x
+    }
+    #[inline(always)]
+    fn joined(self, [x, y, z]: [f32; 3]) -> f32 {
+        x + y + z
     }
     #[inline(always)]
     fn measure(self, [x, y, z]: [f64; 3], _: f64) -> f64 {
@@ -155,8 +168,12 @@ impl Metric for Manhattan {
     const SLACK: Option<f32> = Some(0.01);
 
     #[inline(always)]
-    fn rough(self, [x, y, z]: [f32; 3]) -> f32 {
-        x.abs() + y.abs() + z.abs()
+    fn part(self, x: f32) -> f32 {
+        x.abs()
+    }
+    #[inline(always)]
+    fn joined(self, [x, y, z]: [f32; 3]) -> f32 {
+        x + y + z
     }
     #[inline(always)]
     fn measure(self, [x, y, z]: [f64; 3], _: f64) -> f64 {
@@ -196,8 +213,12 @@ impl Metric for Chebyshev {
     const SLACK: Option<f32> = Some(0.01);
 
     #[inline(always)]
-    fn rough(self, [x, y, z]: [f32; 3]) -> f32 {
-        larger(larger(x.abs(), y.abs()), z.abs())
+    fn part(self, x: f32) -> f32 {
+        x.abs()
+    }
+    #[inline(always)]
+    fn joined(self, [x, y, z]: [f32; 3]) -> f32 {
+        larger(larger(x, y), z)
     }
     #[inline(always)]
     fn measure(self, [x, y, z]: [f64; 3], _: f64) -> f64 {
@@ -257,8 +278,12 @@ impl Metric for Minkowski {
     const SLACK: Option<f32> = None;
 
     #[inline(always)]
-    fn rough(self, [x, y, z]: [f32; 3]) -> f32 {
-        larger(larger(x.abs(), y.abs()), z.abs())
+    fn part(self, x: f32) -> f32 {
+        x.abs()
+    }
+    #[inline(always)]
+    fn joined(self, [x, y, z]: [f32; 3]) -> f32 {
+        larger(larger(x, y), z)
     }
     /// The norm itself. Divided by the largest component, no power overflows.
     #[inline(always)]

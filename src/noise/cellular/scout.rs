@@ -59,7 +59,7 @@ pub(super) struct Ground<const B: usize> {
     words: [[[u32; B]; SPAN]; 3],
     /// Places of the points relative to the cells, less half a grain, by offset; in grains.
     places: [[[f32; B]; SPAN]; 3],
-    /// Distances to the cells along the axes, by offset; in grains.
+    /// What distances to the cells along the axes add to the measure, by offset; in grains.
     gaps: [[[f32; B]; SPAN]; 3],
 }
 
@@ -80,7 +80,7 @@ impl<const B: usize> Ground<B> {
 
     /// Moves to other points.
     #[inline(always)]
-    fn survey(&mut self, lattice: &Lattice, at: &[[f64; B]; 3], reach: usize) {
+    fn survey<M: Metric>(&mut self, metric: M, lattice: &Lattice, at: &[[f64; B]; 3], reach: usize) {
         self.nowhere = [0.0; B];
         for axis in 0..3 {
             for i in 0..B {
@@ -92,7 +92,7 @@ impl<const B: usize> Ground<B> {
             }
         }
         for axis in 0..3 {
-            self.stake(axis, reach);
+            self.stake(metric, axis, reach);
             if lattice.period[axis] != 0 {
                 self.tile(lattice, axis);
             }
@@ -101,7 +101,7 @@ impl<const B: usize> Ground<B> {
 
     /// What depends on the offset along an axis.
     #[inline(always)]
-    fn stake(&mut self, axis: usize, reach: usize) {
+    fn stake<M: Metric>(&mut self, metric: M, axis: usize, reach: usize) {
         let (mut word, mut ahead) = ([0; B], [0; B]);
         let (mut place, mut upper, mut sign) = ([0.0; B], [0.0; B], [0.0; B]);
         for i in 0..B {
@@ -121,7 +121,7 @@ impl<const B: usize> Ground<B> {
             for i in 0..B {
                 self.words[axis][n][i] = word[i].wrapping_add(ahead[i].wrapping_mul(offset as u32));
                 self.places[axis][n][i] = place[i] - grains * sign[i];
-                self.gaps[axis][n][i] = slope * upper[i] + shift;
+                self.gaps[axis][n][i] = metric.part(slope * upper[i] + shift);
             }
         }
     }
@@ -157,7 +157,7 @@ impl<const B: usize> Ground<B> {
         let (x, y, z) = (&self.gaps[0][a], &self.gaps[1][b], &self.gaps[2][c]);
         let mut near = [0; B];
         for i in 0..B {
-            near[i] = if metric.rough([x[i], y[i], z[i]]) < limit[i] { u32::MAX } else { 0 };
+            near[i] = if metric.joined([x[i], y[i], z[i]]) < limit[i] { u32::MAX } else { 0 };
         }
         near
     }
@@ -231,7 +231,7 @@ impl<M: Metric> Search<'_, M> {
         at: &[[f64; B]; 3],
         found: &mut Found<K, B>,
     ) {
-        ground.survey(self.lattice, at, self.reach());
+        ground.survey(self.metric, self.lattice, at, self.reach());
         found.nowhere = ground.nowhere;
         let unsure = match M::SLACK {
             Some(slack) => self.measure(ground, &self.scout(ground, slack), slack, found),
