@@ -269,7 +269,8 @@ pub fn caster_in(
             if bounded && lipschitz < STEEP {
                 let mut balls = spheres(RELAXATION);
                 let (at_points, along_pieces) = costs(cells.tape().census());
-                if at_points * trial(&mut *balls, typical) < along_pieces * trial(&mut *beams, typical) {
+                let most = along_pieces * trial(&mut *beams, typical, f64::INFINITY) / at_points;
+                if trial(&mut *balls, typical, most) < most {
                     return Ok(balls);
                 }
             }
@@ -295,11 +296,14 @@ fn costs(census: Census) -> (f64, f64) {
 /// Lipschitz bound above which sphere tracing is not worth a trial.
 const STEEP: f64 = 1e4;
 
-/// Work that the rays need.
-fn trial(caster: &mut dyn Caster, bundles: &[Vec<Ray>]) -> f64 {
+/// Work that the rays need; no more than some of them where that is more than `most`.
+fn trial(caster: &mut dyn Caster, bundles: &[Vec<Ray>], most: f64) -> f64 {
     let mut stats = CastStats::default();
     for rays in bundles {
         caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats, &AtomicBool::new(false));
+        if stats.work as f64 >= most {
+            break;
+        }
     }
     stats.work as f64
 }

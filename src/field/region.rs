@@ -54,8 +54,16 @@ pub enum Extent {
     Open(Aabb),
 }
 
-/// Cells that a search may look at before it settles for what it has.
+/// Cells that a search may look at before it settles for what it has,
 const CELLS: usize = 4096;
+
+/// and [work](Tape::work) that it may do for the next of its steps: a tenth of a second or two.
+const WORK: u64 = 1 << 22;
+
+/// Whether cutting all of these once more would be too much.
+fn is_last<'a>(parts: impl ExactSizeIterator<Item = &'a Part>) -> bool {
+    8 * parts.len() > CELLS || 8 * parts.map(|part| part.tape.work()).sum::<u64>() > WORK
+}
 
 /// Finds a box around the solid `f <= 0` in `region`, by excluding cells where `f > 0` is certain.
 pub fn extent(field: &Field, region: &Aabb) -> Extent {
@@ -67,7 +75,7 @@ pub fn extent(field: &Field, region: &Aabb) -> Extent {
         parts.retain(|part| !(eval(&mut ranges, part, &part.cell.intervals()).lo > 0.0));
         let Some(all) = parts.iter().map(|part| part.cell).reduce(hull) else { return Extent::Empty };
         found = all;
-        if parts.len() * 8 > CELLS || found.diagonal() < 1e-9 * region.diagonal() {
+        if is_last(parts.iter()) || found.diagonal() < 1e-9 * region.diagonal() {
             break;
         }
         parts = parts.iter().flat_map(Part::octants).collect();
@@ -91,7 +99,7 @@ pub fn lipschitz_outside(field: &Field, region: &Aabb) -> f64 {
     let mut bound: f64 = 0.0;
     let mut parts = vec![Part { cell: *region, tape: field.tape().clone() }];
     for level in 0.. {
-        let last = parts.len() * 8 > CELLS;
+        let last = is_last(parts.iter());
         let mut steep = Vec::new();
         for part in parts {
             let x = part.cell.intervals();
