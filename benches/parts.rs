@@ -3,7 +3,8 @@
 //!
 //! `cargo bench --bench parts [-- MOST]`, with the most goblets that there should be; else 10,000.
 //!
-//! CPU seconds of one thread, but for scripts, of which it is the time. A picture has 320 x 240 pixels, one sample each, and shadows.
+//! CPU seconds of one thread, and seconds of scripts. A picture has 320 x 240 pixels, one sample each, and
+//! shadows.
 
 #[allow(dead_code)] // this bench has a view of its own
 mod view;

@@ -221,7 +221,7 @@ pub enum CastError {
     NoLipschitzBound,
 }
 
-/// A caster for a field within a region; see [`caster_in`].
+/// A caster for rays within a region, outside of which nothing is known of the field; see [`caster_in`].
 ///
 /// # Errors
 /// [`CastError::NoLipschitzBound`] where sphere tracing was asked for and cannot be had.
@@ -235,7 +235,7 @@ pub fn caster(
     caster_in(kind, field, region, &cells, typical)
 }
 
-/// A caster for a field within a region, of which the cells are at hand. `typical` bundles of rays,
+/// A caster for rays within a region, of which the cells are at hand. `typical` bundles of rays,
 /// neighbours each, help [`Kind::Auto`] to choose.
 ///
 /// # Errors

@@ -29,7 +29,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use thin::{Thin, Want};
-use worth::worthwhile;
+use worth::{is_too_much, worthwhile};
 
 /// Rays of the widest beams, where the field is the same expression everywhere,
 const WIDEST: usize = 64;
@@ -40,11 +40,9 @@ const WIDEST_OF_PARTS: usize = 1024;
 /// Parts that a beam is cut into.
 const PARTS: usize = 4;
 
-/// A beam marches while its pieces are longer than this share of its radius,
+/// A beam marches while its pieces are longer than this share of its radius, and while they are no more work
+/// than its rays would have alone.
 const NARROW: f64 = 0.3;
-
-/// and while its tapes are no more work than this for each of its rays.
-const SHARE: u64 = 60;
 
 /// Pieces after which a beam is cut, however well it goes on.
 const PATIENCE: u32 = 200;
@@ -118,7 +116,10 @@ impl Beam {
         };
         self.piece = piece;
         let is_narrow = piece.half < NARROW * self.section.radius(&frames[self.frame], piece.mid);
-        if is_narrow || work > SHARE * self.rays.len() as u64 {
+        let (at, _) = around(Piece { mid: self.march.free, half: 0.0 });
+        let from = (at, self.march.free);
+        let ray = &rays[self.rays.start];
+        if is_narrow || is_too_much(work, self.rays.len(), cells, ray, from) {
             self.state = State::Ended;
         }
     }

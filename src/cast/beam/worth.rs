@@ -16,6 +16,9 @@ const LITTLE: u64 = 256;
 /// serve too few rays.
 const COARSE: f64 = 500.0;
 
+/// An evaluation for a single ray is at least as much work as this.
+const ONE: u64 = 60;
+
 /// A piece that is twice as long is worth looking at if it is no more work than this many times as much.
 const MORE: f64 = 1.2;
 
@@ -45,6 +48,14 @@ pub(super) fn worthwhile(
     };
     let near = skip_free(march, ray, is_free, |piece| work(piece) <= LITTLE)?;
     Some(widened(march, near, work))
+}
+
+/// Whether a piece of so much work that serves `rays` rays is more than they would have to do by themselves,
+/// each with what is close to a place where the piece begins.
+pub(super) fn is_too_much(work: u64, rays: usize, cells: &Cells, ray: &Ray, from: ([f64; 3], f64)) -> bool {
+    let rays = rays as u64;
+    let (at, t) = from;
+    work > ONE * rays && work > cells.work_around(at, COARSE * ray.tolerance.at(t)) * rays
 }
 
 /// Leaves free cells behind, in strides that double while they are and are halved where they are not; down
