@@ -57,8 +57,9 @@ pub enum Extent {
 /// Cells that a search may look at before it settles for what it has,
 const CELLS: usize = 4096;
 
-/// and [work](Tape::work) that it may do for the next of its steps: a tenth of a second or two.
-const WORK: u64 = 1 << 22;
+/// and [work](Tape::work) that it may do for the next of its steps. Fields of at most a few thousand operations
+/// get all of their cells.
+const WORK: u64 = 1 << 24;
 
 /// Whether cutting all of these once more would be too much.
 fn is_last<'a>(parts: impl ExactSizeIterator<Item = &'a Part>) -> bool {

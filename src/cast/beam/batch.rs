@@ -6,8 +6,8 @@ use crate::num::{Parabola, Parabolas};
 use crate::tape::{Cells, Evaluator, Tape};
 use std::sync::Arc;
 
-/// Lanes of a batch: where all pieces have one tape, and where few do. A batch of one lane costs a third of
-/// a batch of four.
+/// Lanes of a batch: where all pieces have one tape, and where few do. Where one does there are no lanes, so
+/// that none is idle.
 const MANY: usize = 16;
 const FEW: usize = 4;
 

@@ -109,17 +109,16 @@ impl Beam {
     /// Decides which piece to look at, or that the beam is too wide to go on.
     fn place(&mut self, cells: &Cells, frames: &[Frame], rays: &[Ray]) {
         let around = |piece| self.section.around_piece(&frames[self.frame], piece);
-        let worth = worthwhile(&mut self.march, cells, &rays[self.rays.start], around);
-        let Some((piece, work)) = worth else {
+        let ray = &rays[self.rays.start];
+        let Some((piece, work)) = worthwhile(&mut self.march, cells, ray, around) else {
             self.state = State::Free;
             return;
         };
         self.piece = piece;
         let is_narrow = piece.half < NARROW * self.section.radius(&frames[self.frame], piece.mid);
-        let (at, _) = around(Piece { mid: self.march.free, half: 0.0 });
-        let from = (at, self.march.free);
-        let ray = &rays[self.rays.start];
-        if is_narrow || is_too_much(work, self.rays.len(), cells, ray, from) {
+        let free = self.march.free;
+        let (at, _) = around(Piece { mid: free, half: 0.0 });
+        if is_narrow || is_too_much(work, self.rays.len(), cells, ray, (at, free)) {
             self.state = State::Ended;
         }
     }
