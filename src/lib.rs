@@ -41,7 +41,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`num`] [`diag`] | numbers and how functions are lifted to them; diagnostics |
-//! | [`op`] [`noise`] [`grid`] [`world`] | operations; noises and fractals; sampled fields; files |
+//! | [`op`] [`noise`] [`grid`] [`shape`] [`world`] | operations; noises and fractals; sampled fields; shapes made of data; files |
 //! | [`expr`] | expression graphs |
 //! | [`tape`] [`scene`] | straight-line code; scenes as plain data |
 //! | [`field`] | values, derivatives and bounds of an expression |
@@ -69,5 +69,6 @@ pub mod render;
 pub mod scene;
 pub mod script;
 pub mod session;
+pub mod shape;
 pub mod tape;
 pub mod world;

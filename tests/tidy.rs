@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 /// sibling.
 const ROWS: &[&[&str]] = &[
     &["num", "diag"],
-    &["op", "noise", "grid", "world"],
-    &["expr"],
+    &["op", "noise", "grid", "shape", "world"],
+    &["expr", "exchange"],
     &["tape", "scene"],
     &["field"],
     &["script", "flow", "cast", "topology", "mesh", "analysis"],

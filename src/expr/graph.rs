@@ -6,6 +6,7 @@ use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
 use crate::num::{Class, Kernel};
 use crate::op::Op;
+use crate::shape::Shape;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
@@ -44,6 +45,8 @@ pub enum Node {
     Fractal(Arc<Fractal>, [NodeId; 3], NodeId, Option<NodeId>),
     /// The spline of a grid at a point, without its level.
     Grid(Arc<Grid>, [NodeId; 3]),
+    /// A shape that is made of data, at a point.
+    Shape(Arc<Shape>, [NodeId; 3]),
 }
 
 /// A graph has as many nodes as it may.
@@ -177,6 +180,11 @@ impl Graph {
         self.op(Op::Add(crate::op::Add), &[spline, level])
     }
 
+    /// A shape at a point.
+    pub fn shape(&mut self, shape: Arc<Shape>, p: [NodeId; 3]) -> Result<NodeId, TooLarge> {
+        self.intern(Node::Shape(shape, p))
+    }
+
     /// The same expression with inputs replaced by other expressions: `f.translate(..)` replaces
     /// the coordinates, an animation frame replaces the time.
     pub fn substitute(&mut self, root: NodeId, with: &[(Input, NodeId)]) -> Result<NodeId, TooLarge> {
@@ -197,6 +205,7 @@ impl Graph {
                     self.intern(Node::Fractal(f, p.map(|a| image[&a]), image[&footprint], hurst))?
                 }
                 Node::Grid(grid, p) => self.intern(Node::Grid(grid, p.map(|a| image[&a])))?,
+                Node::Shape(shape, p) => self.shape(shape, p.map(|a| image[&a]))?,
             };
             if new != id
                 && let Some(place) = self.place(id).cloned()
@@ -243,6 +252,7 @@ impl Graph {
             }
             Node::Fractal(fractal, ..) => fractal.class(),
             Node::Grid(grid, _) => grid.class(),
+            Node::Shape(shape, _) => shape.body().class(),
         }
     }
 
@@ -276,7 +286,7 @@ impl Node {
         match self {
             Node::Const(_) | Node::Input(_) => Vec::new(),
             Node::Op(_, args) => args.clone(),
-            Node::Noise(_, p) | Node::Grid(_, p) => p.to_vec(),
+            Node::Noise(_, p) | Node::Grid(_, p) | Node::Shape(_, p) => p.to_vec(),
             Node::Fractal(_, [x, y, z], footprint, hurst) => {
                 [*x, *y, *z, *footprint].into_iter().chain(*hurst).collect()
             }

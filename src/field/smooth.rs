@@ -35,6 +35,10 @@ fn blame(node: &Node) -> (String, String) {
         Node::Noise(noise, _) => noise_name(noise),
         // Never to blame: these are C2.
         Node::Const(_) | Node::Input(_) | Node::Grid(..) => ("this".to_owned(), String::new()),
+        Node::Shape(shape, _) => (
+            format!("the shape `{}`", shape.body().name()),
+            "its distance has creases; smooth_union and the like round those of other solids only".to_owned(),
+        ),
         Node::Fractal(fractal, ..) => {
             let recipe = fractal.recipe();
             if recipe.noise.class() < Class::C2 {

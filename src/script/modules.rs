@@ -132,7 +132,7 @@ impl Resolver {
         }
         let file = self.root.join(format!("{path}.rhai"));
         let shown = file.to_string_lossy().into_owned();
-        match self.open(&file)? {
+        match self.open(&file, |world, file| world.read(file))? {
             Ok(text) => Ok((shown, text)),
             Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
                 embedded(path).ok_or_else(|| self.missing(path, &shown))
@@ -143,6 +143,22 @@ impl Resolver {
 
     /// The text of a file that is no module, and the name that messages give it.
     pub fn file(&self, path: &str) -> std::result::Result<(String, Arc<str>), Fault> {
+        let (shown, text) = self.below(path, |world, file| world.read(file))?;
+        self.loaded.source(&shown, &text);
+        Ok((shown, text))
+    }
+
+    /// The bytes of a file that is no text, and the name that messages give it.
+    pub fn bytes(&self, path: &str) -> std::result::Result<(String, Arc<[u8]>), Fault> {
+        self.below(path, |world, file| world.bytes(file))
+    }
+
+    /// What is read from a file in the folder or below, and the name that messages give it.
+    fn below<T>(
+        &self,
+        path: &str,
+        read: impl FnOnce(&dyn World, &Path) -> io::Result<T>,
+    ) -> std::result::Result<(String, T), Fault> {
         if !is_inside(path) {
             return Err(
                 outside(path).hint("put the file into the folder of the main script, or a folder there")
@@ -150,19 +166,22 @@ impl Resolver {
         }
         let file = self.root.join(path);
         let shown = file.to_string_lossy().into_owned();
-        let text = self.open(&file)?.map_err(|e| unreadable(&shown, &e))?;
-        self.loaded.source(&shown, &text);
-        Ok((shown, text))
+        let found = self.open(&file, read)?.map_err(|e| unreadable(&shown, &e))?;
+        Ok((shown, found))
     }
 
     /// Reads a file, and notes that it was asked for.
-    fn open(&self, file: &Path) -> std::result::Result<io::Result<Arc<str>>, Fault> {
+    fn open<T>(
+        &self,
+        file: &Path,
+        read: impl FnOnce(&dyn World, &Path) -> io::Result<T>,
+    ) -> std::result::Result<io::Result<T>, Fault> {
         self.loaded.touched(file);
-        let text = self.world.read(file);
-        if text.is_ok() {
+        let found = read(&*self.world, file);
+        if found.is_ok() {
             self.refuse_links_out(file)?;
         }
-        Ok(text)
+        Ok(found)
     }
 
     /// A link that leaves the folder would let a script read what is not its own. Only real files

@@ -282,6 +282,10 @@ fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut St
             let _ = write!(out, "grid({})(", sizes(grid));
             write_list(graph, p, depth, out);
         }
+        Node::Shape(shape, p) => {
+            let _ = write!(out, "{}(", shape.body().name());
+            write_list(graph, p, depth, out);
+        }
         Node::Fractal(f, p, _, hurst) => {
             let recipe = f.recipe();
             let (name, kind) = (recipe.model.name(), recipe.noise.kind.name());

@@ -152,8 +152,8 @@ mod tests {
     }
 
     impl World for Changing {
-        fn read(&self, path: &Path) -> io::Result<Arc<str>> {
-            self.0.lock().unwrap().read(path)
+        fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+            self.0.lock().unwrap().bytes(path)
         }
     }
 

@@ -9,8 +9,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What a read gave: the text, or the kind of the error.
-type Outcome = Result<Arc<str>, io::ErrorKind>;
+/// What a read gave: the bytes, or the kind of the error.
+type Outcome = Result<Arc<[u8]>, io::ErrorKind>;
 
 /// Files that were read, and what they held.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,7 +20,7 @@ impl Reads {
     /// Whether any of the files reads differently now.
     pub fn changed_in(&self, world: &dyn World) -> bool {
         self.0.iter().any(|(path, before)| {
-            let now = world.read(path).map_err(|e| e.kind());
+            let now = world.bytes(path).map_err(|e| e.kind());
             now != *before
         })
     }
@@ -55,11 +55,11 @@ impl Recorder {
 
 impl World for Recorder {
     /// A file that is read twice in one run reads the same both times, whatever happens to it.
-    fn read(&self, path: &Path) -> io::Result<Arc<str>> {
-        if let Some(Ok(text)) = self.lock().0.get(path) {
-            return Ok(text.clone());
+    fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        if let Some(Ok(bytes)) = self.lock().0.get(path) {
+            return Ok(bytes.clone());
         }
-        let outcome = self.world.read(path);
+        let outcome = self.world.bytes(path);
         let noted = outcome.as_ref().map(Arc::clone).map_err(io::Error::kind);
         self.lock().0.insert(path.to_owned(), noted);
         outcome

@@ -7,6 +7,7 @@ use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
 use crate::num::Kernel;
 use crate::op::Op;
+use crate::shape::Shape;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
@@ -30,6 +31,8 @@ pub enum Instr {
     Fractal(Arc<Fractal>, [u32; 3], [Option<u32>; 2]),
     /// The spline of a grid at a point.
     Grid(Arc<Grid>, [u32; 3]),
+    /// A shape that is made of data, at a point.
+    Shape(Arc<Shape>, [u32; 3]),
 }
 
 /// Instructions of a tape by how much work they are.
@@ -76,6 +79,7 @@ impl Tape {
                 Node::Op(op, args) => lower_op(graph, *op, args, at),
                 Node::Noise(noise, p) => Instr::Noise(Arc::new(*noise), [at(&p[0]), at(&p[1]), at(&p[2])]),
                 Node::Grid(grid, p) => Instr::Grid(grid.clone(), [at(&p[0]), at(&p[1]), at(&p[2])]),
+                Node::Shape(shape, p) => Instr::Shape(shape.clone(), [at(&p[0]), at(&p[1]), at(&p[2])]),
                 Node::Fractal(fractal, p, footprint, hurst) => {
                     let limited = graph.as_const(*footprint) != Some(0.0);
                     let p = [at(&p[0]), at(&p[1]), at(&p[2])];
@@ -130,6 +134,10 @@ impl Tape {
                 Instr::Grid(grid, _) => {
                     census.octaves += 1;
                     census.scattered += u64::from(!grid.is_uniform());
+                }
+                Instr::Shape(shape, _) => {
+                    census.octaves += 1;
+                    census.scattered += u64::from(!shape.body().is_uniform());
                 }
                 Instr::Fractal(fractal, ..) => {
                     // A fractal's octaves fade, fold and multiply besides.
@@ -215,7 +223,7 @@ impl Instr {
             Instr::Const(_) | Instr::Coordinate(_) => {}
             Instr::Scale(a, _) | Instr::Shift(a, _) => f(*a),
             Instr::Op(op, args) => args.iter().take(op.arity()).for_each(|a| f(*a)),
-            Instr::Noise(_, p) | Instr::Grid(_, p) => p.iter().for_each(|a| f(*a)),
+            Instr::Noise(_, p) | Instr::Grid(_, p) | Instr::Shape(_, p) => p.iter().for_each(|a| f(*a)),
             Instr::Fractal(_, p, further) => p.iter().chain(further.iter().flatten()).for_each(|a| f(*a)),
         }
     }
@@ -225,7 +233,9 @@ impl Instr {
             Instr::Const(_) | Instr::Coordinate(_) => {}
             Instr::Scale(a, _) | Instr::Shift(a, _) => *a = f(*a),
             Instr::Op(op, args) => args.iter_mut().take(op.arity()).for_each(|a| *a = f(*a)),
-            Instr::Noise(_, p) | Instr::Grid(_, p) => p.iter_mut().for_each(|a| *a = f(*a)),
+            Instr::Noise(_, p) | Instr::Grid(_, p) | Instr::Shape(_, p) => {
+                p.iter_mut().for_each(|a| *a = f(*a))
+            }
             Instr::Fractal(_, p, further) => {
                 p.iter_mut().chain(further.iter_mut().flatten()).for_each(|a| *a = f(*a));
             }

@@ -11,13 +11,23 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A source of texts.
+/// A source of files.
 pub trait World {
     /// The text of a file.
     ///
     /// # Errors
     /// As for reading a file; text that is not UTF-8 is [`io::ErrorKind::InvalidData`].
-    fn read(&self, path: &Path) -> io::Result<Arc<str>>;
+    fn read(&self, path: &Path) -> io::Result<Arc<str>> {
+        let bytes = self.bytes(path)?;
+        let text = std::str::from_utf8(&bytes).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
+        Ok(Arc::from(text))
+    }
+
+    /// The bytes of a file.
+    ///
+    /// # Errors
+    /// As for reading a file.
+    fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>>;
 }
 
 /// The file system.
@@ -25,8 +35,8 @@ pub trait World {
 pub struct Disk;
 
 impl World for Disk {
-    fn read(&self, path: &Path) -> io::Result<Arc<str>> {
-        std::fs::read_to_string(path).map(Arc::from)
+    fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        std::fs::read(path).map(Arc::from)
     }
 }
 
@@ -35,7 +45,7 @@ impl World for Disk {
 pub struct Memory(pub BTreeMap<PathBuf, String>);
 
 impl World for Memory {
-    fn read(&self, path: &Path) -> io::Result<Arc<str>> {
-        self.0.get(path).map(|text| Arc::from(text.as_str())).ok_or_else(|| io::ErrorKind::NotFound.into())
+    fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        self.0.get(path).map(|text| Arc::from(text.as_bytes())).ok_or_else(|| io::ErrorKind::NotFound.into())
     }
 }

@@ -99,7 +99,9 @@ impl Trace {
             Instr::Scale(a, k) => arg(*a) * Traced::Number(*k),
             Instr::Shift(a, c) => arg(*a) + Traced::Number(*c),
             Instr::Op(op, args) => op.value(|i| arg(args[i])),
-            Instr::Noise(..) | Instr::Fractal(..) | Instr::Grid(..) => return None,
+            Instr::Noise(..) | Instr::Fractal(..) | Instr::Grid(..) | Instr::Shape(..) => {
+                return None;
+            }
         };
         if self.is_foreign.get() {
             return None;

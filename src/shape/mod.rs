@@ -1,0 +1,94 @@
+//! Shapes made of data: meshes, curves, outlines and the like, whose parts are too many to be written
+//! down as operations.
+//!
+//! A [`Shape`] is a function of space that enters expressions as a noise or a grid does: a
+//! [`Kernel`], known by its jet at points and by what it says of balls around them. Distances say much:
+//! with `d` the distance from a closed set, at a point `c` outside of it,
+//!
+//! ```text
+//! |d(x) - d(c)| <= |x - c|                                              (it is 1-Lipschitz)
+//! d(x) - d(c) - grad d(c) . (x - c) <= |x - c|^2 / (2 (d(c) - |x - c|))     (it is semiconcave)
+//! ```
+//!
+//! so that a search for the nearest part at one point encloses the distance over a whole box. Each
+//! shape is one file that implements [`Body`].
+
+mod mesh;
+
+pub use mesh::{Flaw, Mesh};
+
+use crate::num::{Kernel, mix};
+use std::fmt::Debug;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+/// What a shape is made of. Its [`Kernel`] has no bound on the values in general, so that it states
+/// the [error](Kernel::error) of its values itself.
+pub trait Body: Kernel + Debug + Send {
+    /// What it is called in scripts.
+    fn name(&self) -> &'static str;
+
+    /// Everything that it is made of, in a fixed order.
+    fn digest(&self, digest: &mut Digest);
+}
+
+/// An immutable function of space that is made of data; cheap to clone. Two are equal if they are made
+/// of the same data.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    body: Arc<dyn Body>,
+    digest: Digest,
+}
+
+impl Shape {
+    /// The shape of a body.
+    pub fn new(body: impl Body + 'static) -> Shape {
+        let mut digest = Digest::default();
+        digest.text(body.name());
+        body.digest(&mut digest);
+        Shape { body: Arc::new(body), digest }
+    }
+
+    /// What it is made of.
+    pub fn body(&self) -> &dyn Body {
+        &*self.body
+    }
+}
+
+impl PartialEq for Shape {
+    fn eq(&self, other: &Self) -> bool {
+        self.digest == other.digest
+    }
+}
+
+impl Eq for Shape {}
+
+impl Hash for Shape {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.digest.hash(state);
+    }
+}
+
+/// A fingerprint of data, of 128 bits: as good as the data themselves, since two that meet by chance
+/// are not to be expected in the age of the universe.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub struct Digest([u64; 2]);
+
+impl Digest {
+    /// Takes a whole number in.
+    pub fn whole(&mut self, x: u64) {
+        let [a, b] = self.0;
+        self.0 = [mix(a ^ x), mix(b.wrapping_add(x) ^ 0x5851_f42d_4c95_7f2d)];
+    }
+
+    /// Takes numbers in.
+    pub fn numbers(&mut self, x: impl IntoIterator<Item = f64>) {
+        x.into_iter().for_each(|x| self.whole(x.to_bits()));
+    }
+
+    /// Takes a text in.
+    pub fn text(&mut self, text: &str) {
+        self.whole(text.len() as u64);
+        text.bytes().for_each(|b| self.whole(u64::from(b)));
+    }
+}
