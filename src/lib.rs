@@ -45,7 +45,7 @@
 //! | [`expr`] | expression graphs |
 //! | [`tape`] [`scene`] | straight-line code; scenes as plain data |
 //! | [`field`] | values, derivatives and bounds of an expression |
-//! | [`script`] [`cast`] [`analysis`] | the script host; ray casters; statistics and spectra of noises |
+//! | [`script`] [`cast`] [`mesh`] [`analysis`] | the script host; ray casters; meshes of solids; statistics and spectra of noises |
 //! | [`render`] | pictures |
 //! | [`session`] | scripts to pictures with cancellation and caching |
 //! | [`cli`] | the commands |
@@ -62,6 +62,7 @@ pub mod diag;
 pub mod expr;
 pub mod field;
 pub mod grid;
+pub mod mesh;
 pub mod noise;
 pub mod num;
 pub mod op;

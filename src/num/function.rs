@@ -125,6 +125,12 @@ pub trait Function<const N: usize> {
         false
     }
 
+    /// The range of the sum of the partial derivatives, where none of these is ever negative: then the gradient of the
+    /// function of fields is so many times a mean of theirs, which keeps signs that they share.
+    fn shares(&self) -> Option<Interval> {
+        None
+    }
+
     /// The function of any kind of number. Sums and the like, which every number knows natively,
     /// say so here.
     #[inline(always)]

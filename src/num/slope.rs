@@ -96,7 +96,14 @@ impl Number for Slope {
         let at = x.map(|x| x.value);
         let partial = f.grad(at);
         let norm = f.steepness(&at, &x.map(|x| x.norm), spectral(&x));
-        Slope::new(f.range(at), chain(&partial, &x), norm * ROUND_UP)
+        let mut grad = chain(&partial, &x);
+        if let Some(sum) = f.shares() {
+            let hull = |axis: usize| x.iter().map(|x| x.grad[axis]).reduce(Interval::hull);
+            (0..3).for_each(|axis| {
+                grad[axis] = hull(axis).map_or(grad[axis], |hull| grad[axis].meet(hull * sum))
+            });
+        }
+        Slope::new(f.range(at), grad, norm * ROUND_UP)
     }
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
         centred_kernel(k, p)

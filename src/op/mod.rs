@@ -127,5 +127,6 @@ ops! {
     Smoothstep(1) = Smoothstep, "smoothstep", "smoothstep(low, high, x): rises smoothly from 0 at low to 1 at high.";
     Mix(3) = Mix, "mix", "mix(a, b, t): a at t = 0, b at t = 1, linear between and beyond.";
     Length(3) = Length, "length", "Length of a vector.";
+    Corner(2) = Corner, "corner", "corner(a, b): distance from the edge where two solids meet at a right angle, given the distances from both; what both share.";
     Dot(6) = Dot, "dot", "Dot product of two vectors.";
 }

@@ -72,6 +72,9 @@ impl Function<2> for Min {
     fn selects(&self) -> bool {
         true
     }
+    fn shares(&self) -> Option<Interval> {
+        Some(Interval::point(1.0))
+    }
     #[inline(always)]
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
         x.min(y)
@@ -116,6 +119,9 @@ impl Function<2> for Max {
     }
     fn selects(&self) -> bool {
         true
+    }
+    fn shares(&self) -> Option<Interval> {
+        Some(Interval::point(1.0))
     }
     #[inline(always)]
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {

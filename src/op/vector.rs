@@ -79,6 +79,62 @@ fn unit<R: Real>(x: R, shrink: R) -> R {
     (x * shrink).max(R::of(-1.0)).min(R::of(1.0))
 }
 
+/// Distance from where two half planes at a right angle meet, given the distances from both: the larger one inside of
+/// both, `sqrt(a^2 + b^2)` outside of both.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Corner;
+
+impl Function<2> for Corner {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+    fn shares(&self) -> Option<Interval> {
+        Some(Interval { lo: 1.0, hi: std::f64::consts::SQRT_2.next_up() })
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [a, b]: [R; 2]) -> R {
+        let zero = R::of(0.0);
+        (a.max(zero).square() + b.max(zero).square()).sqrt() + a.max(b).min(zero)
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [a, b]: [R; 2]) -> [R; 2] {
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        let [ua, ub, _] = outward([a, b]);
+        // Inside of the other, a half plane matters alone where it is outside, and where it is nearer.
+        let inside = |a: R, b: R| a.if_less(zero, a.if_less(b, zero, one), one);
+        let outside = |a: R, unit: R| a.if_less(zero, zero, unit);
+        [b.if_less(zero, inside(a, b), outside(a, ua)), a.if_less(zero, inside(b, a), outside(b, ub))]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [a, b]: [R; 2]) -> [[R; 2]; 2] {
+        let zero = R::of(0.0);
+        let [ua, ub, shrink] = outward([a, b]);
+        // Round outside of both, a crease inside of both, flat elsewhere.
+        let crease = (a - b).slope_of_jump();
+        let part = |round: R| a.if_less(zero, b.if_less(zero, crease, zero), b.if_less(zero, zero, round));
+        let mixed = part(-(ua * ub) * shrink);
+        [[part(ub.square() * shrink), mixed], [mixed, part(ua.square() * shrink)]]
+    }
+    /// It rises with both.
+    #[inline(always)]
+    fn range(&self, x: [Interval; 2]) -> Interval {
+        let [lo, hi] = [x.map(|x| x.lo), x.map(|x| x.hi)].map(|end| self.value(end.map(Interval::point)));
+        lo.hull(hi)
+    }
+    fn steepness(&self, _: &[Interval; 2], _: &[f64; 2], jacobian: f64) -> f64 {
+        // The partial derivatives are a unit vector.
+        jacobian
+    }
+}
+
+/// The unit vector from the corner outside of both half planes, and the reciprocal of the distance.
+#[inline(always)]
+fn outward<R: Real>([a, b]: [R; 2]) -> [R; 3] {
+    let (a, b) = (a.max(R::of(0.0)), b.max(R::of(0.0)));
+    let shrink = R::of(1.0) / (a.square() + b.square()).sqrt().max(R::of(1e-300));
+    [unit(a, shrink), unit(b, shrink), shrink]
+}
+
 /// `a . b` of `(a1, a2, a3, b1, b2, b3)`
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Dot;

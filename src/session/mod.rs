@@ -12,9 +12,11 @@
 
 mod preview;
 mod reads;
+mod solid;
 mod stage;
 
 pub use preview::{COARSENESS, preview};
+pub use solid::polygonise;
 pub use stage::{Order, bounds, on_threads, render, settings};
 
 use crate::diag::{Diagnostic, Place, Sources};

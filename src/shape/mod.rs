@@ -13,8 +13,10 @@
 //! so that a search for the nearest part at one point encloses the distance over a whole box. Each
 //! shape is one file that implements [`Body`].
 
+mod census;
 mod mesh;
 
+pub use census::Census;
 pub use mesh::{Flaw, Mesh};
 
 use crate::num::{Kernel, mix};

@@ -23,7 +23,7 @@ impl Tape {
     }
 
     /// The same, and what encloses the first output there wherever that has a value.
-    pub(super) fn prune_and_bound(self: &Arc<Tape>, region: &[Interval; 3]) -> (Tape, Interval) {
+    pub fn prune_and_bound(self: &Arc<Tape>, region: &[Interval; 3]) -> (Tape, Interval) {
         let mut ranges = Evaluator::keeping_all(self.clone());
         let range = *ranges.eval(region);
         (self.kept(&ranges), range)

@@ -1,0 +1,129 @@
+//! Whether anything may have been missed.
+//!
+//! A part of the solid that the mesh does not know of, or a hole in it, ends everywhere, so that the field has
+//! an extreme value in it: a *critical point*, where no direction leads on. So let every cell that may hold
+//! surface be such that the derivative in some direction, an axis or the normal of its vertex, is proven not to be
+//! zero in it; along creases its enclosure holds the slopes of both sides and all between. Then critical
+//! points lie only in parts of space over which the field keeps its sign, and which are whole cells: their
+//! corners were seen, and are on the right side of the mesh. Nothing is missed, however small, and no two
+//! parts are taken for one that are not connected through a cell.
+//!
+//! Cells of which that cannot be proven are cut further for the sake of the proof. What is left is counted,
+//! and said: there the solid may have detail below the size of a cell that the mesh does not show.
+
+use super::blocks::Block;
+use super::contour::Contour;
+use super::lattice::{Lattice, Place, SIDE};
+use crate::num::{Interval, Slope};
+use crate::tape::Evaluator;
+use glam::DVec3;
+
+/// Times that a cell is cut for the sake of the proof.
+const CUTS: u32 = 2;
+
+/// What a part of space is known not to have.
+enum Known {
+    /// Surface; all of it is inside, or outside.
+    Same {
+        inside: bool,
+    },
+    /// Critical points.
+    Regular,
+    Nothing,
+}
+
+/// The cells of a block of which nothing is proven.
+pub(super) fn doubtful(
+    block: &Block,
+    contour: &Contour,
+    lattice: &Lattice,
+    slopes: &mut Evaluator<Slope>,
+) -> Vec<Place> {
+    slopes.turn_to(&block.tape);
+    let mut doubts = Vec::new();
+    let mut pending = vec![(block.at, SIDE)];
+    while let Some((at, cells)) = pending.pop() {
+        match known(lattice.region(at, cells), slopes) {
+            Known::Same { .. } | Known::Regular => {}
+            Known::Nothing if cells > 1 => pending.extend(eighths(at, cells / 2)),
+            Known::Nothing => {
+                let region = lattice.region(at, 1);
+                let is_proven = match contour.cell(at) {
+                    Some(cell) => rises_along(region, contour.vertices[cell.first as usize].normal, slopes),
+                    None => {
+                        side(at, lattice, slopes).is_some_and(|inside| is_same(region, inside, CUTS, slopes))
+                    }
+                };
+                if !is_proven {
+                    doubts.push(at);
+                }
+            }
+        }
+    }
+    doubts
+}
+
+/// The mean of the gradients at the corners of a cell, which is that of both sides of a crease.
+fn mean_gradient(at: Place, lattice: &Lattice, slopes: &mut Evaluator<Slope>) -> DVec3 {
+    let corners = eighths(at, 1).map(|(corner, _)| {
+        let point = lattice.corner(corner).to_array().map(Interval::point);
+        DVec3::from_array(value(point, slopes).grad.map(Interval::mid))
+    });
+    corners.sum::<DVec3>().normalize_or(DVec3::Y)
+}
+
+/// Whether the field rises along a direction everywhere in a region.
+fn rises_along(region: [Interval; 3], direction: DVec3, slopes: &mut Evaluator<Slope>) -> bool {
+    let (a, b) = direction.any_orthonormal_pair();
+    // Coordinates of which the first runs along the direction.
+    let p = std::array::from_fn(|axis| Slope {
+        value: region[axis],
+        grad: [direction, a, b].map(|d| Interval::point(d[axis])),
+        norm: f64::INFINITY,
+    });
+    slopes.eval(&p).grad[0].lo > 0.0
+}
+
+fn eighths(at: Place, cells: u32) -> impl Iterator<Item = (Place, u32)> {
+    (0..8_u32).map(move |i| (std::array::from_fn(|axis| at[axis] + (i >> axis & 1) * cells), cells))
+}
+
+/// On which side all corners of a cell lie that the surface does not pass.
+fn side(at: Place, lattice: &Lattice, slopes: &mut Evaluator<Slope>) -> Option<bool> {
+    let corner = lattice.corner(at).to_array().map(Interval::point);
+    let Interval { lo, hi } = value(corner, slopes).value;
+    if lo > 0.0 { Some(false) } else { (hi < 0.0).then_some(true) }
+}
+
+fn value(region: [Interval; 3], slopes: &mut Evaluator<Slope>) -> Slope {
+    *slopes.eval(&std::array::from_fn(|axis| Slope::coordinate(region[axis], axis)))
+}
+
+fn known(region: [Interval; 3], slopes: &mut Evaluator<Slope>) -> Known {
+    let slope = value(region, slopes);
+    let excludes_zero = |i: &Interval| i.lo > 0.0 || i.hi < 0.0;
+    if excludes_zero(&slope.value) {
+        Known::Same { inside: slope.value.hi < 0.0 }
+    } else if slope.grad.iter().any(excludes_zero) {
+        Known::Regular
+    } else {
+        Known::Nothing
+    }
+}
+
+/// Whether what has extreme values in a part of a cell is on the same side as the cell's corners.
+fn is_same(region: [Interval; 3], inside: bool, cuts: u32, slopes: &mut Evaluator<Slope>) -> bool {
+    match known(region, slopes) {
+        Known::Same { inside: here } => here == inside,
+        Known::Regular => true,
+        Known::Nothing if cuts == 0 => false,
+        Known::Nothing => (0..8_u32).all(|i| {
+            let half = std::array::from_fn(|axis| {
+                let Interval { lo, hi } = region[axis];
+                let mid = region[axis].mid();
+                if i >> axis & 1 == 0 { Interval::new(lo, mid) } else { Interval::new(mid, hi) }
+            });
+            is_same(half, inside, cuts - 1, slopes)
+        }),
+    }
+}

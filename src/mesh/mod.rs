@@ -1,0 +1,233 @@
+//! From a solid to a mesh of triangles.
+//!
+//! Dual contouring (Ju, Losasso, Schaefer and Warren 2002) on a lattice of cubes, with a vertex for each
+//! patch of the surface in a cell (Nielson 2004; Schaefer, Ju and Warren 2007), so that the mesh is closed,
+//! oriented and a manifold, and keeps sharp edges and corners:
+//!
+//! 1. enclosures drop what has no surface, with proof (`blocks`),
+//! 2. crossings of the lattice's edges and the normals there give vertices (`contour`, `patches`, `quadric`),
+//! 3. each crossing makes a quadrangle of the vertices around it (`weave`),
+//! 4. where the surface is flat enough, vertices are merged (`merge`),
+//! 5. each quadrangle becomes two triangles, along the diagonal that is closer to the surface (`triangles`),
+//! 6. enclosures of the gradient tell whether anything may have been missed (`certificate`).
+//!
+//! Whatever the number of threads, the mesh is the same, bit for bit.
+
+mod blocks;
+mod certificate;
+mod contour;
+mod lattice;
+mod merge;
+mod patches;
+mod quadric;
+mod survey;
+mod triangles;
+mod weave;
+
+use crate::num::Slope;
+use crate::scene::Aabb;
+use crate::shape::Mesh;
+use crate::tape::{Cells, Evaluator, Tape};
+use blocks::Block;
+use contour::{Contour, Tracer, Vertex};
+use glam::DVec3;
+use lattice::{Lattice, Place, SIDE};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use triangles::Weaver;
+use weave::{Quad, Web};
+
+/// A solid to be meshed.
+#[derive(Clone, Debug)]
+pub struct Solid {
+    /// The field as code, with the field as its only output: negative inside. Outside of the region it must be
+    /// positive; what is undefined is empty.
+    pub tape: Arc<Tape>,
+    /// Code of three linear colour channels, if the solid has colours.
+    pub color: Option<Arc<Tape>>,
+    /// The box that holds the solid.
+    pub region: Aabb,
+}
+
+/// How fine a mesh is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fineness {
+    /// Cells along the longest edge of the region, 2 to [`FINEST`]; as many as the tolerance needs, but no more than
+    /// [`ENOUGH`], where it is `None`.
+    pub resolution: Option<u32>,
+    /// How far the mesh may be from the surface where vertices are merged, in the units of the coordinates; none are
+    /// where it is `None`.
+    pub tolerance: Option<f64>,
+}
+
+/// Most cells along an edge.
+pub const FINEST: u32 = 1 << 16;
+
+/// Most cells along an edge that a tolerance alone leads to.
+pub const ENOUGH: u32 = 1024;
+
+/// Cells along an edge where nothing is said, and where the search for enough of them begins.
+const FIRST: u32 = 128;
+
+/// Who watches a job, and can stop it.
+#[derive(Clone, Copy)]
+pub struct Watch<'a> {
+    /// Set it to stop soon.
+    pub cancel: &'a AtomicBool,
+    /// Told the share that is done, from any thread.
+    pub progress: &'a (dyn Fn(f64) + Sync),
+}
+
+impl Watch<'_> {
+    fn check(&self) -> Result<(), Stopped> {
+        if self.cancel.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
+    }
+}
+
+/// Somebody wanted it to stop.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("the mesh was not finished")]
+pub struct Stopped;
+
+/// A mesh and how far it is to be trusted.
+#[derive(Clone, Debug)]
+pub struct Meshed {
+    /// Closed, oriented, and a manifold.
+    pub mesh: Mesh,
+    /// Length of a cell's edge.
+    pub cell: f64,
+    /// Cells in which the surface may have parts that the mesh does not show; it has none if there are no such.
+    pub doubtful: u64,
+    /// The middle of one of these.
+    pub doubt: Option<DVec3>,
+    /// Largest distance from the surface, to first order, of points, and of middles of triangles and their edges; and
+    /// the distance that one in a thousand of these exceeds.
+    pub deviation: (f64, f64),
+}
+
+/// Makes a mesh of a solid.
+///
+/// # Errors
+/// When stopped.
+pub fn polygonise(solid: &Solid, fineness: &Fineness, watch: &Watch<'_>) -> Result<Meshed, Stopped> {
+    let cells = Cells::new(solid.tape.clone(), &solid.region.intervals());
+    let mut resolution = fineness.resolution.unwrap_or(FIRST).clamp(2, FINEST);
+    loop {
+        let sketch = Sketch::new(solid, resolution, watch)?;
+        if let (None, Some(tolerance)) = (fineness.resolution, fineness.tolerance) {
+            // Merging takes a half of the tolerance, the lattice the other.
+            let excess = sketch.weaver(&cells).plain().deviation(&cells).1 / (0.5 * tolerance);
+            if excess > 1.0 && resolution < ENOUGH {
+                // The distance falls with the square of the cells' size where the surface is smooth.
+                let times = libm::log2(excess.sqrt().clamp(1.0, 8.0)).ceil().max(1.0);
+                resolution = (resolution << times as u32).min(ENOUGH);
+                continue;
+            }
+        }
+        return sketch.finish(solid, fineness.tolerance, &cells, watch);
+    }
+}
+
+/// The surface as it is on a lattice.
+struct Sketch {
+    lattice: Lattice,
+    blocks: Vec<Block>,
+    contours: Vec<Contour>,
+    vertices: Vec<Vertex>,
+    quads: Vec<Quad>,
+}
+
+impl Sketch {
+    fn new(solid: &Solid, resolution: u32, watch: &Watch<'_>) -> Result<Sketch, Stopped> {
+        (watch.progress)(0.0);
+        let size = (solid.region.max - solid.region.min).max_element();
+        let lattice = Lattice::over(&solid.region, size / f64::from(resolution));
+        let blocks = blocks::blocks(&solid.tape, &lattice, watch)?;
+        (watch.progress)(0.1);
+        let contours = contours(solid, &lattice, &blocks, watch)?;
+        (watch.progress)(0.5);
+        let web = Web::new(&contours);
+        let (vertices, quads) = (web.vertices(), web.quads());
+        watch.check()?;
+        Ok(Sketch { lattice, blocks, contours, vertices, quads })
+    }
+
+    fn weaver<'a>(&'a self, cells: &'a Cells) -> Weaver<'a> {
+        Weaver { lattice: &self.lattice, cells, vertices: &self.vertices, quads: &self.quads }
+    }
+
+    fn finish(
+        &self,
+        solid: &Solid,
+        tolerance: Option<f64>,
+        cells: &Cells,
+        watch: &Watch<'_>,
+    ) -> Result<Meshed, Stopped> {
+        let weaver = self.weaver(cells);
+        let woven = match tolerance {
+            None => weaver.plain(),
+            Some(tolerance) => weaver.merged(tolerance, watch)?,
+        };
+        (watch.progress)(0.8);
+        watch.check()?;
+        let doubts = self.doubts(solid);
+        (watch.progress)(0.95);
+        watch.check()?;
+        let deviation = woven.deviation(cells);
+        let mut mesh = woven.mesh;
+        if let Some(color) = &solid.color {
+            mesh.colors = survey::colors(color, &mesh.points);
+        }
+        (watch.progress)(1.0);
+        let middle = |at: &Place| self.lattice.corner(*at) + 0.5 * self.lattice.step;
+        Ok(Meshed {
+            mesh,
+            cell: self.lattice.step,
+            doubtful: doubts.len() as u64,
+            doubt: doubts.first().map(middle),
+            deviation,
+        })
+    }
+
+    /// The cells of which it is not proven that nothing is missed there.
+    fn doubts(&self, solid: &Solid) -> Vec<Place> {
+        let slopes = || Evaluator::<Slope>::new(solid.tape.clone());
+        let doubts = |slopes: &mut Evaluator<Slope>, (block, contour): (&Block, &Contour)| {
+            certificate::doubtful(block, contour, &self.lattice, slopes)
+        };
+        self.blocks.par_iter().zip(&self.contours).map_init(slopes, doubts).flatten().collect()
+    }
+}
+
+/// The contours of all blocks, agreed upon by neighbours.
+fn contours(
+    solid: &Solid,
+    lattice: &Lattice,
+    blocks: &[Block],
+    watch: &Watch<'_>,
+) -> Result<Vec<Contour>, Stopped> {
+    let tracer = || Tracer::new(&solid.tape, lattice);
+    let mut flips = BTreeSet::new();
+    let trace = |tracer: &mut Tracer, block: &Block| {
+        watch.check()?;
+        Ok(tracer.contour(block, &BTreeSet::new()))
+    };
+    let mut contours =
+        blocks.par_iter().map_init(tracer, trace).collect::<Result<Vec<Contour>, Stopped>>()?;
+    loop {
+        let pinched = Web::new(&contours).pinched();
+        if pinched.is_empty() {
+            return Ok(contours);
+        }
+        flips.extend(&pinched);
+        let touched: BTreeSet<_> = pinched.iter().map(|(at, _)| at.map(|i| i / SIDE * SIDE)).collect();
+        let mut tracer = tracer();
+        for (contour, block) in
+            contours.iter_mut().zip(blocks).filter(|(_, block)| touched.contains(&block.at))
+        {
+            *contour = tracer.contour(block, &flips);
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! From quadrangles to triangles, and how far these are from the surface.
+
+use super::contour::Vertex;
+use super::lattice::Lattice;
+use super::merge::{Forest, Merged};
+use super::survey;
+use super::weave::Quad;
+use super::{Stopped, Watch};
+use crate::shape::{Census, Mesh};
+use crate::tape::Cells;
+use glam::DVec3;
+
+/// Times that what was merged too far is parted.
+const ROUNDS: u32 = 12;
+
+/// Makes meshes of quadrangles.
+pub(super) struct Weaver<'a> {
+    pub lattice: &'a Lattice,
+    pub cells: &'a Cells,
+    pub vertices: &'a [Vertex],
+    pub quads: &'a [Quad],
+}
+
+/// A mesh, and the vertices that each triangle was woven from.
+pub(super) struct Woven {
+    pub mesh: Mesh,
+    /// The quadrangle of each triangle.
+    quads: Vec<u32>,
+}
+
+impl Weaver<'_> {
+    /// All quadrangles as they are.
+    pub fn plain(&self) -> Woven {
+        self.weave(&Merged {
+            of: (0..self.vertices.len() as u32).collect(),
+            places: self.vertices.iter().map(|v| v.place).collect(),
+            normals: self.vertices.iter().map(|v| v.normal).collect(),
+        })
+    }
+
+    /// Quadrangles between vertices that were merged as far as a tolerance and the shape of the mesh allow.
+    ///
+    /// # Errors
+    /// When stopped.
+    pub fn merged(&self, tolerance: f64, watch: &Watch<'_>) -> Result<Woven, Stopped> {
+        // Planes may be nearer than the surface between them; what is too far off is parted again.
+        let mut forest = Forest::new(self.vertices, self.quads, 0.5 * tolerance / self.lattice.step);
+        for _ in 0..ROUNDS {
+            watch.check()?;
+            let woven = self.weave(&forest.merged(self.vertices));
+            let wrong = self.wrong(&woven, tolerance);
+            let parted = forest.part(wrong.iter().flat_map(|quad| self.quads[*quad as usize].vertices));
+            if !parted {
+                return Ok(woven);
+            }
+        }
+        Ok(self.plain())
+    }
+
+    /// The quadrangles of triangles that are too far from the surface, or at flaws of the mesh.
+    fn wrong(&self, woven: &Woven, tolerance: f64) -> Vec<u32> {
+        let is_far =
+            woven.distances(self.cells).map(|far| far.into_iter().map(|d| d > tolerance).collect::<Vec<_>>());
+        let [far_points, far_samples] = is_far;
+        let flawed = Census::of(&woven.mesh).flaws;
+        let is_wrong = |t: usize| {
+            let mut corners = woven.mesh.triangles[t].into_iter().map(|i| i as usize);
+            far_samples[SAMPLES * t..][..SAMPLES].contains(&true)
+                || corners.any(|i| flawed[i] || far_points[i])
+        };
+        (0..woven.mesh.triangles.len()).filter(|&t| is_wrong(t)).map(|t| woven.quads[t]).collect()
+    }
+
+    /// Triangles between what the vertices have become.
+    fn weave(&self, merged: &Merged) -> Woven {
+        let points: Vec<DVec3> = merged.places.iter().map(|p| self.lattice.point(*p)).collect();
+        let corners = |quad: &Quad| {
+            let [a, b, c, d] = quad.vertices.map(|v| merged.of[v as usize]);
+            if quad.starts_inside { [a, b, c, d] } else { [d, c, b, a] }
+        };
+        let middle = |a: u32, b: u32| 0.5 * (points[a as usize] + points[b as usize]);
+        let diagonals: Vec<DVec3> =
+            self.quads.iter().map(corners).flat_map(|[a, b, c, d]| [middle(a, c), middle(b, d)]).collect();
+        let far = survey::distances(self.cells, &diagonals);
+        let mut woven =
+            Woven { mesh: Mesh { normals: merged.normals.clone(), ..Mesh::default() }, quads: Vec::new() };
+        for (i, (quad, far)) in self.quads.iter().zip(far.chunks_exact(2)).enumerate() {
+            let [a, b, c, d] = corners(quad);
+            let halves = if far[0] <= far[1] { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+            // Where opposite corners are one the halves are one another's reverse.
+            let is_folded = a == c || b == d;
+            for half in halves.into_iter().filter(|[a, b, c]| !is_folded && a != b && b != c && c != a) {
+                woven.mesh.triangles.push(half);
+                woven.quads.push(i as u32);
+            }
+        }
+        woven.mesh.points = points;
+        woven
+    }
+}
+
+impl Woven {
+    /// Distances of the points from the surface, and of the samples of each triangle.
+    fn distances(&self, cells: &Cells) -> [Vec<f64>; 2] {
+        let samples: Vec<DVec3> =
+            (0..self.mesh.triangles.len()).flat_map(|t| samples(self.mesh.corners(t))).collect();
+        [&self.mesh.points, &samples].map(|points| survey::distances(cells, points))
+    }
+
+    /// See [`Meshed::deviation`](super::Meshed::deviation).
+    pub fn deviation(&self, cells: &Cells) -> (f64, f64) {
+        let mut far: Vec<f64> =
+            self.distances(cells).concat().into_iter().filter(|d| d.is_finite()).collect();
+        let Some(last) = far.len().checked_sub(1) else { return (0.0, 0.0) };
+        let (_, most, _) = far.select_nth_unstable_by(last - last / 1000, f64::total_cmp);
+        let most = *most;
+        (far.into_iter().fold(0.0, f64::max), most)
+    }
+}
+
+/// Places in a triangle whose distance from the surface is looked at, besides its corners.
+const SAMPLES: usize = 4;
+
+/// The middle, and the middles of the edges.
+fn samples([a, b, c]: [DVec3; 3]) -> [DVec3; SAMPLES] {
+    [(a + b + c) / 3.0, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)]
+}

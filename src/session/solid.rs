@@ -1,0 +1,72 @@
+//! From a scene to a mesh of it: finds the region, limits detail to the mesh's, and clips what goes on for ever.
+
+use super::stage;
+use crate::diag::Diagnostic;
+use crate::expr::{Graph, Input, NodeId, TooLarge};
+use crate::field::{self, Extent, Field};
+use crate::mesh::{self, Fineness, Meshed, Solid, Watch};
+use crate::op::{Abs, Max, Op, Sub};
+use crate::scene::{Aabb, Scene};
+use crate::tape::Tape;
+use std::sync::Arc;
+
+/// A mesh of a scene's solid, or why there is none.
+///
+/// # Errors
+/// A diagnostic if there is no solid, its expression is too large, or the job was stopped.
+pub fn polygonise(scene: &Scene, fineness: &Fineness, watch: &Watch<'_>) -> Result<Meshed, Box<Diagnostic>> {
+    let solid = solid(scene, fineness)?;
+    mesh::polygonise(&solid, fineness, watch).map_err(|e| Box::new(Diagnostic::error(e.to_string())))
+}
+
+/// The solid of a scene, in the box that the scene gives or that is found around it.
+fn solid(scene: &Scene, fineness: &Fineness) -> Result<Solid, Box<Diagnostic>> {
+    let too_large = |e: TooLarge| Box::new(Diagnostic::error(e.to_string()));
+    let mut graph = Graph::clone(&scene.graph);
+    let whole = scene.surface.field;
+    let found = scene.bounds.unwrap_or_else(|| stage::bounds(scene, &mut Field::new(&graph, whole)));
+    // Octaves that are finer than the mesh can show fade out.
+    let size = (found.max - found.min).max_element();
+    let footprint =
+        fineness.tolerance.unwrap_or(size / f64::from(fineness.resolution.unwrap_or(mesh::ENOUGH)));
+    let mut limit = |node: NodeId| {
+        let footprint = graph.constant(footprint).map_err(too_large)?;
+        graph.substitute(node, &[(Input::Footprint, footprint)]).map_err(too_large)
+    };
+    let mut field = limit(whole)?;
+    let color = match scene.surface.color {
+        Some([r, g, b]) => Some([limit(r)?, limit(g)?, limit(b)?]),
+        None => None,
+    };
+    let grown = Aabb { min: found.min - 0.01 * size, max: found.max + 0.01 * size };
+    let region = match field::extent(&Field::new(&graph, field), &grown) {
+        Extent::Within(region) => region,
+        Extent::Open(_) => {
+            field = clipped(&mut graph, field, &found).map_err(too_large)?;
+            found
+        }
+        Extent::Empty => {
+            let place = graph.place(whole).cloned();
+            let error = Diagnostic::error("there is no solid: the field is positive everywhere").at(place);
+            return Err(Box::new(error.hint("negative is inside; check the sign of the field")));
+        }
+    };
+    let tape = Arc::new(Tape::new(&graph, &[field]));
+    let color = color.map(|color| Arc::new(Tape::new(&graph, &color)));
+    Ok(Solid { tape, color, region })
+}
+
+/// What of a solid is in a box.
+fn clipped(graph: &mut Graph, field: NodeId, region: &Aabb) -> Result<NodeId, TooLarge> {
+    let (middle, half) = (0.5 * (region.min + region.max), 0.5 * (region.max - region.min));
+    let point = graph.point()?;
+    let mut clipped = field;
+    for axis in 0..3 {
+        let (middle, half) = (graph.constant(middle[axis])?, graph.constant(half[axis])?);
+        let off = graph.op(Op::Sub(Sub), &[point[axis], middle])?;
+        let off = graph.op(Op::Abs(Abs), &[off])?;
+        let beyond = graph.op(Op::Sub(Sub), &[off, half])?;
+        clipped = graph.op(Op::Max(Max), &[clipped, beyond])?;
+    }
+    Ok(clipped)
+}

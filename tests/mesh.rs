@@ -1,0 +1,166 @@
+//! Meshes of solids whose shape and topology are known.
+
+use orogen::field::Field;
+use orogen::mesh::{Fineness, Meshed, Watch};
+use orogen::script::{Request, compile};
+use orogen::session::polygonise;
+use orogen::shape::Census;
+use std::sync::atomic::AtomicBool;
+
+fn watched<T>(job: impl FnOnce(&Watch<'_>) -> T) -> T {
+    job(&Watch { cancel: &AtomicBool::new(false), progress: &|_| () })
+}
+
+fn meshed(script: &str, resolution: Option<u32>, tolerance: Option<f64>) -> Meshed {
+    let scene = compile(&Request::text(script)).scene.expect("a scene");
+    watched(|watch| polygonise(&scene, &Fineness { resolution, tolerance }, watch)).expect("a mesh")
+}
+
+/// The volume that a closed mesh encloses; negative if it is inside out.
+fn volume(m: &Meshed) -> f64 {
+    let six = |t| {
+        let [a, b, c] = m.mesh.corners(t);
+        a.dot(b.cross(c))
+    };
+    (0..m.mesh.triangles.len()).map(six).sum::<f64>() / 6.0
+}
+
+fn check(script: &str, m: &Meshed) -> Census {
+    assert_eq!(m.mesh.check(), Ok(()));
+    assert_eq!(m.mesh.normals.len(), m.mesh.points.len());
+    let census = Census::of(&m.mesh);
+    assert!(census.is_closed_manifold(), "{script}: {} flawed points", census.flawed_points);
+    assert!(volume(m) > 0.0, "{script}: inside out");
+    census
+}
+
+#[test]
+fn known_topology() {
+    // Script, parts, Euler characteristic.
+    let known = [
+        ("sphere(1.0)", 1, 2),
+        ("torus(1.0, 0.4)", 1, 0),
+        ("box([2, 1, 1])", 1, 2),
+        ("union(sphere(1.0), sphere(0.5).translate([2, 0, 0]))", 2, 4),
+        ("shell(sphere(1.0), 0.3)", 2, 4),
+        ("difference(box(2.0), cylinder(0.5, 3.0))", 1, 0),
+        ("union(torus(1.0, 0.2), torus(1.0, 0.2).rotate([1, 0, 0], 90))", 1, -4),
+        ("capsule([-1, 0, 0], [1, 1, 0], 0.25)", 1, 2),
+    ];
+    for (script, parts, euler) in known {
+        for (resolution, tolerance) in
+            [(Some(24), None), (Some(57), None), (Some(64), Some(0.01)), (None, Some(0.004))]
+        {
+            let m = meshed(script, resolution, tolerance);
+            let census = check(script, &m);
+            assert_eq!(
+                (census.parts, census.euler_characteristic()),
+                (parts, euler),
+                "{script} {resolution:?} {tolerance:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn random_solids_are_closed_manifolds() {
+    for seed in 0..4 {
+        for (resolution, tolerance) in [(20, None), (31, None), (32, Some(0.05)), (40, Some(0.01))] {
+            let script = format!("sphere(1.0) + 0.5 * gradient({seed}).scaled(3.0)");
+            check(&script, &meshed(&script, Some(resolution), tolerance));
+            let script = format!("max(sphere(1.0), 0.2 - abs(sparse({seed}).scaled(4.0)))");
+            check(&script, &meshed(&script, Some(resolution), tolerance));
+            let script = format!("max(box(1.5), 0.3 - cellular({seed}).scaled(3.0))");
+            check(&script, &meshed(&script, Some(resolution), tolerance));
+        }
+    }
+}
+
+#[test]
+fn the_mesh_lies_on_the_surface() {
+    let script = "sphere(1.0) + 0.2 * gradient(3).scaled(2.0)";
+    let scene = compile(&Request::text(script)).scene.expect("a scene");
+    let mut field = Field::new(&scene.graph, scene.surface.field);
+    for tolerance in [0.02, 0.005, 0.001] {
+        let m = meshed(script, None, Some(tolerance));
+        check(script, &m);
+        assert!(m.deviation.0 <= tolerance, "{:?} > {tolerance}", m.deviation);
+        // Denser samples than were looked at: the middles of edges.
+        for t in 0..m.mesh.triangles.len() {
+            let [a, b, _] = m.mesh.corners(t);
+            let (value, gradient) = field.gradient(0.5 * (a + b));
+            assert!(value.abs() / gradient.length() <= 1.5 * tolerance, "{value} at an edge of triangle {t}");
+        }
+        for (p, n) in m.mesh.points.iter().zip(&m.mesh.normals) {
+            assert!(n.dot(field.gradient(*p).1.normalize()) > 0.8);
+        }
+    }
+    let sphere = meshed("sphere(1.0)", Some(100), None);
+    assert!((volume(&sphere) / (4.0 / 3.0 * std::f64::consts::PI) - 1.0).abs() < 1e-3, "{}", volume(&sphere));
+}
+
+#[test]
+fn sharp_edges_are_kept() {
+    // An edge that passes a cell without crossing its edges is cut off there, which is less the finer the cells are.
+    let script = "box([2, 1, 0.5]).rotate([1, 2, 3], 40)";
+    let missing = |resolution, tolerance| 1.0 - volume(&meshed(script, Some(resolution), tolerance));
+    let (coarse, fine) = (missing(32, None), missing(128, None));
+    assert!(coarse.abs() < 5e-3 && fine.abs() < 5e-4, "{coarse} {fine}");
+    let flat = meshed(script, Some(128), Some(1e-3));
+    check("box", &flat);
+    assert!((volume(&flat) - 1.0).abs() < 1e-3, "{}", volume(&flat));
+    let triangles = meshed(script, Some(128), None).mesh.triangles.len();
+    assert!(flat.mesh.triangles.len() < triangles / 10, "{} of {triangles}", flat.mesh.triangles.len());
+}
+
+#[test]
+fn merging_saves_triangles() {
+    let script = "sphere(1.0)";
+    let (fine, coarse) = (meshed(script, Some(128), None), meshed(script, Some(128), Some(0.01)));
+    assert!(10 * coarse.mesh.triangles.len() < fine.mesh.triangles.len(), "{}", coarse.mesh.triangles.len());
+}
+
+#[test]
+fn what_may_be_missed_is_said() {
+    assert_eq!(meshed("sphere(1.0)", Some(32), None).doubtful, 0);
+    assert_eq!(meshed("box([2, 1, 1]).rotate([1, 2, 3], 40)", Some(32), None).doubtful, 0);
+    // Smaller than a cell, and no corner in it.
+    let crumb = "union(sphere(1.0), sphere(0.003).translate([1.2345, 0.123, 0.321]))";
+    let m = meshed(crumb, Some(32), None);
+    let doubt = m.doubt.expect("a doubt");
+    assert_eq!(Census::of(&m.mesh).parts, 1);
+    assert!((doubt - glam::DVec3::new(1.2345, 0.123, 0.321)).length() < 2.0 * m.cell, "{doubt}");
+    // A sheet thinner than a cell.
+    assert!(meshed("max(box(2.0), abs(y - 0.0123) - 0.002)", Some(32), None).doubtful > 100);
+}
+
+#[test]
+fn what_has_no_end_is_cut_off() {
+    let m = meshed("y + 0.1 * gradient(1)", Some(40), None);
+    assert_eq!(check("plain", &m).euler_characteristic(), 2);
+}
+
+#[test]
+fn the_same_on_any_number_of_threads() {
+    let script = "sphere(1.0) + 0.3 * gradient(5).scaled(4.0)";
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| meshed(script, Some(48), Some(0.01)).mesh)
+    };
+    let (one, four) = (on(1), on(4));
+    assert_eq!(one, four);
+    assert!(
+        one.points
+            .iter()
+            .zip(&four.points)
+            .all(|(a, b)| a.to_array().map(f64::to_bits) == b.to_array().map(f64::to_bits))
+    );
+}
+
+#[test]
+fn jobs_stop() {
+    let scene = compile(&Request::text("sphere(1.0)")).scene.expect("a scene");
+    let watch = Watch { cancel: &AtomicBool::new(true), progress: &|_| () };
+    let fineness = Fineness { resolution: Some(64), tolerance: None };
+    assert!(polygonise(&scene, &fineness, &watch).is_err());
+}
