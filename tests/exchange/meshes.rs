@@ -95,3 +95,55 @@ fn stl_faults_say_the_line_or_byte() {
     assert!(said("solid\nhello\nendsolid").starts_with("a.stl, line 2: \"hello\" is no word"));
     assert!(said("solid a\nfacet\n").starts_with("a.stl, line 2: the file ends before `endsolid`"));
 }
+
+/// A tetrahedron with what other programs add.
+const PLY: &str = "ply\r\nformat ascii 1.0\r\ncomment C:\\made by hand\\\r\nelement camera 1\r\nproperty list uchar float view\r\n\
+    property float quality\r\nelement vertex 4\r\nproperty float confidence\r\nproperty float z\r\nproperty float x\r\n\
+    property float y\r\nproperty ushort red\r\nproperty ushort green\r\nproperty ushort blue\r\nelement nothing 4000000000\r\n\
+    element face 3\r\nproperty uchar flags\r\nproperty list uchar uint vertex_index\r\nend_header\r\n\
+    3 0.5 0.5 0.5 nan\r\nnan 3 1 2 0 0 65535\r\n0 0.1 0 0 0 0 0 0 0 1 0 0 0 0 0 0 0 1 0 0 0\r\n9 3 0 1 2\r\n9 4 0 1 2 3\r\n9 3 3 2 1";
+
+#[test]
+fn ply_passes_over_what_it_does_not_know() {
+    let mesh = mesh::read("a.ply", PLY.as_bytes()).unwrap();
+    assert_eq!(mesh.points[0], DVec3::new(1.0, 2.0, 3.0));
+    assert_eq!(mesh.points[1].z, f64::from(0.1_f32));
+    assert_eq!(mesh.colors[0], [0.0, 0.0, 1.0]);
+    assert_eq!(mesh.triangles.len(), 4);
+}
+
+#[test]
+fn ply_faults_say_the_line_or_byte() {
+    let with = |from: &str, to: &str| {
+        assert!(PLY.contains(from), "{from}");
+        fault("a.ply", PLY.replacen(from, to, 1).as_bytes())
+    };
+    assert!(with("ply", "play").starts_with("a.ply, line 1: a PLY file begins"));
+    assert!(with("ascii", "utf8").starts_with("a.ply, line 2: the format \"utf8\" is not known"));
+    assert!(with("format", "comment").contains("declares no format"));
+    assert!(with("end_header", "comment").contains("line 20: "));
+    assert!(
+        with("element vertex 4", "element vertex 4000000000").contains("line 7: 4000000000 of \"vertex\"")
+    );
+    assert!(
+        with("element vertex 4", "element vertex -4").starts_with("a.ply, line 7: an element has no number")
+    );
+    assert!(
+        with("element vertex 4", "element points 4").contains("line 23: a face has point 0, and there are 0")
+    );
+    assert!(with("float x", "double w").starts_with("a.ply, line 7: points have no x, y and z"));
+    assert!(with("float x", "quad x").starts_with("a.ply, line 10: \"quad\" is no kind of number"));
+    assert!(with("list uchar float", "list uchar").starts_with("a.ply, line 5: a property has a kind"));
+    assert!(with("element camera 1\r\n", "").contains("a property is declared before any element"));
+    assert!(
+        with("nan 3 1 2", "nan 3 nan 2").starts_with("a.ply, line 21: a number of a point is not finite")
+    );
+    assert!(with("nan 3 1 2", "nan 3 one 2").starts_with("a.ply, line 21: \"one\" is no number"));
+    assert!(
+        with("9 4 0 1 2 3", "9 4 0 1 2 4").starts_with("a.ply, line 24: a face has point 4, and there are 4")
+    );
+    assert!(with("9 4 0 1 2 3", "9 4 0 1 2 0.5").starts_with("a.ply, line 24: a face has point 0.5"));
+    assert!(with("9 4 0 1 2 3", "9 400000000 0 1 2 3").contains("a list of 400000000 is announced"));
+    assert!(with("9 4 0 1 2 3", "9 2 0 1").contains("line 24: a face needs three corners or more, not 2"));
+    assert!(with("9 3 3 2 1", "9 3 3 2").contains("line 25: the file ends in the middle"));
+}

@@ -15,9 +15,11 @@
 //! a file that has z upward is along z here too.
 
 mod obj;
+mod ply;
 mod polygon;
 mod stl;
 
+pub use ply::Encoding as Ply;
 pub use stl::Encoding as Stl;
 
 use super::fault::{Fault, Place, ending};
@@ -30,16 +32,19 @@ use std::io::{self, Write};
 pub enum Format {
     /// Wavefront OBJ.
     Obj,
+    /// PLY.
+    Ply(Ply),
     /// Stereolithography.
     Stl(Stl),
 }
 
 /// Readers by ending.
 type Reader = fn(&[u8]) -> Result<Mesh, Fault>;
-const READERS: &[(&str, Reader)] = &[("obj", obj::read), ("stl", stl::read)];
+const READERS: &[(&str, Reader)] = &[("obj", obj::read), ("ply", ply::read), ("stl", stl::read)];
 
 /// What is written by ending.
-const FORMATS: &[(&str, Format)] = &[("obj", Format::Obj), ("stl", Format::Stl(Stl::Binary))];
+const FORMATS: &[(&str, Format)] =
+    &[("obj", Format::Obj), ("ply", Format::Ply(Ply::Little)), ("stl", Format::Stl(Stl::Binary))];
 
 impl Format {
     /// The format that a file's name asks for by its ending; the binary one where there are two.
@@ -79,6 +84,7 @@ pub fn write(format: Format, mesh: &Mesh, out: &mut dyn Write) -> io::Result<()>
     }
     match format {
         Format::Obj => obj::write(mesh, out),
+        Format::Ply(encoding) => ply::write(mesh, encoding, out),
         Format::Stl(encoding) => stl::write(mesh, encoding, out),
     }
 }
@@ -112,7 +118,7 @@ fn fits_single(mesh: &Mesh, format: &str) -> io::Result<()> {
 fn units(mut normals: Vec<DVec3>) -> Vec<DVec3> {
     for n in &mut normals {
         // What is a unit vector but for rounding to 32 bits stays as it is.
-        if (n.length_squared() - 1.0).abs() > 1e-6 {
+        if !((n.length_squared() - 1.0).abs() <= 1e-6) {
             let Some(unit) = n.try_normalize() else { return Vec::new() };
             *n = unit;
         }

@@ -79,17 +79,7 @@ impl Found {
             }
             self.face.push(point);
         }
-        if self.face.len() < 3 {
-            return Err(fault(format!("a face needs three corners or more, not {}", self.face.len())));
-        }
-        if !polygon::split(&self.face, &self.mesh.points, &mut self.mesh.triangles) {
-            let what = format!("a face that is not convex has {} corners", self.face.len());
-            let most = polygon::MOST_CONCAVE;
-            return Err(fault(what).remedy(format!(
-                "cut it into triangles in the program that made it: {most} corners are possible here"
-            )));
-        }
-        Ok(())
+        polygon::add(&self.face, &mut self.mesh).map_err(|fault| Fault { place: Place::Line(line), ..fault })
     }
 
     fn mesh(self) -> Mesh {

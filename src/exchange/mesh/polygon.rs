@@ -5,16 +5,36 @@
 //! (Meisters, "Polygons have ears", 1975). Whether a corner is an ear changes only when a neighbour is
 //! cut, so that `n` corners take time `n^2`.
 
+use crate::exchange::fault::{Fault, Place};
+use crate::shape::Mesh;
 use glam::{DVec2, DVec3};
 
 /// Corners that a polygon may have if it is not convex: the time for more could be felt.
-pub const MOST_CONCAVE: usize = 1024;
+const MOST_CONCAVE: usize = 1024;
+
+/// Adds a face to a mesh, given by numbers of its points; each must be one.
+///
+/// # Errors
+/// When it has too few corners, or is not convex and has too many. The place is left to be filled in.
+pub fn add(face: &[u32], mesh: &mut Mesh) -> Result<(), Fault> {
+    let n = face.len();
+    if n < 3 {
+        return Err(Fault::new(Place::Whole, format!("a face needs three corners or more, not {n}")));
+    }
+    if !split(face, &mesh.points, &mut mesh.triangles) {
+        let what = format!("a face that is not convex has {n} corners");
+        return Err(Fault::new(Place::Whole, what).remedy(format!(
+            "cut it into triangles in the program that made it: {MOST_CONCAVE} corners are possible here"
+        )));
+    }
+    Ok(())
+}
 
 /// Appends the triangles of a polygon, given by numbers of points, and says whether it could: concave
 /// ones have limits. Those that cross themselves or have no area become fans.
 ///
 /// Each number must be that of a point, and there must be three or more.
-pub fn split(polygon: &[u32], points: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> bool {
+fn split(polygon: &[u32], points: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> bool {
     let fan = |corners: &[u32], out: &mut Vec<[u32; 3]>| {
         if let [first, rest @ ..] = corners {
             out.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
