@@ -1,5 +1,6 @@
 //! Files of other programs: what is written comes back, and hostile files are refused.
 
+mod gltf;
 mod meshes;
 mod round;
 

@@ -145,5 +145,9 @@ fn ply_faults_say_the_line_or_byte() {
     assert!(with("9 4 0 1 2 3", "9 4 0 1 2 0.5").starts_with("a.ply, line 24: a face has point 0.5"));
     assert!(with("9 4 0 1 2 3", "9 400000000 0 1 2 3").contains("a list of 400000000 is announced"));
     assert!(with("9 4 0 1 2 3", "9 2 0 1").contains("line 24: a face needs three corners or more, not 2"));
-    assert!(with("9 3 3 2 1", "9 3 3 2").contains("line 25: the file ends in the middle"));
+    assert!(
+        with("9 3 3 2 1", "9 3 3 2")
+            .contains("line 25: a list of 3 is announced, and the file has room for 2")
+    );
+    assert!(with("9 3 3 2 1", "9").contains("line 25: the file ends in the middle"));
 }

@@ -6,6 +6,7 @@ use orogen::shape::Mesh;
 
 /// Each format, a name for its files, and whether it holds all that 64 bits do.
 const FORMATS: &[(Format, &str, bool)] = &[
+    (Format::Glb, "a.glb", false),
     (Format::Obj, "a.obj", true),
     (Format::Ply(Ply::Little), "a.ply", true),
     (Format::Ply(Ply::Big), "a.ply", true),

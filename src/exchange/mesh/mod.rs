@@ -14,6 +14,7 @@
 //! or gives several to one, the normals are left out. Coordinates are taken as they are: what is up in
 //! a file that has z upward is along z here too.
 
+mod gltf;
 mod obj;
 mod ply;
 mod polygon;
@@ -30,6 +31,8 @@ use std::io::{self, Write};
 /// What a mesh can be written as.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Format {
+    /// Binary glTF 2.0.
+    Glb,
     /// Wavefront OBJ.
     Obj,
     /// PLY.
@@ -40,11 +43,16 @@ pub enum Format {
 
 /// Readers by ending.
 type Reader = fn(&[u8]) -> Result<Mesh, Fault>;
-const READERS: &[(&str, Reader)] = &[("obj", obj::read), ("ply", ply::read), ("stl", stl::read)];
+const READERS: &[(&str, Reader)] =
+    &[("glb", gltf::read), ("gltf", gltf::read), ("obj", obj::read), ("ply", ply::read), ("stl", stl::read)];
 
 /// What is written by ending.
-const FORMATS: &[(&str, Format)] =
-    &[("obj", Format::Obj), ("ply", Format::Ply(Ply::Little)), ("stl", Format::Stl(Stl::Binary))];
+const FORMATS: &[(&str, Format)] = &[
+    ("glb", Format::Glb),
+    ("obj", Format::Obj),
+    ("ply", Format::Ply(Ply::Little)),
+    ("stl", Format::Stl(Stl::Binary)),
+];
 
 impl Format {
     /// The format that a file's name asks for by its ending; the binary one where there are two.
@@ -83,6 +91,7 @@ pub fn write(format: Format, mesh: &Mesh, out: &mut dyn Write) -> io::Result<()>
         return Err(unfit("a normal or colour is not finite"));
     }
     match format {
+        Format::Glb => gltf::write(mesh, out),
         Format::Obj => obj::write(mesh, out),
         Format::Ply(encoding) => ply::write(mesh, encoding, out),
         Format::Stl(encoding) => stl::write(mesh, encoding, out),
