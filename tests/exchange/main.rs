@@ -1,6 +1,8 @@
 //! Files of other programs: what is written comes back, and hostile files are refused.
 
 mod gltf;
+mod hostile;
+mod memory;
 mod meshes;
 mod round;
 

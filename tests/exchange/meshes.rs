@@ -97,7 +97,7 @@ fn stl_faults_say_the_line_or_byte() {
 }
 
 /// A tetrahedron with what other programs add.
-const PLY: &str = "ply\r\nformat ascii 1.0\r\ncomment C:\\made by hand\\\r\nelement camera 1\r\nproperty list uchar float view\r\n\
+pub const PLY: &str = "ply\r\nformat ascii 1.0\r\ncomment C:\\made by hand\\\r\nelement camera 1\r\nproperty list uchar float view\r\n\
     property float quality\r\nelement vertex 4\r\nproperty float confidence\r\nproperty float z\r\nproperty float x\r\n\
     property float y\r\nproperty ushort red\r\nproperty ushort green\r\nproperty ushort blue\r\nelement nothing 4000000000\r\n\
     element face 3\r\nproperty uchar flags\r\nproperty list uchar uint vertex_index\r\nend_header\r\n\

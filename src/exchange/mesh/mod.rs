@@ -24,6 +24,7 @@ pub use ply::Encoding as Ply;
 pub use stl::Encoding as Stl;
 
 use super::fault::{Fault, Place, ending};
+use crate::num::srgb;
 use crate::shape::Mesh;
 use glam::DVec3;
 use std::io::{self, Write};
@@ -127,12 +128,22 @@ fn fits_single(mesh: &Mesh, format: &str) -> io::Result<()> {
 fn units(mut normals: Vec<DVec3>) -> Vec<DVec3> {
     for n in &mut normals {
         // What is a unit vector but for rounding to 32 bits stays as it is.
-        if !((n.length_squared() - 1.0).abs() <= 1e-6) {
-            let Some(unit) = n.try_normalize() else { return Vec::new() };
-            *n = unit;
+        if (n.length_squared() - 1.0).abs() < 1e-6 {
+            continue;
+        }
+        // Numbers so small or large that their squares are none have a direction all the same.
+        match (*n / n.abs().max_element()).try_normalize() {
+            Some(unit) => *n = unit,
+            None => return Vec::new(),
         }
     }
     normals
+}
+
+/// The linear colour that screens show for these numbers, unless they are beyond all measure.
+fn linear(shown: [f64; 3]) -> Option<[f32; 3]> {
+    let linear = shown.map(|c| srgb::decode(c) as f32);
+    linear.iter().all(|c| c.is_finite()).then_some(linear)
 }
 
 /// A file of more points than there are numbers for them.

@@ -10,7 +10,7 @@
 //! errors are to be told by line, so it is read here, by hand. Numbers are written with as many digits as
 //! it takes to get the same ones back.
 
-use super::{number_of_points, polygon, units};
+use super::{linear, number_of_points, polygon, units};
 use crate::exchange::fault::{Fault, Place};
 use crate::exchange::text::{Lines, next_three, number, shown, words};
 use crate::num::srgb;
@@ -57,7 +57,9 @@ impl Found {
         let more: Vec<&[u8]> = words.take_while(|word| !word.starts_with(b"#")).collect();
         if let [.., r, g, b] = more[..] {
             let color = next_three(&mut [r, g, b].into_iter(), line)?;
-            self.mesh.colors.push(color.map(|c| srgb::decode(c) as f32));
+            let color =
+                linear(color).ok_or_else(|| Fault::new(Place::Line(line), "a colour is too bright"))?;
+            self.mesh.colors.push(color);
         }
         Ok(())
     }

@@ -19,7 +19,7 @@ mod values;
 
 pub use header::Encoding;
 
-use super::{number_of_points, polygon, units};
+use super::{linear, number_of_points, polygon, units};
 use crate::exchange::fault::{Fault, Place};
 use crate::num::srgb;
 use crate::shape::Mesh;
@@ -93,7 +93,8 @@ fn points(element: &Element, values: &mut Values<'_>, mesh: &mut Mesh) -> Result
             mesh.normals.push(DVec3::new(nx, ny, nz));
         }
         if colors {
-            mesh.colors.push([r, g, b].map(|c| srgb::decode(c / white) as f32));
+            let color = linear([r, g, b].map(|c| c / white));
+            mesh.colors.push(color.ok_or_else(|| Fault::new(place, "a colour is too bright"))?);
         }
     }
     Ok(())
