@@ -1,7 +1,9 @@
-//! Files of other programs, in and out: polygon meshes and images.
+//! Files of other programs, in and out: polygon meshes, pictures and volumes.
 //!
 //! | module | formats | what they become |
 //! |---|---|---|
+//! | [`grid`] | raw numbers with a header in JSON | [`Samples`](crate::grid::Samples) of a volume |
+//! | [`image`] | PNG, EXR | heights, and slices of volumes |
 //! | [`mesh`] | glTF, OBJ, PLY, STL | a [`Mesh`](crate::shape::Mesh) |
 //!
 //! Readers take bytes, writers take anything that can be written to; where the bytes are, and that a
@@ -13,6 +15,8 @@
 //! says where. Writers give the same bytes for the same data, always.
 
 mod fault;
+pub mod grid;
+pub mod image;
 pub mod mesh;
 mod text;
 

@@ -4,6 +4,7 @@ mod gltf;
 mod hostile;
 mod memory;
 mod meshes;
+mod pictures;
 mod round;
 
 use glam::DVec3;

@@ -10,7 +10,7 @@ use crate::shape::Mesh;
 use glam::{DVec2, DVec3};
 
 /// Corners that a polygon may have if it is not convex: the time for more could be felt.
-const MOST_CONCAVE: usize = 1024;
+const MOST_CONCAVE: usize = 512;
 
 /// Adds a face to a mesh, given by numbers of its points; each must be one.
 ///
