@@ -104,10 +104,13 @@ fn choose(headers: &[Header], wanted: Option<&str>) -> Result<(usize, usize), Fa
     let header = &headers[*layer];
     let unfit = match () {
         () if header.deep => "is deep: it has several numbers a pixel",
+        // Its decoder counts on numbers that only honest files have.
+        () if matches!(header.compression, Compression::B44 | Compression::B44A) => "is compressed as B44",
         () if header.channels.list[*channel].sampling != Vec2(1, 1) => "has fewer numbers than pixels",
         () => return Ok((*layer, *channel)),
     };
-    Err(Fault::new(Place::Whole, format!("the channel {name:?} {unfit}")).remedy("save it in another way"))
+    Err(Fault::new(Place::Whole, format!("the channel {name:?} {unfit}"))
+        .remedy("save it in another way, such as lines compressed as ZIP"))
 }
 
 /// Writes a picture of one channel, `Y`, in 32 bits.
