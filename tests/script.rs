@@ -1,20 +1,42 @@
 //! The script host as a library: the REPL's interpreter, cancellation, and hostile input.
 
 use orogen::script::{Interpreter, Limits, Request, compile, reference};
-use orogen::world::Memory;
+use orogen::world::World;
 use proptest::prelude::*;
+use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
+/// Files in memory, some of which are no texts.
+#[derive(Default)]
+struct Files(BTreeMap<PathBuf, Vec<u8>>);
+
+impl World for Files {
+    fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        self.0.get(path).map(|bytes| Arc::from(&bytes[..])).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}
+
+/// A heightfield of 3 x 2 pixels.
+fn hills() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 3, 2);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.write_header().unwrap().write_image_data(&[0, 51, 102, 153, 204, 255]).unwrap();
+    bytes
+}
+
 fn interpreter() -> Interpreter {
-    let mut world = Memory::default();
-    world.0.insert(
-        PathBuf::from("ball.rhai"),
-        "fn ball(r) { sphere(r) }\nlet size = 2.0;\nball(size)\n".to_owned(),
-    );
-    world.0.insert(PathBuf::from("nut.vm"), include_str!("../scripts/nut.vm").to_owned());
+    let mut world = Files::default();
+    let mut add = |name: &str, bytes: &[u8]| world.0.insert(PathBuf::from(name), bytes.to_owned());
+    add("ball.rhai", b"fn ball(r) { sphere(r) }\nlet size = 2.0;\nball(size)\n");
+    add("nut.vm", include_bytes!("../scripts/nut.vm"));
+    add("hills.png", &hills());
+    add("cloud.json", b"{ \"type\": \"float32\", \"size\": [2, 2, 2], \"origin\": [1, 2, 3] }");
+    add("cloud.raw", (0..8).flat_map(|i| (i as f32).to_le_bytes()).collect::<Vec<u8>>().as_slice());
     Interpreter::new(Arc::new(world), PathBuf::new(), Limits::default(), None).unwrap()
 }
 
@@ -118,6 +140,40 @@ fn files_load_as_if_typed() {
     assert!(i.load(Path::new("ball.rhai")).unwrap().unwrap().starts_with("length(x, y, z) - 2"));
     assert_eq!(value(&mut i, "size"), "2.0");
     assert!(i.load(Path::new("none.rhai")).is_err());
+}
+
+#[test]
+fn pictures_and_volumes_become_grids() {
+    let mut i = interpreter();
+    let mut at =
+        |grid: &str, p: &str| -> f64 { value(&mut i, &format!("{grid}.field().at({p})")).parse().unwrap() };
+    let mut close = |grid: &str, p: &str, wanted: f64| {
+        let found = at(grid, p);
+        assert!((found - wanted).abs() < 1e-12, "{grid} at {p}: {found}");
+    };
+    // Seen from above: x to the right, z down; square pixels, the outermost on the edge.
+    let hills = "load_heightfield(\"hills.png\")";
+    for (p, wanted) in
+        [("-1, 7, -0.5", 0.0), ("0, 0, -0.5", 0.2), ("1, 0, -0.5", 0.4), ("1, 0, 0.5", 1.0), ("5, 0, 9", 1.0)]
+    {
+        close(hills, &format!("[{p}]"), wanted);
+    }
+    let placed =
+        "load_heightfield(\"hills.png\", #{ extent: 6.0, height: -5.0, center: [10, 3, 0], repeat: true })";
+    for (p, wanted) in
+        [("7, 0, -2", 0.0), ("9, 0, -2", -1.0), ("11, 0, 0", -5.0), ("13, 0, -2", 0.0), ("7, 0, 2", 0.0)]
+    {
+        close(placed, &format!("[{p}]"), wanted);
+    }
+    let cloud = "load_grid(\"cloud.json\")";
+    for (p, wanted) in
+        [("1, 2, 3", 0.0), ("2, 2, 3", 1.0), ("1, 3, 3", 2.0), ("1, 2, 4", 4.0), ("2, 3, 4", 7.0)]
+    {
+        close(cloud, &format!("[{p}]"), wanted);
+    }
+    // Grown about its middle, unless that is told to be elsewhere.
+    close("load_grid(\"cloud.json\", #{ extent: 3.0 })", "[3, 4, 5]", 7.0);
+    close("load_grid(\"cloud.json\", #{ extent: 3.0, center: [0, 0, 0] })", "[1.5, 1.5, -1.5]", 3.0);
 }
 
 #[test]

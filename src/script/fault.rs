@@ -4,6 +4,7 @@
 //! may catch it like any other; [`diagnose`](super::diagnose) turns it into a diagnostic.
 
 use crate::diag::Place;
+use crate::exchange;
 use crate::expr::TooLarge;
 use rhai::{Dynamic, EvalAltResult, Position};
 
@@ -61,6 +62,13 @@ impl From<TooLarge> for Fault {
         Fault::new(e.to_string()).hint(
             "a loop adds more than it needs to; noise and fractals are one node each, however many octaves",
         )
+    }
+}
+
+impl From<exchange::Fault> for Fault {
+    fn from(fault: exchange::Fault) -> Self {
+        let exchange::Fault { file, place, what, remedy } = fault;
+        Fault::new(format!("{file}{place}: {what}")).hint(remedy)
     }
 }
 

@@ -87,6 +87,11 @@ impl Host {
         Err(Box::new(EvalAltResult::ErrorTerminated(Dynamic::from(stop), Position::NONE)))
     }
 
+    /// Samples that grids may still have.
+    pub fn samples_left(&self) -> usize {
+        self.samples.get()
+    }
+
     /// Takes room for the samples of a grid.
     pub fn take_samples(&self, count: usize) -> Outcome<()> {
         let Some(left) = self.samples.get().checked_sub(count) else {

@@ -104,7 +104,7 @@ const PLACED: [&str; 3] = ["size: samples along an edge", "extent: length of an 
 const VOLUME: &str = "volume: in all three directions";
 
 /// A sentence and the options.
-fn listed(sentence: &str, options: &[&str]) -> String {
+pub(super) fn listed(sentence: &str, options: &[&str]) -> String {
     format!("{sentence} Options:\n\n- {}", options.join("\n- "))
 }
 
@@ -206,7 +206,8 @@ fn grid(c: &Call<'_>, i: usize) -> Outcome<GridValue> {
     })
 }
 
-fn failed(failure: Failure) -> Fault {
+/// Why there is no grid, for scripts.
+pub(super) fn failed(failure: Failure) -> Fault {
     let fault = Fault::new(failure.to_string());
     match failure {
         Failure::Power(_) => {
@@ -224,7 +225,7 @@ fn failed(failure: Failure) -> Fault {
 }
 
 /// The finished grid.
-fn done(samples: Result<Samples, Failure>) -> Outcome<Dynamic> {
+pub(super) fn done(samples: Result<Samples, Failure>) -> Outcome<Dynamic> {
     let grid = samples.and_then(|samples| Grid::through(&samples)).map_err(failed)?;
     Ok(Dynamic::from(GridValue(Arc::new(grid))))
 }

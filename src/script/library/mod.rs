@@ -10,6 +10,7 @@ mod color;
 mod fields;
 mod files;
 mod grid;
+mod grid_files;
 mod noise;
 mod numbers;
 mod scene;
@@ -64,7 +65,7 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 10] = [
+    let groups: [(&'static str, Group); 11] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -72,6 +73,7 @@ pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<
         ("Noise", noise::register),
         ("Grids", grid::register),
         ("Files", files::register),
+        ("Files", grid_files::register),
         ("Colour", color::register),
         ("Cameras", camera::register),
         ("Scenes", scene::register),
