@@ -53,7 +53,7 @@ pub enum Unfit {
     #[error("the mesh has no triangle that has an area")]
     Empty,
     /// Its numbers leave no room to compute with.
-    #[error("the mesh has points farther than 1e100 from the origin, or is smaller than 1e-100")]
+    #[error("the mesh has points farther than 1e60 from the origin, or is smaller than 1e-60")]
     Size,
     /// More triangles than can be numbered.
     #[error("the mesh has {0} triangles, of which 500 million can be measured")]
@@ -75,14 +75,14 @@ impl Distance {
         if mesh.triangles.len() > MOST {
             return Err(Unfit::Count(mesh.triangles.len()));
         }
-        if mesh.points.iter().any(|p| p.abs().max_element() > 1e100) {
+        if mesh.points.iter().any(|p| p.abs().max_element() > 1e60) {
             return Err(Unfit::Size);
         }
         let triangles: Vec<_> = closed(mesh).into_iter().filter_map(turned).collect();
         let mut corners = triangles.iter().flatten();
         let first = *corners.next().ok_or(Unfit::Empty)?;
         let (lo, hi) = corners.fold((first, first), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
-        if (hi - lo).max_element() < 1e-100 {
+        if (hi - lo).max_element() < 1e-60 {
             return Err(Unfit::Size);
         }
         let larger = |a: f64, b: f64| if a > b { a } else { b };
@@ -98,7 +98,7 @@ impl Distance {
     /// The jet at a point, and the triangle that is nearest; the search begins with `hint`.
     #[inline(always)]
     fn jet_from(&self, search: &mut Search<'_>, order: Order, at: DVec3, hint: u32) -> (Point, u32) {
-        if !(at.abs().max_element() <= FAR) {
+        if !at.is_finite() || at.abs().max_element() > FAR {
             return (far(at), NOWHERE);
         }
         let slack = slack(self.size + at.abs().max_element());

@@ -38,11 +38,11 @@ pub(super) struct Witnesses {
     step: DVec3,
     size: [usize; 3],
     /// Winding numbers, along x first.
-    number: Vec<i8>,
+    number: Vec<i32>,
 }
 
-/// Of a witness that does not know, or whose number does not fit.
-const UNKNOWN: i8 = i8::MIN;
+/// Of a witness that does not know.
+const UNKNOWN: i32 = i32::MIN;
 
 /// What a segment passes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -180,7 +180,7 @@ impl Witnesses {
     }
 
     /// The numbers of a row of witnesses, the first of which is outside.
-    fn row(&self, surface: Surface<'_>, [j, k]: [usize; 2]) -> Vec<i8> {
+    fn row(&self, surface: Surface<'_>, [j, k]: [usize; 2]) -> Vec<i32> {
         let (mut last, mut number) = (self.place([0, j, k]), 0);
         let mut found = vec![0; self.size[0]];
         for i in 1..self.size[0] {
@@ -188,22 +188,27 @@ impl Witnesses {
             found[i] = UNKNOWN;
             if let Some(change) = surface.change(last, here) {
                 (last, number) = (here, number + change);
-                found[i] = i8::try_from(number).unwrap_or(UNKNOWN);
+                found[i] = number;
             }
         }
         found
     }
 
-    /// The number of the witness at a place of the lattice, if there is one that knows.
+    /// Whether the lattice has such a place.
     #[inline(always)]
-    fn known(&self, at: [isize; 3]) -> Option<(DVec3, i32)> {
-        let inside = (0..3).all(|i| 0 <= at[i] && at[i] < self.size[i] as isize);
-        let at = inside.then(|| at.map(|i| i as usize))?;
-        let number = self.number[(at[2] * self.size[1] + at[1]) * self.size[0] + at[0]];
-        (number != UNKNOWN).then(|| (self.place(at), i32::from(number)))
+    fn has(&self, at: [isize; 3]) -> bool {
+        (0..3).all(|i| 0 <= at[i] && at[i] < self.size[i] as isize)
     }
 
-    /// Whether `x` is inside, at most `distance` from the surface, which is off by at most `slack`.
+    /// The witness at a place of the lattice, and its number if it knows.
+    #[inline(always)]
+    fn known(&self, at: [isize; 3]) -> Option<(DVec3, i32)> {
+        let at = self.has(at).then(|| at.map(|i| i as usize))?;
+        let number = self.number[(at[2] * self.size[1] + at[1]) * self.size[0] + at[0]];
+        (number != UNKNOWN).then(|| (self.place(at), number))
+    }
+
+    /// Whether `x` is inside, so far from the surface, which is off by at most `slack`.
     #[inline(always)]
     pub(super) fn is_inside(&self, surface: Surface<'_>, x: DVec3, distance: f64, slack: f64) -> bool {
         let at = (x - self.origin) / self.step;
@@ -213,7 +218,8 @@ impl Witnesses {
         {
             return number > 0;
         }
-        distance > slack && self.ask(surface, x, at)
+        // Around the lattice there is nothing.
+        distance > slack && self.has(at) && self.ask(surface, x, at)
     }
 
     /// Whether `x` is inside according to the first witness around a place that can tell.
