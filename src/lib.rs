@@ -42,7 +42,7 @@
 //! |---|---|
 //! | [`num`] [`diag`] | numbers and how functions are lifted to them; diagnostics |
 //! | [`op`] [`noise`] [`grid`] [`shape`] [`world`] | operations; noises and fractals; sampled fields; shapes made of data; files |
-//! | [`expr`] | expression graphs |
+//! | [`expr`] [`exchange`] | expression graphs; files of other programs |
 //! | [`tape`] [`scene`] | straight-line code; scenes as plain data |
 //! | [`field`] | values, derivatives and bounds of an expression |
 //! | [`script`] [`cast`] [`analysis`] | the script host; ray casters; statistics and spectra of noises |
@@ -59,6 +59,7 @@ pub mod analysis;
 pub mod cast;
 pub mod cli;
 pub mod diag;
+pub mod exchange;
 pub mod expr;
 pub mod field;
 pub mod grid;

@@ -21,7 +21,7 @@
 //! one jet for what is a whole expression to the others, such as a sum of octaves.
 //!
 //! Beside the numbers stand what several modules compute with: hashes, B-splines ([`cubic`],
-//! [`quadratic`]) and the Fourier transform ([`transform`]).
+//! [`quadratic`]), the Fourier transform ([`transform`]) and the code of colours ([`srgb`]).
 
 mod affine;
 mod bspline;
@@ -39,6 +39,7 @@ mod real;
 mod reduced;
 mod simd;
 mod slope;
+pub mod srgb;
 mod turn;
 
 pub use affine::{Affine, Symbol};

@@ -1,7 +1,8 @@
 //! Heat maps: pictures of what every pixel cost.
 
-use super::{Picture, srgb};
+use super::Picture;
 use crate::analysis::plot::{Figure, Heat, PlotError};
+use crate::num::srgb;
 use std::f64::consts::PI;
 
 /// Share of the pixels that the colours tell apart. A few that graze the surface cost many times what
@@ -54,7 +55,7 @@ impl Heatmap {
 
 /// The colour at a share of the way from cheap to expensive: equal steps look equally large.
 fn color(share: f64) -> [u8; 3] {
-    linear(share).map(|c| (255.0 * srgb(c.clamp(0.0, 1.0))).round() as u8)
+    linear(share).map(|c| (255.0 * srgb::encode(c.clamp(0.0, 1.0))).round() as u8)
 }
 
 /// The same as linear red, green and blue. In the perceptual space Oklab (Ottosson 2020) lightness

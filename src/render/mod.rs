@@ -49,5 +49,5 @@ pub use probe::Probe;
 pub use save::{Format, Metadata, SaveError, can_save, save};
 pub use settings::Settings;
 pub use stats::{Octaves, Seconds, Stats};
-pub use tone::{srgb, tone_map};
+pub use tone::tone_map;
 pub use view::View;

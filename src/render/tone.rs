@@ -8,6 +8,7 @@
 //! is left out, since it darkens what scripts say.)
 
 use super::sample::{Purpose, uniform};
+use crate::num::srgb;
 
 /// Where the curve begins to bend.
 const SHOULDER: f64 = 0.6;
@@ -40,11 +41,6 @@ pub fn tone_map(light: [f64; 3]) -> [f64; 3] {
     })
 }
 
-/// The sRGB encoding of a linear value in [0, 1] (IEC 61966-2-1).
-pub fn srgb(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
-}
-
 /// The bytes of a pixel. Rounding goes up or down as a hash of the pixel says, with odds that keep
 /// the mean right, so that slow gradients show no bands. The noise stays below half a step: black
 /// stays black and white white.
@@ -52,7 +48,7 @@ pub(super) fn bytes(light: [f64; 3], gain: f64, pixel: u64) -> [u8; 3] {
     let shown = tone_map(light.map(|c| c * gain));
     std::array::from_fn(|channel| {
         let noise = 0.98 * (uniform(pixel, 0, Purpose::Dither(channel as u8), 0) - 0.5);
-        (255.0 * srgb(shown[channel]) + noise).round().clamp(0.0, 255.0) as u8
+        (255.0 * srgb::encode(shown[channel]) + noise).round().clamp(0.0, 255.0) as u8
     })
 }
 
@@ -97,7 +93,7 @@ mod tests {
     fn dither_keeps_the_mean_and_the_ends() {
         let level = 0.2;
         let mean = |x: f64| (0..20_000).map(|p| f64::from(bytes([x; 3], 1.0, p)[0])).sum::<f64>() / 20_000.0;
-        assert!((mean(level) - 255.0 * srgb(level)).abs() < 0.02);
+        assert!((mean(level) - 255.0 * srgb::encode(level)).abs() < 0.02);
         assert_eq!(mean(0.0), 0.0);
         assert_eq!(mean(1e12), 255.0);
     }

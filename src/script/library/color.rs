@@ -2,6 +2,7 @@
 
 use super::{Call, Library};
 use crate::expr::NodeId;
+use crate::num::srgb;
 use crate::script::apply::component;
 use crate::script::fault::{Fault, Outcome};
 use crate::script::value::{Field, Scalar, Value, VectorField};
@@ -92,10 +93,5 @@ fn hex(text: &str) -> Outcome<DVec3> {
         [a, b, c, d, e, f] => [16 * a + b, 16 * c + d, 16 * e + f],
         _ => return Err(wrong()),
     };
-    Ok(DVec3::from_array(bytes.map(|b| linear(f64::from(b) / 255.0))))
-}
-
-/// Inverse of the sRGB transfer function (IEC 61966-2-1).
-fn linear(v: f64) -> f64 {
-    if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
+    Ok(DVec3::from_array(bytes.map(|b| srgb::decode(f64::from(b) / 255.0))))
 }

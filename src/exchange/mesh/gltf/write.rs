@@ -1,0 +1,117 @@
+//! Meshes as binary glTF.
+
+use super::{BIN, JSON};
+use crate::exchange::mesh::{fits_single, unfit, units};
+use crate::shape::Mesh;
+use serde_json::{Value, json};
+use std::io::{self, Write};
+
+/// Codes of OpenGL: kinds of number, and what bytes are for.
+const U16: u32 = 5123;
+const U32: u32 = 5125;
+const F32: u32 = 5126;
+const POINTS: u32 = 34962;
+const CORNERS: u32 = 34963;
+
+/// What goes into the file, and how much room it takes: points, normals, colours, then corners.
+#[derive(Default)]
+struct Layout {
+    accessors: Vec<Value>,
+    views: Vec<Value>,
+    bytes: u64,
+}
+
+impl Layout {
+    /// Adds some items of `size` bytes, and gives the number of their accessor.
+    fn add(&mut self, mut accessor: Value, count: usize, size: u64, target: u32) -> usize {
+        let length = count as u64 * size;
+        let view = json!({ "buffer": 0, "byteOffset": self.bytes, "byteLength": length, "target": target });
+        accessor["bufferView"] = self.views.len().into();
+        accessor["count"] = count.into();
+        self.views.push(view);
+        self.accessors.push(accessor);
+        self.bytes += length.next_multiple_of(4);
+        self.accessors.len() - 1
+    }
+}
+
+/// Writes a mesh as the only one of a scene. Coordinates are rounded to 32 bits and colours clamped to
+/// 0 to 1, as the standard wants them; normals are left out if one has no direction.
+///
+/// # Errors
+/// When `out` fails, when a coordinate is beyond 32 bits, or for more than 4 GiB.
+pub fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
+    fits_single(mesh, "glTF")?;
+    let normals = units(mesh.normals.clone());
+    // The largest index of a width means no point.
+    let narrow = mesh.points.len() <= usize::from(u16::MAX);
+    let (text, bytes) = text(mesh, !normals.is_empty(), narrow);
+    let text = text.to_string();
+    let padding = text.len().next_multiple_of(4) - text.len();
+    let text_length = (text.len() + padding) as u64;
+    let length = 20 + text_length + if bytes == 0 { 0 } else { 8 + bytes };
+    let small = |x: u64| u32::try_from(x).map_err(|_| unfit("glTF files have 4 GiB at most; write .ply"));
+    let mut words = |words: &[u32]| words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()));
+    words(&[u32::from_le_bytes(*b"glTF"), 2, small(length)?, small(text_length)?, JSON])?;
+    out.write_all(text.as_bytes())?;
+    out.write_all(&b"   "[..padding])?;
+    if bytes == 0 {
+        return Ok(());
+    }
+    for word in [small(bytes)?, BIN] {
+        out.write_all(&word.to_le_bytes())?;
+    }
+    let mut three = |three: [f32; 3]| {
+        let [x, y, z] = three.map(f32::to_le_bytes);
+        out.write_all([x, y, z].as_flattened())
+    };
+    mesh.points.iter().try_for_each(|p| three(p.as_vec3().to_array()))?;
+    normals.iter().try_for_each(|n| three(n.as_vec3().to_array()))?;
+    mesh.colors.iter().try_for_each(|c| three(c.map(|c| c.clamp(0.0, 1.0))))?;
+    for triangle in &mesh.triangles {
+        match narrow {
+            true => out.write_all(triangle.map(|i| (i as u16).to_le_bytes()).as_flattened())?,
+            false => out.write_all(triangle.map(u32::to_le_bytes).as_flattened())?,
+        }
+    }
+    let odd = narrow && mesh.triangles.len() % 2 == 1;
+    out.write_all(if odd { &[0; 2] } else { &[] })
+}
+
+/// The JSON text, and how many bytes follow.
+fn text(mesh: &Mesh, normals: bool, narrow: bool) -> (Value, u64) {
+    let asset = json!({ "version": "2.0", "generator": "orogen" });
+    let Some((least, most)) = mesh.bounds().filter(|_| !mesh.triangles.is_empty()) else {
+        // Nothing may be empty but the file as a whole.
+        return (json!({ "asset": asset }), 0);
+    };
+    let (mut layout, mut attributes) = (Layout::default(), json!({}));
+    let count = mesh.points.len();
+    // Rounding does not change which is smaller, so that the bounds are those of what is written.
+    let [least, most] = [least, most].map(|p| p.as_vec3().as_dvec3().to_array());
+    let vectors = || json!({ "componentType": F32, "type": "VEC3" });
+    let mut points = vectors();
+    points["min"] = json!(least);
+    points["max"] = json!(most);
+    attributes["POSITION"] = layout.add(points, count, 12, POINTS).into();
+    if normals {
+        attributes["NORMAL"] = layout.add(vectors(), count, 12, POINTS).into();
+    }
+    if !mesh.colors.is_empty() {
+        attributes["COLOR_0"] = layout.add(vectors(), count, 12, POINTS).into();
+    }
+    let (kind, size) = if narrow { (U16, 2) } else { (U32, 4) };
+    let corners = json!({ "componentType": kind, "type": "SCALAR" });
+    let corners = layout.add(corners, 3 * mesh.triangles.len(), size, CORNERS);
+    let text = json!({
+        "asset": asset,
+        "scene": 0,
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": attributes, "indices": corners }] }],
+        "accessors": layout.accessors,
+        "bufferViews": layout.views,
+        "buffers": [{ "byteLength": layout.bytes }],
+    });
+    (text, layout.bytes)
+}

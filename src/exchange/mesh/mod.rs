@@ -1,0 +1,155 @@
+//! Polygon meshes, one file a format.
+//!
+//! | ending | points | normals | colours | notes |
+//! |---|---|---|---|---|
+//! | `.glb` | 32 bits | yes | linear, 0 to 1 | glTF 2.0; `.gltf` with its data inside is read too |
+//! | `.obj` | exact | yes | sRGB | text |
+//! | `.ply` | exact | 32 bits | sRGB, 8 bits | binary or text |
+//! | `.stl` | 32 bits | no | no | binary or text (exact); loose triangles, whose equal corners are one point |
+//!
+//! *Exact* is what comes back as it was, bit for bit; so do points that 32 bits hold from any format.
+//! Colours are linear here; formats that do not say what their colours mean hold those of screens.
+//!
+//! A [`Mesh`] has one normal and one colour a point. Where a file leaves some points without a normal,
+//! or gives several to one, the normals are left out. Coordinates are taken as they are: what is up in
+//! a file that has z upward is along z here too.
+
+mod gltf;
+mod obj;
+mod ply;
+mod polygon;
+mod stl;
+
+pub use ply::Encoding as Ply;
+pub use stl::Encoding as Stl;
+
+use super::fault::{Fault, Place, ending};
+use crate::num::srgb;
+use crate::shape::Mesh;
+use glam::DVec3;
+use std::io::{self, Write};
+
+/// What a mesh can be written as.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Format {
+    /// Binary glTF 2.0.
+    Glb,
+    /// Wavefront OBJ.
+    Obj,
+    /// PLY.
+    Ply(Ply),
+    /// Stereolithography.
+    Stl(Stl),
+}
+
+/// Readers by ending.
+type Reader = fn(&[u8]) -> Result<Mesh, Fault>;
+const READERS: &[(&str, Reader)] =
+    &[("glb", gltf::read), ("gltf", gltf::read), ("obj", obj::read), ("ply", ply::read), ("stl", stl::read)];
+
+/// What is written by ending.
+const FORMATS: &[(&str, Format)] = &[
+    ("glb", Format::Glb),
+    ("obj", Format::Obj),
+    ("ply", Format::Ply(Ply::Little)),
+    ("stl", Format::Stl(Stl::Binary)),
+];
+
+impl Format {
+    /// The format that a file's name asks for by its ending; the binary one where there are two.
+    ///
+    /// # Errors
+    /// For any other ending.
+    pub fn of(name: &str) -> Result<Format, Fault> {
+        by_ending(name, FORMATS, "written to")
+    }
+}
+
+/// Reads a mesh in the format that the ending of the file's name says.
+///
+/// # Errors
+/// When the ending is none of ours, when the file is not what it says or is damaged, when it needs
+/// something that is not in it, and when it holds no triangle.
+pub fn read(name: &str, bytes: &[u8]) -> Result<Mesh, Fault> {
+    let reader = by_ending(name, READERS, "read from")?;
+    let mesh = reader(bytes).map_err(|fault| fault.of(name))?;
+    if mesh.triangles.is_empty() {
+        let fault = Fault::new(Place::Whole, "the file holds no triangles");
+        return Err(fault.remedy("save the surface as polygons, not as points, lines or curves").of(name));
+    }
+    Ok(mesh)
+}
+
+/// Writes a mesh.
+///
+/// # Errors
+/// When `out` fails, or the format cannot hold the mesh, which is [`io::ErrorKind::InvalidInput`].
+pub fn write(format: Format, mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
+    mesh.check().map_err(|flaw| unfit(flaw.to_string()))?;
+    let finite = mesh.normals.iter().all(|n| n.is_finite())
+        && mesh.colors.as_flattened().iter().all(|c| c.is_finite());
+    if !finite {
+        return Err(unfit("a normal or colour is not finite"));
+    }
+    match format {
+        Format::Glb => gltf::write(mesh, out),
+        Format::Obj => obj::write(mesh, out),
+        Format::Ply(encoding) => ply::write(mesh, encoding, out),
+        Format::Stl(encoding) => stl::write(mesh, encoding, out),
+    }
+}
+
+fn by_ending<T: Copy>(name: &str, table: &[(&str, T)], done: &str) -> Result<T, Fault> {
+    let wanted = ending(name);
+    table.iter().find(|(ending, _)| *ending == wanted).map(|(_, found)| *found).ok_or_else(|| {
+        let endings: Vec<_> = table.iter().map(|(ending, _)| format!(".{ending}")).collect();
+        Fault::new(Place::Whole, "the ending of the name is that of no known mesh format")
+            .remedy(format!("meshes are {done} files that end with {}", endings.join(", ")))
+            .of(name)
+    })
+}
+
+/// A mesh that a format cannot hold.
+fn unfit(what: impl Into<String>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, what.into())
+}
+
+/// Refuses points that are infinite in 32 bits.
+fn fits_single(mesh: &Mesh, format: &str) -> io::Result<()> {
+    match mesh.points.iter().find(|p| !p.as_vec3().is_finite()) {
+        None => Ok(()),
+        Some(p) => Err(unfit(format!(
+            "{format} holds coordinates in 32 bits, and {p} is beyond them; scale the mesh down, or write .ply or .obj"
+        ))),
+    }
+}
+
+/// The normals of all points with unit length, or none if one has no direction.
+fn units(mut normals: Vec<DVec3>) -> Vec<DVec3> {
+    for n in &mut normals {
+        // What is a unit vector but for rounding to 32 bits stays as it is.
+        if (n.length_squared() - 1.0).abs() < 1e-6 {
+            continue;
+        }
+        // Numbers so small or large that their squares are none have a direction all the same.
+        match (*n / n.abs().max_element()).try_normalize() {
+            Some(unit) => *n = unit,
+            None => return Vec::new(),
+        }
+    }
+    normals
+}
+
+/// The linear colour that screens show for these numbers, unless they are beyond all measure.
+fn linear(shown: [f64; 3]) -> Option<[f32; 3]> {
+    let linear = shown.map(|c| srgb::decode(c) as f32);
+    linear.iter().all(|c| c.is_finite()).then_some(linear)
+}
+
+/// A file of more points than there are numbers for them.
+fn number_of_points(mesh_points: usize, place: impl FnOnce() -> Place) -> Result<u32, Fault> {
+    u32::try_from(mesh_points).map_err(|_| {
+        Fault::new(place(), "there are more than 4294967295 points")
+            .remedy("split the mesh into several files")
+    })
+}
