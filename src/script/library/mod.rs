@@ -10,12 +10,14 @@ mod color;
 mod fields;
 mod files;
 mod grid;
+mod mesh;
 mod noise;
 mod numbers;
 mod scene;
 mod vectors;
 
 pub use grid::GridValue;
+pub use mesh::MeshValue;
 pub use numbers::unused;
 pub use scene::SceneValue;
 
@@ -64,13 +66,14 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 10] = [
+    let groups: [(&'static str, Group); 11] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
         ("Fields", fields::register),
         ("Noise", noise::register),
         ("Grids", grid::register),
+        ("Meshes", mesh::register),
         ("Files", files::register),
         ("Colour", color::register),
         ("Cameras", camera::register),

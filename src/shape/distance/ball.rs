@@ -97,7 +97,9 @@ impl Ball {
                 let block = &tree.blocks[(child & !IS_BLOCK) as usize];
                 for lane in (0..BLOCK).take_while(|lane| !block.is_absent(*lane)) {
                     let own = place(block.triangle(lane), self.centre);
-                    let bound = own.square.sqrt() - self.distance - (own.away - self.away).length() * self.radius * UP;
+                    let bound = own.square.sqrt()
+                        - self.distance
+                        - (own.away - self.away).length() * self.radius * UP;
                     least = if bound < least { bound } else { least };
                 }
             } else {
@@ -122,7 +124,11 @@ impl Ball {
             // Sine of the angle that the box is seen under, from its middle on; the chord of an angle
             // is at most s sqrt(1 + s^2).
             let sine = reach / to.length() * UP;
-            let turn = if sine < 1.0 { (to / to.length() - away).length() + sine * (1.0 + sine * sine).sqrt() } else { 2.0 };
+            let turn = if sine < 1.0 {
+                (to / to.length() - away).length() + sine * (1.0 + sine * sine).sqrt()
+            } else {
+                2.0
+            };
             let turn = if turn < 2.0 { turn * UP } else { 2.0 };
             distance / UP - self.distance - turn * self.radius
         })

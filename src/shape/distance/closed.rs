@@ -26,7 +26,8 @@ pub(super) fn closed(mesh: &Mesh) -> Vec<Corners> {
         let next = rim.iter().cycle().skip(1);
         match rim[..] {
             [a, b, c] => triangles.push([a, b, c]),
-            _ => lids.extend(rim.iter().zip(next).map(|(a, b)| [points[*a as usize], points[*b as usize], sum])),
+            _ => lids
+                .extend(rim.iter().zip(next).map(|(a, b)| [points[*a as usize], points[*b as usize], sum])),
         }
     }
     let mut all: Vec<Corners> = triangles.iter().map(|t| t.map(|i| points[i as usize])).collect();

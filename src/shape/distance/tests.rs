@@ -32,7 +32,8 @@ fn ball(finer: u32, mut radius: impl FnMut() -> f64) -> Mesh {
 }
 
 fn cube(at: DVec3) -> Mesh {
-    let points = (0..8).map(|i| at + DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64)).collect();
+    let points =
+        (0..8).map(|i| at + DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64)).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
     Mesh { points, triangles, ..Mesh::default() }
@@ -65,11 +66,8 @@ fn all() -> Vec<(&'static str, Mesh)> {
         triangles: (0..20).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         ..Mesh::default()
     };
-    let lonely = Mesh {
-        points: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
-        triangles: vec![[0, 1, 2]],
-        ..Mesh::default()
-    };
+    let lonely =
+        Mesh { points: vec![DVec3::ZERO, DVec3::X, DVec3::Y], triangles: vec![[0, 1, 2]], ..Mesh::default() };
     let mut inward = ball(1, || 1.0);
     inward.triangles.iter_mut().for_each(|t| t.swap(0, 1));
     let hollow = both(ball(2, || 1.0), {
@@ -109,7 +107,11 @@ fn apart([a, b, c]: Corners, x: DVec3) -> f64 {
     };
     let n = (b - a).cross(c - a);
     let inner = |p: DVec3, q: DVec3| n.dot((q - p).cross(x - p)) >= 0.0;
-    let plane = if inner(a, b) && inner(b, c) && inner(c, a) { (x - a).dot(n.normalize()).abs() } else { f64::INFINITY };
+    let plane = if inner(a, b) && inner(b, c) && inner(c, a) {
+        (x - a).dot(n.normalize()).abs()
+    } else {
+        f64::INFINITY
+    };
     plane.min(to_edge(a, b)).min(to_edge(b, c)).min(to_edge(c, a))
 }
 
@@ -193,7 +195,11 @@ fn gradients_and_second_derivatives_match_differences() {
                 }
                 compared += 1;
                 let slope = (high.value - low.value) / (2.0 * h);
-                assert!((slope - jet.grad[axis]).abs() < 2.0 * h / jet.value.abs(), "{name}: {slope} {}", jet.grad[axis]);
+                assert!(
+                    (slope - jet.grad[axis]).abs() < 2.0 * h / jet.value.abs(),
+                    "{name}: {slope} {}",
+                    jet.grad[axis]
+                );
                 let bend = (high.grad[axis] - low.grad[axis]) / (2.0 * h);
                 // Not where another part becomes the nearest.
                 let same = |other: &Point| (other.hess[axis] - jet.hess[axis]).abs() < 0.1 + 0.1 * bend.abs();
@@ -253,13 +259,20 @@ fn balls_hold_what_is_said_of_them() {
             sharp += usize::from(local.bow.width() < r);
             let off = field.error(c.abs().max_element() + r);
             for _ in 0..30 {
-                let h = DVec3::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0));
+                let h = DVec3::new(
+                    rng.random_range(-1.0..1.0),
+                    rng.random_range(-1.0..1.0),
+                    rng.random_range(-1.0..1.0),
+                );
                 let h = r * if rng.random() { h.normalize() } else { h / 2.0 };
                 let value = field.jet(Order::Value, (c + h).to_array()).value;
                 let bow = value - local.jet.value - DVec3::from(local.jet.grad).dot(h);
                 let known = local.bow + Interval::radius(2.0 * off[0] + 2.0 * off[1] * r);
                 assert!(known.contains(bow), "{name}: {bow:e} is not in {known:?} at {h} from {c}");
-                assert!((value - local.jet.value).abs() <= r * (1.0 + 1e-12) + 2.0 * off[0], "{name}: too steep");
+                assert!(
+                    (value - local.jet.value).abs() <= r * (1.0 + 1e-12) + 2.0 * off[0],
+                    "{name}: too steep"
+                );
             }
         }
     }
@@ -274,10 +287,15 @@ fn lids_make_no_steps() {
         for _ in 0..50 {
             let (a, b) = (anywhere(&mesh, &mut rng), anywhere(&mesh, &mut rng));
             let at = |i: i32| a + (b - a) * (f64::from(i) / 500.0);
-            let values: Vec<f64> = (0..=500).map(|i| field.jet(Order::Value, at(i).to_array()).value).collect();
+            let values: Vec<f64> =
+                (0..=500).map(|i| field.jet(Order::Value, at(i).to_array()).value).collect();
             for (i, pair) in values.windows(2).enumerate() {
                 let step = (b - a).length() / 500.0;
-                assert!((pair[0] - pair[1]).abs() <= step * (1.0 + 1e-9) + 1e-14, "{name}: a step near {}", at(i as i32));
+                assert!(
+                    (pair[0] - pair[1]).abs() <= step * (1.0 + 1e-9) + 1e-14,
+                    "{name}: a step near {}",
+                    at(i as i32)
+                );
             }
         }
     }
@@ -305,7 +323,12 @@ fn any_size_of_mesh_is_measured() {
         let mut m = ball(2, || scale);
         let field = Distance::new(&m).expect("a ball");
         let value = |x: f64| field.jet(Order::Gradient, [x * scale, 0.0, 0.0]).value / scale;
-        assert!((value(3.0) - 2.0).abs() < 1e-12 && value(0.0) < -0.8, "{scale}: {} {}", value(3.0), value(0.0));
+        assert!(
+            (value(3.0) - 2.0).abs() < 1e-12 && value(0.0) < -0.8,
+            "{scale}: {} {}",
+            value(3.0),
+            value(0.0)
+        );
         // Another one, as far off as it is small.
         let start = m.points.len() as u32;
         m.points.extend_from_within(..);

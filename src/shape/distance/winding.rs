@@ -107,7 +107,9 @@ impl Surface<'_> {
             if child & IS_BLOCK == 0 {
                 let node = &self.tree.nodes[child as usize];
                 let met = met(node, x, from, slack);
-                (0..WIDE).filter(|i| met[*i] && node.child[*i] != NOTHING).for_each(|i| stack.push(node.child[i]));
+                (0..WIDE)
+                    .filter(|i| met[*i] && node.child[*i] != NOTHING)
+                    .for_each(|i| stack.push(node.child[i]));
                 continue;
             }
             let block = &self.tree.blocks[(child & !IS_BLOCK) as usize];
@@ -168,7 +170,8 @@ impl Witnesses {
         let size = (extent / step).to_array().map(|n| n as usize + 3);
         // Off the places that things made by people are at, and beyond the box on every side.
         let shift = DVec3::new(0.731_058_6, 0.618_034, 0.549_306_1);
-        let mut witnesses = Witnesses { origin: lo - step * shift, step: DVec3::splat(step), size, number: Vec::new() };
+        let mut witnesses =
+            Witnesses { origin: lo - step * shift, step: DVec3::splat(step), size, number: Vec::new() };
         let row = |i: usize| witnesses.row(surface, [i % size[1], i / size[1]]);
         witnesses.number = (0..size[1] * size[2]).into_par_iter().flat_map_iter(row).collect();
         witnesses
@@ -229,7 +232,10 @@ impl Witnesses {
         // The nearest, its neighbours, and all around them.
         for reach in 0..3_isize {
             let near = -reach..=reach;
-            for (i, j, k) in near.clone().flat_map(|k| near.clone().flat_map(move |j| (-reach..=reach).map(move |i| (i, j, k)))) {
+            for (i, j, k) in near
+                .clone()
+                .flat_map(|k| near.clone().flat_map(move |j| (-reach..=reach).map(move |i| (i, j, k))))
+            {
                 if i.abs().max(j.abs()).max(k.abs()) < reach {
                     continue;
                 }
