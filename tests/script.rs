@@ -14,6 +14,7 @@ fn interpreter() -> Interpreter {
         PathBuf::from("ball.rhai"),
         "fn ball(r) { sphere(r) }\nlet size = 2.0;\nball(size)\n".to_owned(),
     );
+    world.0.insert(PathBuf::from("knot.obj"), include_str!("../scripts/knot.obj").to_owned());
     world.0.insert(PathBuf::from("nut.vm"), include_str!("../scripts/nut.vm").to_owned());
     Interpreter::new(Arc::new(world), PathBuf::new(), Limits::default(), None).unwrap()
 }
