@@ -458,15 +458,17 @@ fn batches_equal_single_numbers() {
     run(Equal);
 }
 
-/// Random composites: expressions of operations, noises and fractals.
+/// Random composites: expressions of operations, noises, fractals, grids and shapes.
 mod composites {
     use super::{any_piece, at_place, band, coordinate, inside, radius, seeded};
+    use glam::DVec3;
     use orogen::expr::{Graph, Input, NodeId};
     use orogen::field::Field;
     use orogen::grid::{Edge, Frame, Grid, Samples};
     use orogen::noise::{Allowed, Fractal, Kind, Model, Noise, Recipe, Setting, Settings, Signal};
     use orogen::num::{Affine, Dual, Interval, Jet, Many, Parabola, Parabolas, Reduced};
     use orogen::op::Op;
+    use orogen::shape::{Distance, Mesh, Shape};
     use orogen::tape::{Evaluator, Tape};
     use rand::{RngExt, rngs::StdRng};
     use std::sync::Arc;
@@ -496,7 +498,11 @@ mod composites {
             };
         }
         let arg = |g: &mut Graph, rng: &mut StdRng| grow(g, rng, depth - 1);
-        match rng.random_range(0..9) {
+        match rng.random_range(0..10) {
+            3 => {
+                let p = std::array::from_fn(|_| arg(g, rng));
+                g.shape(measured(rng), p).expect("room")
+            }
             2 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
                 g.grid(sampled(rng), p).expect("room")
@@ -545,6 +551,27 @@ mod composites {
         let frame = Frame::over(size, [-1.0, 0.0, -2.0], [2.0, 1.5, 1.0], edge).expect("a valid frame");
         let values = (0..frame.count()).map(|_| rng.random_range(-1.0..2.0)).collect();
         Arc::new(Grid::through(&Samples { frame, values }).expect("finite samples"))
+    }
+
+    /// The distance from a lump of triangles, from two that pass through one another, from a lump with
+    /// holes.
+    fn measured(rng: &mut StdRng) -> Arc<Shape> {
+        let mut mesh = Mesh::default();
+        let lumps = rng.random_range(1..3);
+        for _ in 0..lumps {
+            let start = mesh.points.len() as u32;
+            let middle = DVec3::new(rng.random(), rng.random(), rng.random());
+            for p in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
+                mesh.points.push(middle + p * rng.random_range(0.2..1.5));
+            }
+            for [a, b, c] in [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4]] {
+                mesh.triangles.extend([[a, b, c], [b, a, 5]].map(|t| t.map(|i| i + start)));
+            }
+        }
+        if rng.random_bool(0.3) {
+            mesh.triangles.swap_remove(rng.random_range(0..mesh.triangles.len()));
+        }
+        Arc::new(Shape::new(Distance::new(&mesh).expect("a mesh")))
     }
 
     fn each(name: &str, mut law: impl FnMut(&Graph, NodeId, &mut StdRng)) {

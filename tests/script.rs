@@ -37,6 +37,7 @@ fn interpreter() -> Interpreter {
     add("hills.png", &hills());
     add("cloud.json", b"{ \"type\": \"float32\", \"size\": [2, 2, 2], \"origin\": [1, 2, 3] }");
     add("cloud.raw", (0..8).flat_map(|i| (i as f32).to_le_bytes()).collect::<Vec<u8>>().as_slice());
+    add("knot.obj", include_bytes!("../scripts/knot.obj"));
     Interpreter::new(Arc::new(world), PathBuf::new(), Limits::default(), None).unwrap()
 }
 

@@ -1,7 +1,7 @@
 //! Values as text: what `print`, `show` and the REPL say.
 
 use super::host::Host;
-use super::library::{GridValue, SceneValue};
+use super::library::{GridValue, MeshValue, SceneValue};
 use super::noises::{Domain, Kind, Source};
 use super::value::{AffineVec3, Field, Region, Vec3, VectorField, type_name};
 use crate::expr::{Graph, Input, Node, NodeId};
@@ -9,6 +9,8 @@ use crate::grid::{Edge, Grid};
 use crate::noise::{Combination, Noise, Part, Recipe, Signal};
 use crate::num::{Affine, Interval};
 use crate::op::Op;
+use crate::shape::Mesh;
+use glam::DVec3;
 use rhai::{Array, Dynamic, Map};
 use std::fmt::Write;
 
@@ -47,6 +49,9 @@ pub fn dynamic(host: &Host, v: &Dynamic) -> String {
     }
     if let Some(g) = v.read_lock::<GridValue>() {
         return grid(&g.0);
+    }
+    if let Some(m) = v.read_lock::<MeshValue>() {
+        return mesh(m.mesh());
     }
     if let Some(s) = v.read_lock::<SceneValue>() {
         return scene(host, &s);
@@ -192,6 +197,12 @@ fn fractal_settings(recipe: &Recipe, varying: bool) -> String {
 fn sizes(grid: &Grid) -> String {
     let size = grid.frame().size.iter().filter(|n| **n > 1).map(|n| n.to_string());
     size.collect::<Vec<_>>().join(" x ")
+}
+
+fn mesh(mesh: &Mesh) -> String {
+    let (points, triangles) = (mesh.points.len(), mesh.triangles.len());
+    let place = |(lo, hi): (DVec3, DVec3)| format!(" from {lo} to {hi}");
+    format!("{triangles} triangles, {points} points{}", mesh.bounds().map_or(String::new(), place))
 }
 
 fn grid(grid: &Grid) -> String {

@@ -6,7 +6,7 @@
 
 use super::fault::{Fault, Outcome};
 use super::host::Host;
-use super::library::GridValue;
+use super::library::{GridValue, MeshValue};
 use super::noises::Source;
 use crate::expr::NodeId;
 use crate::num::{Affine, Interval};
@@ -60,7 +60,7 @@ pub enum Value {
 }
 
 impl Scalar {
-    /// The number that a script value is; noises and grids become expressions.
+    /// The number that a script value is; noises, grids and meshes become expressions.
     fn of(host: &Host, v: &Dynamic) -> Outcome<Option<(Scalar, Option<[NodeId; 3]>)>> {
         Ok(Some(if let Some(number) = number(v) {
             (Scalar::Number(number), None)
@@ -70,6 +70,8 @@ impl Scalar {
             (Scalar::Field(source.lower(host)?), None)
         } else if let Some(grid) = v.read_lock::<GridValue>() {
             (Scalar::Field(grid.lower(host)?), None)
+        } else if let Some(mesh) = v.read_lock::<MeshValue>() {
+            (Scalar::Field(mesh.lower(host)?), None)
         } else if let Some(i) = v.read_lock::<Interval>() {
             (Scalar::Interval(*i), None)
         } else if let Some(a) = v.read_lock::<Affine>() {
@@ -206,7 +208,7 @@ pub fn type_name(v: &Dynamic) -> &'static str {
         INT => "integer", FLOAT => "float", bool => "boolean", char => "character", () => "nothing",
         rhai::ImmutableString => "string", Array => "array", rhai::Map => "object map",
         rhai::FnPtr => "function", std::ops::Range<INT> => "range", std::ops::RangeInclusive<INT> => "range",
-        Field => "Field", GridValue => "Grid", VectorField => "VectorField", Source => "Noise", Vec3 => "Vec3", Region => "Region",
+        Field => "Field", GridValue => "Grid", MeshValue => "Mesh", VectorField => "VectorField", Source => "Noise", Vec3 => "Vec3", Region => "Region",
         AffineVec3 => "AffineVec3", Interval => "Interval", Affine => "Affine",
         crate::scene::Camera => "Camera", crate::scene::Sun => "Sun", crate::scene::Sky => "Sky",
         crate::scene::Film => "Film", crate::scene::Air => "Air", super::library::SceneValue => "Scene",

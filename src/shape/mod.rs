@@ -14,9 +14,11 @@
 //! shape is one file that implements [`Body`].
 
 mod census;
+mod distance;
 mod mesh;
 
 pub use census::Census;
+pub use distance::{Distance, Unfit};
 pub use mesh::{Flaw, Mesh};
 
 use crate::num::{Kernel, mix};
@@ -86,6 +88,11 @@ impl Digest {
     /// Takes numbers in.
     pub fn numbers(&mut self, x: impl IntoIterator<Item = f64>) {
         x.into_iter().for_each(|x| self.whole(x.to_bits()));
+    }
+
+    /// Takes another fingerprint in.
+    pub fn join(&mut self, other: Digest) {
+        other.0.into_iter().for_each(|x| self.whole(x));
     }
 
     /// Takes a text in.

@@ -11,12 +11,14 @@ mod fields;
 mod files;
 mod grid;
 mod grid_files;
+mod mesh;
 mod noise;
 mod numbers;
 mod scene;
 mod vectors;
 
 pub use grid::GridValue;
+pub use mesh::MeshValue;
 pub use numbers::unused;
 pub use scene::SceneValue;
 
@@ -65,13 +67,14 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 11] = [
+    let groups: [(&'static str, Group); 12] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
         ("Fields", fields::register),
         ("Noise", noise::register),
         ("Grids", grid::register),
+        ("Meshes", mesh::register),
         ("Files", files::register),
         ("Files", grid_files::register),
         ("Colour", color::register),

@@ -1,0 +1,117 @@
+//! Speed of shapes: `cargo bench --bench shape [-- TRIANGLES]` prints markdown tables; at most so many
+//! triangles, else a million.
+//!
+//! Signed distances to a bumpy ball. Building takes seconds of all threads, as the clock has it; a
+//! question takes nanoseconds of one thread, the least of a few repeats, in batches of 64. Points are
+//! anywhere in the box around the mesh, along the rows of a picture through it, or near its surface.
+
+#[allow(dead_code)] // of the view only the stopwatch is needed
+mod view;
+
+use glam::DVec3;
+use orogen::num::{Jets, Kernel, Order};
+use orogen::shape::{Distance, Mesh};
+use std::hint::black_box;
+use std::process::ExitCode;
+use std::time::Instant;
+
+const POINTS: usize = 1 << 17;
+const BATCH: usize = 64;
+const REPEATS: usize = 3;
+
+/// A ball with bumps of three sizes, of a cube's six faces with `n` by `n` squares each.
+fn ball(n: u32) -> Mesh {
+    let mut mesh = Mesh::default();
+    let turn = |face: u32, [u, v]: [f64; 2]| match face {
+        0 => [1.0, u, v],
+        1 => [-1.0, v, u],
+        2 => [v, 1.0, u],
+        3 => [u, -1.0, v],
+        4 => [u, v, 1.0],
+        _ => [v, u, -1.0],
+    };
+    for face in 0..6 {
+        let start = mesh.points.len() as u32;
+        for (i, j) in (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j))) {
+            let at = [i, j].map(|k| 2.0 * f64::from(k) / f64::from(n) - 1.0);
+            let d = DVec3::from(turn(face, at)).normalize();
+            let bump = |k: f64| libm::sin(k * d.x) * libm::cos(1.4 * k * d.y) + libm::sin(1.2 * k * d.z);
+            mesh.points.push(d * (1.0 + 0.1 * bump(5.0) + 0.03 * bump(19.0) + 0.004 * bump(120.0)));
+            if i < n && j < n {
+                let a = start + j * (n + 1) + i;
+                mesh.triangles.extend([[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]);
+            }
+        }
+    }
+    mesh
+}
+
+/// Points of some kind: name, places.
+fn places(mesh: &Mesh) -> [(&'static str, Vec<DVec3>); 3] {
+    let (lo, hi) = mesh.bounds().expect("a mesh with points");
+    let mut state = 1_u64;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let anywhere = (0..POINTS).map(|_| lo + (hi - lo) * DVec3::new(next(), next(), next())).collect();
+    let row = |i: usize| DVec3::new((i % 512) as f64 / 512.0, (i / 512) as f64 / (POINTS / 512) as f64, 0.37);
+    let rows = (0..POINTS).map(|i| lo + (hi - lo) * row(i)).collect();
+    let near = |i: usize| mesh.points[i * 4 % mesh.points.len()];
+    let near = (0..POINTS).map(|i| near(i) * (0.99 + 0.02 * next())).collect();
+    [("anywhere", anywhere), ("in rows", rows), ("near", near)]
+}
+
+/// Nanoseconds a point, for jets up to an order.
+fn time(field: &Distance, at: &[DVec3], order: Order) -> f64 {
+    let [x, y, z] = [0, 1, 2].map(|axis| at.iter().map(|p| p[axis]).collect::<Vec<f64>>());
+    let mut to: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; BATCH]);
+    let mut least = f64::INFINITY;
+    for _ in 0..REPEATS {
+        let watch = view::Stopwatch::start();
+        for start in (0..at.len()).step_by(BATCH) {
+            let part = start..start + BATCH;
+            let [value, gx, gy, gz] = &mut to;
+            let grad = (order >= Order::Gradient).then_some([&mut gx[..], gy, gz]);
+            field.jets([&x[part.clone()], &y[part.clone()], &z[part]], Jets { value, grad, hess: None });
+            black_box(&to);
+        }
+        least = least.min(watch.seconds());
+    }
+    least * 1e9 / at.len() as f64
+}
+
+/// Nanoseconds for what is known of a ball around a point.
+fn time_of_balls(field: &Distance, at: &[DVec3], radius: f64) -> f64 {
+    let some = &at[..at.len() / 8];
+    let watch = view::Stopwatch::start();
+    for p in some {
+        black_box(field.local(Order::Gradient, p.to_array(), radius));
+    }
+    watch.seconds() * 1e9 / some.len() as f64
+}
+
+fn main() -> ExitCode {
+    let told = std::env::args().skip(1).find(|a| !a.starts_with('-'));
+    let Ok(most) = told.as_ref().map_or(Ok(1_000_000), |m| m.parse::<u32>()) else {
+        eprintln!("`{}` is no number of triangles", told.unwrap_or_default());
+        return ExitCode::FAILURE;
+    };
+    println!("| triangles | built, s | points | value, ns | value and gradient, ns | a ball of 0.01, ns |");
+    println!("|---|---|---|---|---|---|");
+    for triangles in [1000, 10_000, 100_000, 1_000_000, 10_000_000].into_iter().filter(|&t| t <= most) {
+        let mesh = ball(f64::from(triangles / 12).sqrt() as u32);
+        let start = Instant::now();
+        let field = Distance::new(&mesh).expect("a mesh that can be measured");
+        let built = start.elapsed().as_secs_f64();
+        for (name, at) in places(&mesh) {
+            let [value, gradient] = [Order::Value, Order::Gradient].map(|order| time(&field, &at, order));
+            let ball = time_of_balls(&field, &at, 0.01);
+            println!(
+                "| {} | {built:.3} | {name} | {value:.0} | {gradient:.0} | {ball:.0} |",
+                mesh.triangles.len()
+            );
+        }
+    }
+    ExitCode::SUCCESS
+}

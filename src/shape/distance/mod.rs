@@ -1,0 +1,228 @@
+//! The distance from a triangle mesh, with a sign.
+//!
+//! `|f|` is the Euclidean distance to the nearest place of the surface (`nearest.rs`), found in a
+//! hierarchy of boxes (`tree.rs`); `f` is negative where the surface winds around the point more often
+//! one way than the other, more than half a turn in all (`winding.rs`).
+//!
+//! Any mesh will do. One with holes gets lids first (`closed.rs`), so that the winding number is whole
+//! and changes at triangles only; and since the distance is zero there, `f` is continuous, however the
+//! triangles meet, overlap or pass through one another. Sheets inside of a solid, where it overlaps
+//! itself, are places where `f` touches zero from below. Triangles without area are left out.
+//!
+//! At a place whose nearest place is inside a triangle the gradient is that triangle's normal, else the
+//! unit vector from the nearest place; second derivatives are those of the distance to a plane, an edge
+//! or a corner: zero, or one over the distance across what is nearest. On the surface itself the normal
+//! serves. What is known of `f` around a point is worked out in `ball.rs`.
+
+mod ball;
+mod closed;
+mod nearest;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod winding;
+
+use super::{Body, Digest, Flaw, Mesh};
+use crate::num::{Bounds, Class, Interval, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
+use ball::Ball;
+use closed::closed;
+use glam::DVec3;
+use nearest::{Feature, Found, NOWHERE, Place, Search, gap, place, slack, turned};
+use tree::Tree;
+use winding::{Surface, Witnesses};
+
+/// The distance from a triangle mesh, negative inside.
+#[derive(Clone, Debug)]
+pub struct Distance {
+    tree: Tree,
+    witnesses: Witnesses,
+    /// Largest coordinate of a corner.
+    size: f64,
+    /// How far the surface may be from what is measured: zero unless triangles are very thin.
+    gap: f64,
+    digest: Digest,
+}
+
+/// Why a mesh has no distance.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum Unfit {
+    /// The mesh itself is wrong.
+    #[error(transparent)]
+    Flaw(#[from] Flaw),
+    /// There is nothing to be far from.
+    #[error("the mesh has no triangle that has an area")]
+    Empty,
+    /// Its numbers leave no room to compute with.
+    #[error("the mesh has points farther than 1e60 from the origin, or is smaller than 1e-60")]
+    Size,
+    /// More triangles than can be numbered.
+    #[error("the mesh has {0} triangles, of which 500 million can be measured")]
+    Count(usize),
+}
+
+/// Most triangles.
+const MOST: usize = 500_000_000;
+/// Points beyond see the whole mesh as a point at the origin.
+const FAR: f64 = 1e120;
+
+impl Distance {
+    /// The distance from a mesh.
+    ///
+    /// # Errors
+    /// The mesh is flawed, has no triangle with an area, or is too large or too small.
+    pub fn new(mesh: &Mesh) -> Result<Distance, Unfit> {
+        mesh.check()?;
+        if mesh.triangles.len() > MOST {
+            return Err(Unfit::Count(mesh.triangles.len()));
+        }
+        if mesh.points.iter().any(|p| p.abs().max_element() > 1e60) {
+            return Err(Unfit::Size);
+        }
+        let triangles: Vec<_> = closed(mesh).into_iter().filter_map(turned).collect();
+        let mut corners = triangles.iter().flatten();
+        let first = *corners.next().ok_or(Unfit::Empty)?;
+        let (lo, hi) = corners.fold((first, first), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
+        if (hi - lo).max_element() < 1e-60 {
+            return Err(Unfit::Size);
+        }
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        let mut digest = Digest::default();
+        digest.numbers(triangles.iter().flatten().flat_map(|p| p.to_array()));
+        let size = lo.abs().max(hi.abs()).max_element();
+        let gap = triangles.iter().map(gap).fold(0.0, larger);
+        let tree = Tree::new(&triangles);
+        let witnesses = Witnesses::new(Surface { tree: &tree, size }, (lo, hi), triangles.len());
+        Ok(Distance { tree, witnesses, size, gap, digest })
+    }
+
+    /// The jet at a point, and the triangle that is nearest; the search begins with `hint`.
+    #[inline(always)]
+    fn jet_from(&self, search: &mut Search<'_>, order: Order, at: DVec3, hint: u32) -> (Point, u32) {
+        if !at.is_finite() || at.abs().max_element() > FAR {
+            return (far(at), NOWHERE);
+        }
+        let slack = slack(self.size + at.abs().max_element());
+        let Found { square, number } = search.nearest(at, hint);
+        let distance = square.sqrt();
+        let surface = Surface { tree: &self.tree, size: self.size };
+        let inside = self.witnesses.is_inside(surface, at, distance, slack + self.gap);
+        let sign = if inside { -1.0 } else { 1.0 };
+        let mut jet = Point { value: sign * distance, ..Point::default() };
+        if order >= Order::Gradient
+            && let Some(triangle) = self.tree.triangle(number)
+        {
+            let place = place(triangle, at);
+            if distance <= slack {
+                jet.grad = place.normal.to_array();
+            } else {
+                jet.grad = (sign * place.away).to_array();
+                jet.hess = if order >= Order::Hessian { bend(&place, sign / distance) } else { [0.0; 6] };
+            }
+        }
+        (jet, number)
+    }
+}
+
+/// The jet so far away that the mesh is a point at the origin.
+#[cold]
+fn far(at: DVec3) -> Point {
+    let size = at.abs().max_element();
+    let length = (at / size).length();
+    Point { value: size * length, grad: (at / size / length).to_array(), hess: [0.0; 6] }
+}
+
+/// Second derivatives: `curvature` across what is nearest.
+fn bend(place: &Place, curvature: f64) -> [f64; 6] {
+    let along = match place.feature {
+        Feature::Face => return [0.0; 6],
+        Feature::Edge(along) => along,
+        Feature::Corner => DVec3::ZERO,
+    };
+    let (g, t) = (place.away, along);
+    let entry = |i: usize, j: usize| curvature * (f64::from(u8::from(i == j)) - g[i] * g[j] - t[i] * t[j]);
+    [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)]
+}
+
+impl Kernel for Distance {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds {
+            range: f64::INFINITY,
+            lipschitz: 1.0 + 8.0 * ROUNDOFF,
+            hessian: f64::INFINITY,
+            third: f64::INFINITY,
+        }
+    }
+
+    fn jets(&self, at: [&[f64]; 3], mut out: Jets<'_>) {
+        let order = match (&out.grad, &out.hess) {
+            (None, _) => Order::Value,
+            (Some(_), None) => Order::Gradient,
+            (Some(_), Some(_)) => Order::Hessian,
+        };
+        widest(
+            #[inline(always)]
+            || {
+                let mut search = Search::new(&self.tree, self.size);
+                let mut hint = NOWHERE;
+                for lane in 0..out.value.len() {
+                    let at = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
+                    let (jet, nearest) = self.jet_from(&mut search, order, at, hint);
+                    // A search ends at the same triangle wherever it begins.
+                    hint = nearest;
+                    out.value[lane] = jet.value;
+                    if let Some(grad) = &mut out.grad {
+                        (0..3).for_each(|k| grad[k][lane] = jet.grad[k]);
+                    }
+                    if let Some(hess) = &mut out.hess {
+                        (0..6).for_each(|k| hess[k][lane] = jet.hess[k]);
+                    }
+                }
+            },
+        );
+    }
+
+    fn is_uniform(&self) -> bool {
+        false
+    }
+
+    fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
+        let order = if order < Order::Gradient { Order::Gradient } else { order };
+        let jet = self.jet(order, at);
+        let centre = DVec3::from(at);
+        let slack = slack(self.size + centre.abs().max_element());
+        let distance = jet.value.abs();
+        let unknown = Interval::radius(2.0 * radius);
+        // On the surface the gradient is but one of those nearby.
+        let bow = if distance > 4.0 * slack && distance <= FAR {
+            let sign = jet.value.signum();
+            let away = sign * DVec3::from(jet.grad);
+            let bow = Ball { centre, radius, distance, away }.bow(&self.tree);
+            if sign < 0.0 { -bow } else { bow }
+        } else {
+            unknown
+        };
+        // Places, and so the tangent planes of triangles, are off by the error of distances.
+        let bow = bow + Interval::radius(4.0 * slack + self.gap);
+        Local { jet, bounds: self.bounds(), bow: if bow.mag() < 2.0 * radius { bow } else { unknown } }
+    }
+
+    /// Distances are off by less than the slack of searches. The sign may be wrong within as much of
+    /// the surface, and between a thin triangle and its edges.
+    fn error(&self, size: f64) -> [f64; 3] {
+        [4.0 * slack(self.size + size) + 2.0 * self.gap, 16.0 * ROUNDOFF, f64::INFINITY]
+    }
+}
+
+impl Body for Distance {
+    fn name(&self) -> &'static str {
+        "mesh"
+    }
+
+    fn digest(&self, digest: &mut Digest) {
+        digest.join(self.digest);
+    }
+}

@@ -1,0 +1,251 @@
+//! Inside or outside: how often a closed surface winds around a point.
+//!
+//! From one point to another the winding number of a closed surface changes by one at every triangle
+//! that the segment between them passes: up where it enters through the front, down where it leaves.
+//! So it is known everywhere once it is known somewhere, and that takes no sum over all triangles, no
+//! expansion and no tolerance: a **witness** nearby, of known winding number, and the triangles on the
+//! way.
+//!
+//! Witnesses stand on a lattice over the surface's box, about as many as there are triangles; those on
+//! its rim are outside, where the number is zero, and each passes it on to its neighbour. A point that
+//! is closer to a witness than to the surface needs no more than that: there is nothing in between.
+//! Far from the surface the sign costs one look into a table.
+//!
+//! **Certainty.** With `A`, `B`, `C` the corners as seen from one end and `e` the vector to the other
+//! end, all that is asked of a triangle is the signs of
+//!
+//! ```text
+//! e . (A x B)    e . (B x C)    e . (C x A)     which side of each edge the line passes
+//! A . (B x C),  and that less their sum         which side of the plane the ends are on
+//! ```
+//!
+//! Each is a sum of six products of three numbers, off by less than 32 roundoffs times the largest
+//! such product, and is trusted beyond twice that. Where a sign that matters cannot be trusted, since
+//! the segment grazes an edge, another witness is asked, in another direction. The last resort, of a
+//! point within rounding of the surface, is to be outside: there the sign moves the distance by less
+//! than its rounding.
+
+use super::closed::Corners;
+use super::tree::{BLOCK, IS_BLOCK, NOTHING, Node, Tree, WIDE, in_frame};
+use crate::num::ROUNDOFF;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Winding numbers on a lattice.
+#[derive(Clone, Debug)]
+pub(super) struct Witnesses {
+    origin: DVec3,
+    step: DVec3,
+    size: [usize; 3],
+    /// Winding numbers, along x first.
+    number: Vec<i32>,
+}
+
+/// Of a witness that does not know.
+const UNKNOWN: i32 = i32::MIN;
+
+/// What a segment passes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Pass {
+    /// Not the triangle.
+    Beside,
+    /// From the front to the back.
+    In,
+    /// From the back to the front.
+    Out,
+    /// Too close to tell.
+    Unsure,
+}
+
+/// How a segment from `x + e` to `x` passes a triangle.
+#[inline(always)]
+fn pass([a, b, c]: Corners, x: DVec3, e: DVec3) -> Pass {
+    let (a, b, c) = (a - x, b - x, c - x);
+    let size = a.abs().max(b.abs()).max(c.abs()).max_element();
+    let reach = e.abs().max_element();
+    let trust = 64.0 * ROUNDOFF * size * size;
+    let bc = b.cross(c);
+    let sides = [e.dot(a.cross(b)), e.dot(bc), e.dot(c.cross(a))];
+    let (near, lean) = (a.dot(bc), sides[0] + sides[1] + sides[2]);
+    let far = near - lean;
+    let side = trust * reach;
+    let (all_up, all_down) = (sides.iter().all(|s| *s > side), sides.iter().all(|s| *s < -side));
+    let (any_up, any_down) = (sides.iter().any(|s| *s > side), sides.iter().any(|s| *s < -side));
+    let (here, there) = (trust * size, trust * (size + 3.0 * reach));
+    let same = near > here && far > there || near < -here && far < -there;
+    if same || any_up && any_down {
+        Pass::Beside
+    } else if all_up && near > here && far < -there {
+        Pass::In
+    } else if all_down && near < -here && far > there {
+        Pass::Out
+    } else {
+        Pass::Unsure
+    }
+}
+
+/// The surface, to be passed through.
+#[derive(Clone, Copy)]
+pub(super) struct Surface<'a> {
+    pub tree: &'a Tree,
+    /// Largest coordinate.
+    pub size: f64,
+}
+
+impl Surface<'_> {
+    /// The winding number at `x` less that at `from`, where it can be told.
+    pub(super) fn change(&self, from: DVec3, x: DVec3) -> Option<i32> {
+        if self.tree.nodes.is_empty() {
+            return Some(0);
+        }
+        let e = from - x;
+        let slack = 64.0 * ROUNDOFF * (self.size + from.abs().max(x.abs()).max_element());
+        let mut sum = 0;
+        let mut stack = Vec::with_capacity(64);
+        stack.push(0_u32);
+        while let Some(child) = stack.pop() {
+            if child & IS_BLOCK == 0 {
+                let node = &self.tree.nodes[child as usize];
+                let met = met(node, x, from, slack);
+                (0..WIDE)
+                    .filter(|i| met[*i] && node.child[*i] != NOTHING)
+                    .for_each(|i| stack.push(node.child[i]));
+                continue;
+            }
+            let block = &self.tree.blocks[(child & !IS_BLOCK) as usize];
+            for lane in 0..BLOCK {
+                if block.is_absent(lane) {
+                    break;
+                }
+                match pass(block.triangle(lane), x, e) {
+                    Pass::Beside => {}
+                    Pass::In => sum += 1,
+                    Pass::Out => sum -= 1,
+                    Pass::Unsure => return None,
+                }
+            }
+        }
+        Some(sum)
+    }
+}
+
+/// Which boxes of a node a segment may meet: those that no plane of a face, and no plane along the
+/// segment and an edge, sets apart from it.
+#[inline(always)]
+fn met(node: &Node, x: DVec3, y: DVec3, slack: f64) -> [bool; WIDE] {
+    let x = in_frame(x, node.origin, &node.axes);
+    let y = in_frame(y, node.origin, &node.axes);
+    let (middle, half) = ((0.5 * (x + y)).to_array(), (0.5 * (y - x)).to_array());
+    let reach = half.map(|h| h.abs() + slack);
+    let mut met = [true; WIDE];
+    for i in 0..WIDE {
+        let (mut off, mut size) = ([0.0; 3], [0.0; 3]);
+        for axis in 0..3 {
+            let (lo, hi) = (f64::from(node.lo[axis][i]), f64::from(node.hi[axis][i]));
+            off[axis] = middle[axis] - 0.5 * (lo + hi);
+            size[axis] = 0.5 * (hi - lo) + slack;
+        }
+        let mut apart = false;
+        for axis in 0..3 {
+            let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+            apart |= off[axis].abs() > size[axis] + reach[axis];
+            apart |= (off[j] * half[k] - off[k] * half[j]).abs() > size[j] * reach[k] + size[k] * reach[j];
+        }
+        met[i] = !apart;
+    }
+    met
+}
+
+/// Most witnesses.
+const MOST: f64 = 4e6;
+
+impl Witnesses {
+    /// Witnesses over a box that holds the surface, for so many triangles.
+    pub(super) fn new(surface: Surface<'_>, (lo, hi): (DVec3, DVec3), triangles: usize) -> Witnesses {
+        let diagonal = (hi - lo).length();
+        // No axis is so short that the others would have too many.
+        let extent = (hi - lo).max(DVec3::splat(diagonal / 64.0)) + DVec3::splat(f64::MIN_POSITIVE);
+        let wanted = (2.0 * triangles as f64).clamp(64.0, MOST);
+        let step = libm::cbrt(extent.x / wanted * extent.y * extent.z);
+        let size = (extent / step).to_array().map(|n| n as usize + 3);
+        // Off the places that things made by people are at, and beyond the box on every side.
+        let shift = DVec3::new(0.731_058_6, 0.618_034, 0.549_306_1);
+        let mut witnesses =
+            Witnesses { origin: lo - step * shift, step: DVec3::splat(step), size, number: Vec::new() };
+        let row = |i: usize| witnesses.row(surface, [i % size[1], i / size[1]]);
+        witnesses.number = (0..size[1] * size[2]).into_par_iter().flat_map_iter(row).collect();
+        witnesses
+    }
+
+    /// Where a witness is.
+    fn place(&self, at: [usize; 3]) -> DVec3 {
+        self.origin + self.step * DVec3::new(at[0] as f64, at[1] as f64, at[2] as f64)
+    }
+
+    /// The numbers of a row of witnesses, the first of which is outside.
+    fn row(&self, surface: Surface<'_>, [j, k]: [usize; 2]) -> Vec<i32> {
+        let (mut last, mut number) = (self.place([0, j, k]), 0);
+        let mut found = vec![0; self.size[0]];
+        for i in 1..self.size[0] {
+            let here = self.place([i, j, k]);
+            found[i] = UNKNOWN;
+            if let Some(change) = surface.change(last, here) {
+                (last, number) = (here, number + change);
+                found[i] = number;
+            }
+        }
+        found
+    }
+
+    /// Whether the lattice has such a place.
+    #[inline(always)]
+    fn has(&self, at: [isize; 3]) -> bool {
+        (0..3).all(|i| 0 <= at[i] && at[i] < self.size[i] as isize)
+    }
+
+    /// The witness at a place of the lattice, and its number if it knows.
+    #[inline(always)]
+    fn known(&self, at: [isize; 3]) -> Option<(DVec3, i32)> {
+        let at = self.has(at).then(|| at.map(|i| i as usize))?;
+        let number = self.number[(at[2] * self.size[1] + at[1]) * self.size[0] + at[0]];
+        (number != UNKNOWN).then(|| (self.place(at), number))
+    }
+
+    /// Whether `x` is inside, so far from the surface, which is off by at most `slack`.
+    #[inline(always)]
+    pub(super) fn is_inside(&self, surface: Surface<'_>, x: DVec3, distance: f64, slack: f64) -> bool {
+        let at = (x - self.origin) / self.step;
+        let at = [at.x, at.y, at.z].map(|t| (t + 0.5).floor() as isize);
+        if let Some((witness, number)) = self.known(at)
+            && (x - witness).length() + slack < distance
+        {
+            return number > 0;
+        }
+        // Around the lattice there is nothing.
+        distance > slack && self.has(at) && self.ask(surface, x, at)
+    }
+
+    /// Whether `x` is inside according to the first witness around a place that can tell.
+    #[cold]
+    #[inline(never)]
+    fn ask(&self, surface: Surface<'_>, x: DVec3, at: [isize; 3]) -> bool {
+        // The nearest, its neighbours, and all around them.
+        for reach in 0..3_isize {
+            let near = -reach..=reach;
+            for (i, j, k) in near
+                .clone()
+                .flat_map(|k| near.clone().flat_map(move |j| (-reach..=reach).map(move |i| (i, j, k))))
+            {
+                if i.abs().max(j.abs()).max(k.abs()) < reach {
+                    continue;
+                }
+                if let Some((witness, number)) = self.known([at[0] + i, at[1] + j, at[2] + k])
+                    && let Some(change) = surface.change(witness, x)
+                {
+                    return number + change > 0;
+                }
+            }
+        }
+        false
+    }
+}
