@@ -12,6 +12,7 @@ mod files;
 mod grid;
 mod noise;
 mod numbers;
+mod polynomial;
 mod scene;
 mod vectors;
 
@@ -64,11 +65,12 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 10] = [
+    let groups: [(&'static str, Group); 11] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
         ("Fields", fields::register),
+        ("Polynomials", polynomial::register),
         ("Noise", noise::register),
         ("Grids", grid::register),
         ("Files", files::register),
