@@ -9,7 +9,6 @@ use crate::render::{self, Job, Metadata};
 use crate::script::{self, Entry, Request, STD, help};
 use crate::session::{self, Order};
 use crate::world::atomic;
-use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -290,6 +289,7 @@ fn anchor(heading: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
 
     #[test]
     fn every_picture_has_a_name_of_its_own_and_a_scene() {

@@ -96,8 +96,7 @@ impl Function<2> for Norm {
 }
 
 /// `max(x, 0)` with its corner rounded: 0 up to -1, `x` from 1 on, and between them a convex curve that is
-/// its own mirror image, `f(x) - f(-x) = x`. With a width `k`, `a - k f((a - b) / k)` is the smooth minimum
-/// of `a` and `b`.
+/// its own mirror image, `f(x) - f(-x) = x`.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Ramp {
     /// A parabola: C1.
@@ -179,6 +178,64 @@ impl Function<1> for Ramp {
     }
     fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
         Form::taylor(self, x[0])
+    }
+}
+
+/// The smaller of two with the corner between them rounded, `x - ramp(x - y)`: where they differ by 1 or more
+/// it is the smaller one, and its argument alone.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Melt {
+    /// The profile of the corner.
+    pub ramp: Ramp,
+}
+
+impl Melt {
+    /// The difference from which on the smaller one is all that counts, down to the last bit: of the
+    /// exponential ramp `1 + e^-40` is 1.
+    pub fn reach(&self) -> f64 {
+        if self.ramp == Ramp::Exponential { 40.0 } else { 1.0 }
+    }
+}
+
+impl Function<2> for Melt {
+    fn class(&self) -> Class {
+        self.ramp.class()
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
+        let far = (x - y).abs();
+        let bite = match self.ramp {
+            Ramp::Exponential => (R::of(1.0) + (-far).exp()).ln(),
+            _ => self.ramp.bite((R::of(1.0) - far).max(R::of(0.0)))[0],
+        };
+        x.min(y) - bite
+    }
+    /// Two shares that make up 1.
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
+        [self.ramp.grad([y - x])[0], self.ramp.grad([x - y])[0]]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x, y]: [R; 2]) -> [[R; 2]; 2] {
+        let [[bend]] = self.ramp.hess([x - y]);
+        [[-bend, bend], [bend, -bend]]
+    }
+    /// Grows with either, so its corners bound it.
+    #[inline(always)]
+    fn range(&self, [x, y]: [Interval; 2]) -> Interval {
+        let [low, high] =
+            [(x.lo, y.lo), (x.hi, y.hi)].map(|(x, y)| self.value([Interval::point(x), Interval::point(y)]));
+        Interval { lo: low.lo, hi: high.hi }
+    }
+    /// A mean of two gradients is no longer than the longer one.
+    fn steepness(&self, x: &[Interval; 2], norms: &[f64; 2], _: f64) -> f64 {
+        if x[0].hi + self.reach() < x[1].lo {
+            norms[0]
+        } else if x[1].hi + self.reach() < x[0].lo {
+            norms[1]
+        } else {
+            norms[0].max(norms[1])
+        }
     }
 }
 

@@ -336,7 +336,7 @@ fn parameter(op: &Op) -> Option<String> {
     match op {
         Op::Norm(norm) => Some(norm.power().to_string()),
         Op::Plus(plus) => Some(plus.n.to_string()),
-        Op::Ramp(ramp) => {
+        Op::Ramp(ramp) | Op::Melt(op::Melt { ramp }) => {
             let named = op::Ramp::ALL.into_iter().find(|(_, shape)| shape == ramp);
             named.map(|(name, _)| format!("\"{name}\""))
         }
