@@ -1,6 +1,6 @@
 //! The script host as a library: the REPL's interpreter, cancellation, and hostile input.
 
-use orogen::script::{Interpreter, Limits, Request, compile, reference};
+use orogen::script::{Interpreter, Limits, PRELUDE, Request, STD, compile, reference};
 use orogen::world::World;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
@@ -180,11 +180,9 @@ fn pictures_and_volumes_become_grids() {
 #[test]
 fn every_entry_of_the_reference_is_documented_and_its_example_runs() {
     let mut i = interpreter();
-    value(&mut i, "import \"std/fractal\" as fractal; ");
-    value(&mut i, "import \"std/color\" as color;");
-    value(&mut i, "import \"std/planet\" as planet; ");
-    value(&mut i, "import \"std/terrain\" as terrain;");
-    value(&mut i, "import \"std/warp\" as warp;");
+    for (module, _) in STD.iter().filter(|(module, _)| !PRELUDE.contains(module)) {
+        value(&mut i, &format!("import \"std/{module}\" as {module};"));
+    }
     value(&mut i, "let ground = sphere(1.0);");
     for entry in reference() {
         assert!(!entry.doc.is_empty(), "{} has no documentation", entry.name);

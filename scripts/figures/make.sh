@@ -39,6 +39,20 @@ picture() {
     "$orogen" render "$script" -o "$out/$number.png" "$@" || left_out "$number"
 }
 
+# Chapter 2: algebraic, blobby, distance and convolution surfaces; hypertexture, constructive geometry,
+# deformation, metamorphosis; a terrain by displacement, and with a hypertexture on it.
+picture 2.04 2.04
+picture 2.05 2.05
+picture 2.06 2.06
+picture 2.07 2.07
+picture 2.08 2.08
+picture 2.09 2.09
+picture 2.10 2.10
+picture 2.11 2.11
+picture 2.12 2.12
+picture 2.18a 2.18 --set features=0
+picture 2.18b 2.18 --set features=1
+
 # Models: terrain by rescale-and-add and by the two models with statistics by altitude, ridges plain
 # and deformed, ridges on a sphere.
 picture 3.14a 3.14a

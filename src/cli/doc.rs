@@ -6,10 +6,9 @@ use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err, out, plural};
 use crate::diag::Diagnostic;
 use crate::render::{self, Job, Metadata};
-use crate::script::{self, Entry, Request, help};
+use crate::script::{self, Entry, Request, STD, help};
 use crate::session::{self, Order};
 use crate::world::atomic;
-use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -151,14 +150,32 @@ fn draw(entry: &Entry, path: &Path, job: &Job<'_>) -> Result<bool, Failure> {
 const SIDE: u32 = 240;
 
 /// Headings whose examples are things to look at.
-const SEEN: [&str; 7] = ["Noise", "Grids", "std/fractal", "std/warp", "std/terrain", "std/shapes", "std/csg"];
+const SEEN: [&str; 16] = [
+    "Polynomials",
+    "Noise",
+    "Grids",
+    "std/algebraic",
+    "std/arrange",
+    "std/blend",
+    "std/blobs",
+    "std/convolution",
+    "std/csg",
+    "std/deform",
+    "std/displace",
+    "std/fractal",
+    "std/morph",
+    "std/shapes",
+    "std/terrain",
+    "std/warp",
+];
 
 /// Functions under those headings whose examples are numbers or settings.
-const UNSEEN: [&str; 11] = [
+const UNSEEN: [&str; 12] = [
     "stats",
     "bounds",
     "slope",
     "vector_noise",
+    "with_mixed_colors",
     "field",
     "fractal::positive",
     "fractal::power",
@@ -183,11 +200,11 @@ fn picture_name(entry: &Entry) -> String {
 /// A script that shows an example: solids as they are, noises in a ball with an octant cut away,
 /// which shows both what they do to a surface and what they are inside.
 fn scene(entry: &Entry) -> String {
-    let imports: BTreeSet<&str> = ["fractal", "warp", "terrain", "color"]
-        .into_iter()
-        .filter(|m| *m == "color" || entry.example.contains(&format!("{m}::")))
+    let imports: String = STD
+        .iter()
+        .filter(|(m, _)| *m == "color" || entry.example.contains(&format!("{m}::")))
+        .map(|(m, _)| format!("import \"std/{m}\" as {m};\n"))
         .collect();
-    let imports: String = imports.iter().map(|m| format!("import \"std/{m}\" as {m};\n")).collect();
     let scaled = if entry.example.contains(".scaled(") { "" } else { ".scaled(2.5)" };
     format!(
         "{imports}let it = {};
@@ -272,6 +289,7 @@ fn anchor(heading: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
 
     #[test]
     fn every_picture_has_a_name_of_its_own_and_a_scene() {

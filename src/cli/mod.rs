@@ -11,6 +11,7 @@
 mod check;
 mod doc;
 mod interrupt;
+mod mesh;
 mod new;
 mod noise;
 mod options;
@@ -35,6 +36,7 @@ Examples:
   orogen new rock                    a script to start from, rock.rhai
   orogen watch rock.rhai             keeps rock.png right while you edit
   orogen render rock.rhai --size 1920x1080 --samples 16
+  orogen mesh rock.rhai -o rock.glb  a mesh of triangles, for other programs
   orogen repl rock.rhai              asks questions about its fields
   orogen noise gradient -o figures   what a noise is like: pictures, spectrum, verdicts
 
@@ -61,6 +63,7 @@ struct Cli {
 enum Command {
     Render(render::Args),
     Watch(watch::Args),
+    Mesh(mesh::Args),
     Check(check::Args),
     Repl(repl::Args),
     New(new::Args),
@@ -96,6 +99,7 @@ impl Command {
         match self {
             Command::Render(args) => render::run(&args, terminal),
             Command::Watch(args) => watch::run(&args, terminal),
+            Command::Mesh(args) => mesh::run(&args, terminal),
             Command::Check(args) => check::run(&args, terminal),
             Command::Repl(args) => repl::run(&args, terminal),
             Command::New(args) => new::run(&args),

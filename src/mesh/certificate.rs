@@ -51,7 +51,9 @@ pub(super) fn doubtful(
                 let is_proven = match contour.cell(at) {
                     Some(cell) => rises_along(region, contour.vertices[cell.first as usize].normal, slopes),
                     None => {
-                        side(at, lattice, slopes).is_some_and(|inside| is_same(region, inside, CUTS, slopes))
+                        let inside = side(at, lattice, slopes);
+                        inside.is_some_and(|inside| is_same(region, inside, CUTS, slopes))
+                            || rises_along(region, mean_gradient(at, lattice, slopes), slopes)
                     }
                 };
                 if !is_proven {

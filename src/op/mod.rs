@@ -7,12 +7,14 @@
 //! its family and add one line to the list.
 
 mod arithmetic;
+mod corner;
 mod exponential;
 mod order;
 mod trigonometric;
 mod vector;
 
 pub use arithmetic::*;
+pub use corner::*;
 pub use exponential::*;
 pub use order::*;
 pub use trigonometric::*;
@@ -126,6 +128,11 @@ ops! {
     Modulo(2) = Modulo, "modulo", "modulo(x, period): x minus whole periods, with the sign of the period.";
     Smoothstep(1) = Smoothstep, "smoothstep", "smoothstep(low, high, x): rises smoothly from 0 at low to 1 at high.";
     Mix(3) = Mix, "mix", "mix(a, b, t): a at t = 0, b at t = 1, linear between and beyond.";
+    Norm(2) = Norm::new(2.5), "norm", "norm(x, y, power): the p-norm (|x|^p + |y|^p)^(1/p) for a power p from 1 to 64, whose unit circle is a diamond for 1, round for 2 and nearly a square for 64; C2 from a power of 2 on.";
+    Ramp(1) = Ramp::Quartic, "ramp", "ramp(x, shape): max(x, 0) with a rounded corner between -1 and 1; shape is \"quadratic\" (C1), \"cubic\" or \"quartic\" (C2), or \"exponential\", which is ln(1 + e^x) (C2).";
+    Melt(2) = Melt { ramp: Ramp::Cubic }, "melt", "melt(x, y, shape): the smaller of two with a rounded corner where they differ by less than 1, x - ramp(x - y, shape); of the class of the ramp.";
+    Plus(1) = Plus { n: 3 }, "plus", "plus(x, n): max(x, 0)^n, a power n from 2 to 64 that ends smoothly at zero; C1 for 2, C2 from 3 on.";
+    Zigzag(1) = Zigzag, "zigzag", "zigzag(x): distance to the nearest even whole number, a wave of straight lines between 0 and 1; C0.";
     Length(3) = Length, "length", "Length of a vector.";
     Corner(2) = Corner, "corner", "corner(a, b): distance from the edge where two solids meet at a right angle, given the distances from both; what both share.";
     Dot(6) = Dot, "dot", "Dot product of two vectors.";

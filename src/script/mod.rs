@@ -33,6 +33,7 @@ mod value;
 
 pub use engine::Limits;
 pub use library::Entry;
+pub use modules::{PRELUDE, STD};
 pub use realise::{Draw, Realised, realise};
 pub use repl::Interpreter;
 

@@ -21,9 +21,18 @@ type Result<T> = std::result::Result<T, Box<EvalAltResult>>;
 
 /// The embedded standard library: name after `std/`, text.
 pub const STD: &[(&str, &str)] = &[
+    ("algebraic", include_str!("../../stdlib/algebraic.rhai")),
+    ("arrange", include_str!("../../stdlib/arrange.rhai")),
+    ("blend", include_str!("../../stdlib/blend.rhai")),
+    ("blobs", include_str!("../../stdlib/blobs.rhai")),
     ("color", include_str!("../../stdlib/color.rhai")),
+    ("convolution", include_str!("../../stdlib/convolution.rhai")),
     ("csg", include_str!("../../stdlib/csg.rhai")),
+    ("deform", include_str!("../../stdlib/deform.rhai")),
+    ("displace", include_str!("../../stdlib/displace.rhai")),
     ("fractal", include_str!("../../stdlib/fractal.rhai")),
+    ("morph", include_str!("../../stdlib/morph.rhai")),
+    ("options", include_str!("../../stdlib/options.rhai")),
     ("planet", include_str!("../../stdlib/planet.rhai")),
     ("shapes", include_str!("../../stdlib/shapes.rhai")),
     ("terrain", include_str!("../../stdlib/terrain.rhai")),

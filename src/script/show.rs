@@ -8,7 +8,7 @@ use crate::expr::{Graph, Input, Node, NodeId};
 use crate::grid::{Edge, Grid};
 use crate::noise::{Combination, Noise, Part, Recipe, Signal};
 use crate::num::{Affine, Interval};
-use crate::op::Op;
+use crate::op::{self, Op};
 use crate::shape::Mesh;
 use glam::DVec3;
 use rhai::{Array, Dynamic, Map};
@@ -331,10 +331,27 @@ fn write_op(graph: &Graph, op: &Op, args: &[NodeId], outer: u8, depth: usize, ou
         _ => {
             let _ = write!(out, "{}(", op.name());
             write_list(graph, args, depth, out);
+            if let Some(parameter) = parameter(op) {
+                out.pop();
+                let _ = write!(out, ", {parameter})");
+            }
         }
     }
     if open {
         out.push(')');
+    }
+}
+
+/// What a call of an operation says after the arguments.
+fn parameter(op: &Op) -> Option<String> {
+    match op {
+        Op::Norm(norm) => Some(norm.power().to_string()),
+        Op::Plus(plus) => Some(plus.n.to_string()),
+        Op::Ramp(ramp) | Op::Melt(op::Melt { ramp }) => {
+            let named = op::Ramp::ALL.into_iter().find(|(_, shape)| shape == ramp);
+            named.map(|(name, _)| format!("\"{name}\""))
+        }
+        _ => None,
     }
 }
 

@@ -191,6 +191,8 @@ impl<'a> Facts<'a> {
     fn selected(&self, op: &Op, &[a, b, c, ..]: &[u32; 6]) -> Option<u32> {
         let below = |x: u32, y: u32| self.range(x).hi < self.range(y).lo;
         match op {
+            Op::Melt(melt) if self.range(b).lo - self.range(a).hi >= melt.reach() => Some(a),
+            Op::Melt(melt) if self.range(a).lo - self.range(b).hi >= melt.reach() => Some(b),
             Op::Min(_) if below(a, b) => Some(a),
             Op::Min(_) if below(b, a) => Some(b),
             Op::Max(_) if below(b, a) => Some(a),

@@ -15,6 +15,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
         match op {
             // Their arguments differ from those of the operation itself; see below.
             Op::Powi(_) | Op::Powf(_) | Op::Smoothstep(_) | Op::Length(_) | Op::Dot(_) => {}
+            Op::Norm(_) | Op::Ramp(_) | Op::Melt(_) | Op::Plus(_) => {}
             Op::Neg(_) => operation(lib, op, "-", "-a"),
             _ => operation(lib, op, op.name(), &signature(&op)),
         }
@@ -30,6 +31,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     // Adding a text to a field would otherwise make a text, as it does for every other value.
     lib.bind_typed("+", [TypeId::of::<Field>(), TypeId::of::<ImmutableString>()], |c| Err(mismatch(c, 1)));
     powers(lib);
+    corners(lib);
     vectors(lib);
     comparisons(lib);
     lib.def(
@@ -102,6 +104,50 @@ fn power(c: &Call<'_>) -> Outcome<Value> {
         Some(n) => apply(c.host, Op::Powi(op::Powi { n }), &[base]),
         None => apply(c.host, Op::Powf(op::Powf), &[base, c.value(1)?]),
     }
+}
+
+/// Operations that have a parameter besides their arguments.
+fn corners(lib: &mut Library<'_>) {
+    lib.def("norm(x, y, power)", doc(Op::Norm(op::Norm::new(2.0))), "norm(x, y, 4) - 1.0", |c| {
+        let power = c.number(2)?;
+        if !(1.0..=op::Norm::LARGEST).contains(&power) {
+            return Err(c.wrong(2, "a power from 1 to 64"));
+        }
+        let (x, y) = (c.value(0)?, c.value(1)?);
+        let norm = match power {
+            // A length costs less.
+            2.0 => Op::Length(op::Length),
+            _ => Op::Norm(op::Norm::new(power)),
+        };
+        let zero = Value::Scalar(Scalar::Number(0.0), None);
+        apply(c.host, norm, &[x, y, zero][..norm.arity()])?.into_dynamic(c.host)
+    });
+    lib.def("ramp(x, shape)", doc(Op::Ramp(op::Ramp::Cubic)), "ramp(x, \"cubic\")", |c| {
+        apply(c.host, Op::Ramp(ramp(c, 1)?), &[c.value(0)?])?.into_dynamic(c.host)
+    });
+    let melt = |ramp| Op::Melt(op::Melt { ramp });
+    lib.def("melt(x, y, shape)", doc(melt(op::Ramp::Cubic)), "melt(x, y, \"cubic\")", move |c| {
+        apply(c.host, melt(ramp(c, 2)?), &[c.value(0)?, c.value(1)?])?.into_dynamic(c.host)
+    });
+    lib.def("plus(x, n)", doc(Op::Plus(op::Plus { n: 2 })), "plus(1.0 - length(p), 2)", |c| {
+        let n = i32::try_from(c.integer(1)?).ok().filter(|n| (2..=64).contains(n));
+        let n = n.ok_or_else(|| c.wrong(1, "a whole number from 2 to 64"))?;
+        apply(c.host, Op::Plus(op::Plus { n }), &[c.value(0)?])?.into_dynamic(c.host)
+    });
+}
+
+/// The ramp that argument `i` names.
+fn ramp(c: &Call<'_>, i: usize) -> Outcome<op::Ramp> {
+    let given = c.text(i)?;
+    let names = op::Ramp::ALL.map(|(name, _)| name);
+    let found = op::Ramp::ALL.into_iter().find(|(name, _)| *name == given);
+    found.map(|(_, ramp)| ramp).ok_or_else(|| {
+        let fault = Fault::new(format!("there is no ramp \"{given}\""));
+        match crate::diag::nearest(&given, names) {
+            Some(near) => fault.hint(format!("did you mean \"{near}\"?")),
+            None => fault.hint(format!("there are {}", names.join(", "))),
+        }
+    })
 }
 
 /// Operations whose arguments are whole vectors.

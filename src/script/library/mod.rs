@@ -14,6 +14,7 @@ mod grid_files;
 mod mesh;
 mod noise;
 mod numbers;
+mod polynomial;
 mod scene;
 mod vectors;
 
@@ -67,11 +68,12 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 12] = [
+    let groups: [(&'static str, Group); 13] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
         ("Fields", fields::register),
+        ("Polynomials", polynomial::register),
         ("Noise", noise::register),
         ("Grids", grid::register),
         ("Meshes", mesh::register),

@@ -1,0 +1,135 @@
+//! `orogen mesh`: a solid as triangles, for other programs.
+
+use super::interrupt::Interrupt;
+use super::options::{self, ScriptOptions};
+use super::progress::Progress;
+use super::report::{Failure, Outcome, Terminal, count, err, plural, seconds};
+use super::work;
+use crate::diag::Diagnostic;
+use crate::exchange::mesh::{self as file, Format};
+use crate::mesh::{FINEST, Fineness, Meshed, Watch};
+use crate::session::{self, Session};
+use crate::shape::Census;
+use crate::world::{Disk, atomic};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Make a mesh of a script's solid
+///
+/// Writes the surface as triangles that close up: every edge has two of them, no two parts touch, and sharp
+/// edges stay sharp. The file is written whole or not at all, in the format that its ending says: .glb (glTF) and
+/// .ply hold normals and colours, .obj too, .stl holds triangles alone. A solid without an end is cut off at the
+/// bounds of the scene.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  orogen mesh rock.rhai -o rock.glb                    128 cells along the longest edge
+  orogen mesh rock.rhai -o rock.ply --resolution 512   finer
+  orogen mesh part.rhai -o part.stl --tolerance 0.001  as fine as it takes, and as few triangles as will do
+  orogen mesh rock.rhai -o rock.glb --resolution 512 --tolerance 0.002
+
+Both options together merge triangles of the given resolution where the surface is flat. The last line says whether
+the mesh is proven to show all parts of the solid; if not, there may be some that are smaller than a cell.")]
+pub struct Args {
+    /// Script of the solid
+    #[arg(value_name = "SCRIPT")]
+    script: PathBuf,
+
+    /// Mesh to write: .glb, .obj, .ply or .stl
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+
+    /// Cells along the longest edge of the solid's bounds [default: 128, or what the tolerance needs, up to 1024]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(FINEST)))]
+    resolution: Option<u32>,
+
+    /// How far the mesh may be from the surface, in the units of the script; merges triangles up to that
+    #[arg(long, value_name = "DISTANCE", value_parser = distance)]
+    tolerance: Option<f64>,
+
+    #[command(flatten)]
+    scripting: ScriptOptions,
+
+    /// Threads to use [default: one per processor core]; the mesh does not depend on it
+    #[arg(long, value_name = "N", value_parser = options::threads)]
+    threads: Option<NonZeroUsize>,
+}
+
+fn distance(text: &str) -> Result<f64, String> {
+    match options::finite(text)? {
+        distance if distance > 0.0 => Ok(distance),
+        _ => Err("the distance must be above 0; for example: --tolerance 0.001".into()),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
+    let format = Format::of(&args.output.to_string_lossy())
+        .map_err(|fault| Failure::usage(fault.to_string(), "for example: -o rock.glb"))?;
+    atomic::check(&args.output).map_err(|e| Diagnostic::error(e.to_string()))?;
+    let mut session = Session::new(&args.script, Arc::new(Disk));
+    session.set(args.scripting.params()?, args.scripting.time);
+    let start = Instant::now();
+    let progress = Progress::new(terminal, &args.output.display().to_string());
+    let bar = progress.clone();
+    let interrupt = Interrupt::listen(move || bar.say("stopping (Ctrl-C again quits at once)"));
+    let flag = interrupt.flag();
+    let loaded = session.load(&flag);
+    let scene = progress.aside(|| work::report(&loaded, terminal)).ok_or(Failure::Reported)?;
+    let fineness = Fineness { resolution: args.resolution, tolerance: args.tolerance };
+    let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
+    let meshed = session::on_threads(args.threads, || session::polygonise(&scene, &fineness, &watch));
+    progress.finish();
+    let meshed = meshed.and_then(|m| m).map_err(|error| work::failure(error, &loaded, terminal))?;
+    if meshed.mesh.triangles.is_empty() {
+        let hint = "the solid may be smaller than a cell; try a larger --resolution";
+        return Err(Failure::error("there are no triangles, so no file was written", hint));
+    }
+    atomic::write(&args.output, |out| file::write(format, &meshed.mesh, out))
+        .map_err(|e| Diagnostic::error(e.to_string()))?;
+    err(summary(&args.output, &meshed, start.elapsed().as_secs_f64()));
+    err(judgement(&meshed, args.tolerance));
+    Ok(())
+}
+
+/// `rock.glb: 1 234 triangles, 619 points, 1 part, closed, 0 handles, 1.2 s`
+fn summary(file: &Path, meshed: &Meshed, elapsed: f64) -> String {
+    let census = Census::of(&meshed.mesh);
+    let handles = census.parts as i64 - census.euler_characteristic() / 2;
+    let kind = if census.is_closed_manifold() { "closed" } else { "not closed" };
+    format!(
+        "{}: {}, {}, {}, {}, {kind}, {}",
+        file.display(),
+        plural(census.triangles as u64, "triangle"),
+        plural(census.points as u64, "point"),
+        plural(census.parts as u64, "part"),
+        plural(handles.max(0) as u64, "handle"),
+        seconds(elapsed),
+    )
+}
+
+/// How far the mesh can be trusted.
+fn judgement(meshed: &Meshed, tolerance: Option<f64>) -> String {
+    let (most, usual) = meshed.deviation;
+    let mut lines =
+        format!("within {usual:.2e} of the surface in 99.9 % of the samples, {most:.2e} at most; ");
+    if tolerance.is_some_and(|tolerance| most > tolerance) {
+        lines += "more than the tolerance where it is sharper than a cell; ";
+    }
+    lines += &match meshed.doubt {
+        None => "proven to show all parts of the solid".to_owned(),
+        Some(at) => format!(
+            "{} of size {:.2e} may hide parts that are smaller, one of them at ({:.4}, {:.4}, {:.4})",
+            match meshed.doubtful {
+                1 => "1 cell".to_owned(),
+                n => format!("{} cells", count(n)),
+            },
+            meshed.cell,
+            at.x,
+            at.y,
+            at.z
+        ),
+    };
+    lines
+}

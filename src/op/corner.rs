@@ -1,0 +1,313 @@
+//! What corners are made of, and what rounds them: norms, ramps, truncated powers, the triangle wave.
+//!
+//! A blend of two solids is their minimum with its corner rounded, a soft object is a sum of polynomials
+//! that end smoothly, a superquadric is a unit ball of a norm. Said with `min`, `abs` and `pow`, each
+//! of these would have a crease by its parts that the whole does not have, and bounds on its slope that are
+//! products of slopes which are never large at once. Stated whole they have their true class, and slopes
+//! that lie in [-1, 1] wherever they are asked for.
+
+use crate::num::{Class, Combine, Form, Function, Interval, Real};
+
+/// `(|x|^p + |y|^p)^(1/p)` for a power `p` from 1 on, the p-norm of a vector in the plane: 1 has
+/// diamonds, 2 circles and large powers squares for its unit circle. Applied again it is the norm of
+/// more numbers.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Norm {
+    /// The bits of the power.
+    bits: u64,
+}
+
+impl Norm {
+    /// The largest power. Beyond it, powers of ratios such as 1000 are no numbers any more.
+    pub const LARGEST: f64 = 64.0;
+
+    /// The norm of a power from 1 to [`Norm::LARGEST`], or the nearest one.
+    pub const fn new(power: f64) -> Norm {
+        Norm { bits: power.clamp(1.0, Norm::LARGEST).to_bits() }
+    }
+
+    /// The power.
+    pub const fn power(&self) -> f64 {
+        f64::from_bits(self.bits)
+    }
+
+    /// `(1 + t^p)^e` for `t = b / a`, which is 0 where both are.
+    #[inline(always)]
+    fn ratio<R: Real>(&self, a: R, b: R, e: f64) -> R {
+        let t = b / a.max(R::of(1e-300));
+        (R::of(1.0) + t.powf(R::of(self.power()))).powf(R::of(e))
+    }
+}
+
+impl Function<2> for Norm {
+    /// A power of an absolute value is as smooth as its exponent is high.
+    fn class(&self) -> Class {
+        match self.power() {
+            1.0 => Class::C0,
+            p if p < 2.0 => Class::C1,
+            _ => Class::C2, // everywhere but at the single point 0, as a length
+        }
+    }
+    /// The larger times a power of the ratio, so that no power is too large or small for a number.
+    #[inline(always)]
+    fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
+        let (x, y) = (x.abs(), y.abs());
+        let most = x.max(y);
+        most * self.ratio(most, x.min(y), 1.0 / self.power())
+    }
+    /// `(|x| / r)^(p - 1)` with the sign of `x`, where `|x| / r = (1 + (|y| / |x|)^p)^(-1/p)`.
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
+        let e = (1.0 - self.power()) / self.power();
+        let sign = |x: R| x.if_less(R::of(0.0), R::of(-1.0), R::of(1.0));
+        let (a, b) = (x.abs(), y.abs());
+        [sign(x) * self.ratio(a, b, e), sign(y) * self.ratio(b, a, e)]
+    }
+    /// With `u = |x| / r`, `v = |y| / r`: `(p - 1) / r` times `u^(p-2) v^p`, `-(uv)^(p-1)` and
+    /// `u^p v^(p-2)`.
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x, y]: [R; 2]) -> [[R; 2]; 2] {
+        let (p, zero) = (self.power(), R::of(0.0));
+        if p == 1.0 {
+            return [[x.slope_of_jump(), zero], [zero, y.slope_of_jump()]];
+        }
+        let (a, b) = (x.abs(), y.abs());
+        let [u, v] = [self.ratio(a, b, -1.0 / p), self.ratio(b, a, -1.0 / p)];
+        let bend = R::of(p - 1.0) / self.value([x, y]);
+        let [gx, gy] = self.grad([x, y]);
+        let (low, whole) = (R::of(p - 2.0), R::of(p));
+        let across = -(bend * gx * gy);
+        [[bend * u.powf(low) * v.powf(whole), across], [across, bend * v.powf(low) * u.powf(whole)]]
+    }
+    /// Grows with the size of either.
+    #[inline(always)]
+    fn range(&self, x: [Interval; 2]) -> Interval {
+        let [near, far] =
+            [Interval::mig, Interval::mag].map(|end| self.value(x.map(|x| Interval::point(end(x)))));
+        near.hull(far)
+    }
+    /// The slopes are a unit vector of the dual norm, whose length is at most 1 where `p` is 2 or more,
+    /// and else at most that of `(1, 1)` over its dual norm, `2^(1/p - 1/2)`.
+    fn steepness(&self, x: &[Interval; 2], norms: &[f64; 2], jacobian: f64) -> f64 {
+        let longest = libm::exp2((1.0 / self.power() - 0.5).max(0.0)) * (1.0 + 4.0 * f64::EPSILON);
+        let partial = self.grad(*x);
+        (longest * jacobian).min(partial[0].mag() * norms[0] + partial[1].mag() * norms[1])
+    }
+}
+
+/// `max(x, 0)` with its corner rounded: 0 up to -1, `x` from 1 on, and between them a convex curve that is
+/// its own mirror image, `f(x) - f(-x) = x`.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Ramp {
+    /// A parabola: C1.
+    Quadratic,
+    /// Cubics that meet at 0: C2.
+    Cubic,
+    /// Quartics that meet at 0: C2, and rounder than cubics at the same width.
+    Quartic,
+    /// `ln(1 + e^x)`, which only tends to 0 and `x`: smooth to every order.
+    Exponential,
+}
+
+impl Ramp {
+    /// Every ramp with its name in scripts.
+    pub const ALL: [(&str, Ramp); 4] = [
+        ("quadratic", Ramp::Quadratic),
+        ("cubic", Ramp::Cubic),
+        ("quartic", Ramp::Quartic),
+        ("exponential", Ramp::Exponential),
+    ];
+
+    /// What is added to `max(x, 0)` where `e = max(1 - |x|, 0)`, with its two derivatives in `e`.
+    #[inline(always)]
+    fn bite<R: Real>(&self, e: R) -> [R; 3] {
+        let c = R::of;
+        match self {
+            Ramp::Quadratic => [c(0.25) * e.square(), c(0.5) * e, c(0.5)],
+            Ramp::Cubic => [e.powi(3) / c(6.0), c(0.5) * e.square(), e],
+            _ => [
+                e.powi(3) * (c(4.0) - e) * c(0.0625),
+                e.square() * (c(3.0) - e) * c(0.25),
+                e * (c(2.0) - e) * c(0.75),
+            ],
+        }
+    }
+}
+
+/// `max(1 - |x|, 0)`
+#[inline(always)]
+fn hat<R: Real>(x: R) -> R {
+    (R::of(1.0) - x.abs()).max(R::of(0.0))
+}
+
+impl Function<1> for Ramp {
+    fn class(&self) -> Class {
+        if *self == Ramp::Quadratic { Class::C1 } else { Class::C2 }
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        match self {
+            Ramp::Exponential => x.max(zero) + (one + (-x.abs()).exp()).ln(),
+            _ => x.max(zero) + self.bite(hat(x))[0],
+        }
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        let one = R::of(1.0);
+        if let Ramp::Exponential = self {
+            return [one / (one + (-x).exp())];
+        }
+        let [_, slope, _] = self.bite(hat(x));
+        [x.if_less(R::of(0.0), slope, one - slope)]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        if let Ramp::Exponential = self {
+            let far = (-x.abs()).exp();
+            return [[far / (R::of(1.0) + far).square()]];
+        }
+        let [.., bend] = self.bite(hat(x));
+        [[R::of(1.0).if_less(x.abs(), R::of(0.0), bend)]]
+    }
+    /// Rising, so its ends bound it.
+    #[inline(always)]
+    fn range(&self, [x]: [Interval; 1]) -> Interval {
+        let [low, high] = [x.lo, x.hi].map(|end| self.value([Interval::point(end)]));
+        Interval { lo: low.lo.max(0.0), hi: high.hi }
+    }
+    fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        Form::taylor(self, x[0])
+    }
+}
+
+/// The smaller of two with the corner between them rounded, `x - ramp(x - y)`: where they differ by 1 or more
+/// it is the smaller one, and its argument alone.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Melt {
+    /// The profile of the corner.
+    pub ramp: Ramp,
+}
+
+impl Melt {
+    /// The difference from which on the smaller one is all that counts, down to the last bit: of the
+    /// exponential ramp `1 + e^-40` is 1.
+    pub fn reach(&self) -> f64 {
+        if self.ramp == Ramp::Exponential { 40.0 } else { 1.0 }
+    }
+}
+
+impl Function<2> for Melt {
+    fn class(&self) -> Class {
+        self.ramp.class()
+    }
+    fn shares(&self) -> Option<Interval> {
+        Some(Interval::point(1.0))
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
+        let far = (x - y).abs();
+        let bite = match self.ramp {
+            Ramp::Exponential => (R::of(1.0) + (-far).exp()).ln(),
+            _ => self.ramp.bite((R::of(1.0) - far).max(R::of(0.0)))[0],
+        };
+        x.min(y) - bite
+    }
+    /// Two shares that make up 1.
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
+        [self.ramp.grad([y - x])[0], self.ramp.grad([x - y])[0]]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x, y]: [R; 2]) -> [[R; 2]; 2] {
+        let [[bend]] = self.ramp.hess([x - y]);
+        [[-bend, bend], [bend, -bend]]
+    }
+    /// Grows with either, so its corners bound it.
+    #[inline(always)]
+    fn range(&self, [x, y]: [Interval; 2]) -> Interval {
+        let [low, high] =
+            [(x.lo, y.lo), (x.hi, y.hi)].map(|(x, y)| self.value([Interval::point(x), Interval::point(y)]));
+        Interval { lo: low.lo, hi: high.hi }
+    }
+    /// A mean of two gradients is no longer than the longer one.
+    fn steepness(&self, x: &[Interval; 2], norms: &[f64; 2], _: f64) -> f64 {
+        if x[0].hi + self.reach() < x[1].lo {
+            norms[0]
+        } else if x[1].hi + self.reach() < x[0].lo {
+            norms[1]
+        } else {
+            norms[0].max(norms[1])
+        }
+    }
+}
+
+/// `max(x, 0)^n`, a power that ends at zero, with `n - 1` continuous derivatives there. Polynomials in it
+/// end as smoothly.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Plus {
+    /// The exponent, 2 or more.
+    pub n: i32,
+}
+
+impl Function<1> for Plus {
+    fn class(&self) -> Class {
+        if self.n < 3 { Class::C1 } else { Class::C2 }
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        x.max(R::of(0.0)).powi(self.n)
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [R::of(f64::from(self.n)) * x.max(R::of(0.0)).powi(self.n - 1)]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        let (n, zero) = (f64::from(self.n), R::of(0.0));
+        [[zero.if_less(x, R::of(n * (n - 1.0)) * x.max(zero).powi(self.n - 2), zero)]]
+    }
+    fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        Form::taylor(self, x[0])
+    }
+}
+
+/// Distance to the nearest even whole number: a wave of straight lines between 0 and 1.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Zigzag;
+
+impl Zigzag {
+    /// How far above the even number below, from 0 to 2.
+    #[inline(always)]
+    fn phase<R: Real>(x: R) -> R {
+        x - R::of(2.0) * (x * R::of(0.5)).floor()
+    }
+}
+
+impl Function<1> for Zigzag {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        R::of(1.0) - (Self::phase(x) - R::of(1.0)).abs()
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [Self::phase(x).if_less(R::of(1.0), R::of(1.0), R::of(-1.0))]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        [[x.slope_of_floor()]]
+    }
+    /// Its ends, and the turning points between them.
+    fn range(&self, [x]: [Interval; 1]) -> Interval {
+        let ends = [x.lo, x.hi].map(|end| self.value([Interval::point(end)]));
+        let has_even = |x: Interval| (0.5 * x.lo).ceil() <= (0.5 * x.hi).floor();
+        let Interval { lo, hi } = ends[0].hull(ends[1]).meet(Interval::UNIT);
+        Interval {
+            lo: if has_even(x) { 0.0 } else { lo },
+            hi: if has_even(x - Interval::point(1.0)) { 1.0 } else { hi },
+        }
+    }
+}
