@@ -120,12 +120,10 @@ fn judgement(meshed: &Meshed, tolerance: Option<f64>) -> String {
     lines += &match meshed.doubt {
         None => "proven to show all parts of the solid".to_owned(),
         Some(at) => format!(
-            "{} of size {:.2e} may hide parts that are smaller, one of them at ({:.4}, {:.4}, {:.4})",
-            match meshed.doubtful {
-                1 => "1 cell".to_owned(),
-                n => format!("{} cells", count(n)),
-            },
+            "parts smaller than a cell of {:.2e} may be missing in {} of {} blocks, as at ({:.4}, {:.4}, {:.4})",
             meshed.cell,
+            count(meshed.doubtful),
+            count(meshed.blocks),
             at.x,
             at.y,
             at.z

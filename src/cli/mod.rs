@@ -9,7 +9,9 @@
 //! | 2 | the command line is wrong; nothing was read or written |
 
 mod check;
+mod definitions;
 mod doc;
+mod grid;
 mod interrupt;
 mod mesh;
 mod new;
@@ -64,11 +66,13 @@ enum Command {
     Render(render::Args),
     Watch(watch::Args),
     Mesh(mesh::Args),
+    Grid(grid::Args),
     Check(check::Args),
     Repl(repl::Args),
     New(new::Args),
     Noise(noise::Args),
     Doc(doc::Args),
+    Definitions(definitions::Args),
 }
 
 /// Runs the program on the arguments of the process.
@@ -100,11 +104,13 @@ impl Command {
             Command::Render(args) => render::run(&args, terminal),
             Command::Watch(args) => watch::run(&args, terminal),
             Command::Mesh(args) => mesh::run(&args, terminal),
+            Command::Grid(args) => grid::run(&args, terminal),
             Command::Check(args) => check::run(&args, terminal),
             Command::Repl(args) => repl::run(&args, terminal),
             Command::New(args) => new::run(&args),
             Command::Noise(args) => noise::run(&args, terminal),
             Command::Doc(args) => doc::run(&args, terminal),
+            Command::Definitions(args) => definitions::run(&args),
         }
     }
 }

@@ -8,8 +8,10 @@
 //! corners were seen, and are on the right side of the mesh. Nothing is missed, however small, and no two
 //! parts are taken for one that are not connected through a cell.
 //!
-//! Cells of which that cannot be proven are cut further for the sake of the proof. What is left is counted,
-//! and said: there the solid may have detail below the size of a cell that the mesh does not show.
+//! Cells of which that cannot be proven are cut further for the sake of the proof. Blocks with a cell that is left
+//! are counted, and that is said: there the solid may have detail below the size of a cell that the mesh does not
+//! show. A block is given up at its first such cell: where the surface is rougher than the mesh, nearly all cells
+//! are, and to find that out of each would take longer than the mesh.
 
 use super::blocks::Block;
 use super::contour::Contour;
@@ -19,7 +21,7 @@ use crate::tape::Evaluator;
 use glam::DVec3;
 
 /// Times that a cell is cut for the sake of the proof.
-const CUTS: u32 = 2;
+const CUTS: u32 = 1;
 
 /// What a part of space is known not to have.
 enum Known {
@@ -32,37 +34,35 @@ enum Known {
     Nothing,
 }
 
-/// The cells of a block of which nothing is proven.
-pub(super) fn doubtful(
+/// A cell of a block of which nothing is proven.
+pub(super) fn doubt(
     block: &Block,
     contour: &Contour,
     lattice: &Lattice,
     slopes: &mut Evaluator<Slope>,
-) -> Vec<Place> {
+) -> Option<Place> {
     slopes.turn_to(&block.tape);
-    let mut doubts = Vec::new();
     let mut pending = vec![(block.at, SIDE)];
     while let Some((at, cells)) = pending.pop() {
         match known(lattice.region(at, cells), slopes) {
             Known::Same { .. } | Known::Regular => {}
             Known::Nothing if cells > 1 => pending.extend(eighths(at, cells / 2)),
-            Known::Nothing => {
-                let region = lattice.region(at, 1);
-                let is_proven = match contour.cell(at) {
-                    Some(cell) => rises_along(region, contour.vertices[cell.first as usize].normal, slopes),
-                    None => {
-                        let inside = side(at, lattice, slopes);
-                        inside.is_some_and(|inside| is_same(region, inside, CUTS, slopes))
-                            || rises_along(region, mean_gradient(at, lattice, slopes), slopes)
-                    }
-                };
-                if !is_proven {
-                    doubts.push(at);
-                }
-            }
+            Known::Nothing if is_proven(at, contour, lattice, slopes) => {}
+            Known::Nothing => return Some(at),
         }
     }
-    doubts
+    None
+}
+
+/// Whether nothing is missed in a cell, by more than the derivatives along the axes.
+fn is_proven(at: Place, contour: &Contour, lattice: &Lattice, slopes: &mut Evaluator<Slope>) -> bool {
+    let region = lattice.region(at, 1);
+    if let Some(cell) = contour.cell(at) {
+        return rises_along(region, contour.vertices[cell.first as usize].normal, slopes);
+    }
+    let inside = side(at, lattice, slopes);
+    inside.is_some_and(|inside| is_same(region, inside, CUTS, slopes))
+        || rises_along(region, mean_gradient(at, lattice, slopes), slopes)
 }
 
 /// The mean of the gradients at the corners of a cell, which is that of both sides of a crease.

@@ -98,9 +98,11 @@ pub struct Meshed {
     pub mesh: Mesh,
     /// Length of a cell's edge.
     pub cell: f64,
-    /// Cells in which the surface may have parts that the mesh does not show; it has none if there are no such.
+    /// Blocks of 8 cells along each edge that the surface may pass.
+    pub blocks: u64,
+    /// Those in which it may have parts that the mesh does not show; it has none if there are no such.
     pub doubtful: u64,
-    /// The middle of one of these.
+    /// A place in one of these.
     pub doubt: Option<DVec3>,
     /// Largest distance from the surface, to first order, of points, and of middles of triangles and their edges; and
     /// the distance that one in a thousand of these exceeds.
@@ -117,8 +119,7 @@ pub fn polygonise(solid: &Solid, fineness: &Fineness, watch: &Watch<'_>) -> Resu
     loop {
         let sketch = Sketch::new(solid, resolution, watch)?;
         if let (None, Some(tolerance)) = (fineness.resolution, fineness.tolerance) {
-            // Merging takes a half of the tolerance, the lattice the other.
-            let excess = sketch.weaver(&cells).plain().deviation(&cells).1 / (0.5 * tolerance);
+            let excess = sketch.weaver(&cells).plain().deviation(&cells).1 / tolerance;
             if excess > 1.0 && resolution < ENOUGH {
                 // The distance falls with the square of the cells' size where the surface is smooth.
                 let times = libm::log2(excess.sqrt().clamp(1.0, 8.0)).ceil().max(1.0);
@@ -185,17 +186,18 @@ impl Sketch {
         Ok(Meshed {
             mesh,
             cell: self.lattice.step,
+            blocks: self.blocks.len() as u64,
             doubtful: doubts.len() as u64,
             doubt: doubts.first().map(middle),
             deviation,
         })
     }
 
-    /// The cells of which it is not proven that nothing is missed there.
+    /// A cell of each block of which it is not proven that nothing is missed there.
     fn doubts(&self, solid: &Solid) -> Vec<Place> {
         let slopes = || Evaluator::<Slope>::new(solid.tape.clone());
         let doubts = |slopes: &mut Evaluator<Slope>, (block, contour): (&Block, &Contour)| {
-            certificate::doubtful(block, contour, &self.lattice, slopes)
+            certificate::doubt(block, contour, &self.lattice, slopes)
         };
         self.blocks.par_iter().zip(&self.contours).map_init(slopes, doubts).flatten().collect()
     }

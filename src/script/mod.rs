@@ -16,6 +16,7 @@
 //! folder, and bounded time and memory. Native functions return errors and never panic.
 
 mod apply;
+mod definitions;
 mod diagnose;
 mod engine;
 mod fault;
@@ -31,6 +32,7 @@ mod repl;
 mod show;
 mod value;
 
+pub use definitions::definitions;
 pub use engine::Limits;
 pub use library::Entry;
 pub use modules::{PRELUDE, STD};
