@@ -10,9 +10,9 @@
 //! end_header
 //! ```
 //!
-//! Any other elements and properties are passed over. The format is read by hand: a header that is a
-//! small language of its own, of which every count has to be checked against the bytes that follow, is
-//! most of the work, and what libraries there are make room for what it says first.
+//! Any other elements and properties are passed over. The format is read by hand, since its header is a
+//! small language of its own, every count in which is compared with the bytes that follow before there
+//! is room made for anything, and every fault is to be told by line or byte.
 
 mod header;
 mod values;
