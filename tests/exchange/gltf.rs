@@ -4,6 +4,7 @@ use crate::{fault, lump, surface, written};
 use glam::DVec3;
 use orogen::exchange::mesh::{self, Format};
 use serde_json::{Value, json};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// A binary file of a text and bytes.
 pub fn glb(text: &Value, bytes: &[u8]) -> Vec<u8> {
@@ -45,7 +46,7 @@ pub fn scene() -> Value {
         "nodes": [
             { "mesh": 0, "children": [2], "translation": [10, 0, 0] },
             { "name": "light" },
-            { "mesh": 1, "scale": [-1, 1, 2], "rotation": [0, 0, 0.70710678118654757, 0.70710678118654757] },
+            { "mesh": 1, "scale": [-1, 1, 2], "rotation": [0, 0, FRAC_1_SQRT_2, FRAC_1_SQRT_2] },
         ],
         "meshes": [
             { "primitives": [

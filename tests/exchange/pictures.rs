@@ -105,7 +105,9 @@ fn what_is_written_comes_back() {
     };
     assert_eq!(read("a.exr", &written(), None).unwrap(), image);
     assert_eq!(written(), written());
-    assert!(image::write(&Numbers { width: 3, ..image }, Cursor::new(Vec::new())).is_err());
+    let refused = |image: Numbers| image::write(&image, Cursor::new(Vec::new())).is_err();
+    assert!(refused(Numbers { width: 3, ..image.clone() }));
+    assert!(refused(Numbers { values: vec![1e39; 700], ..image }));
 }
 
 #[test]

@@ -116,13 +116,19 @@ fn choose(headers: &[Header], wanted: Option<&str>) -> Result<(usize, usize), Fa
 /// Writes a picture of one channel, `Y`, in 32 bits.
 ///
 /// # Errors
-/// When `out` fails, or there are not as many numbers as pixels.
+/// When `out` fails; [`io::ErrorKind::InvalidInput`] when there are not as many numbers as pixels, or one
+/// is not finite in 32 bits.
 pub fn write(image: &Image, out: impl Write + Seek) -> io::Result<()> {
     let Image { width, height, values } = image;
+    let unfit = |what| Err(io::Error::new(io::ErrorKind::InvalidInput, what));
     if width.checked_mul(*height) != Some(values.len()) {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "there are not as many numbers as pixels"));
+        return unfit("there are not as many numbers as pixels");
     }
-    let samples = FlatSamples::F32(values.iter().map(|v| *v as f32).collect());
+    let values: Vec<f32> = values.iter().map(|v| *v as f32).collect();
+    if values.iter().any(|v| !v.is_finite()) {
+        return unfit("a number is not finite in 32 bits");
+    }
+    let samples = FlatSamples::F32(values);
     // Lines in order, so that equal pictures make equal files.
     let encoding = Encoding {
         compression: Compression::ZIP16,

@@ -13,6 +13,20 @@
 //! A [`Mesh`] has one normal and one colour a point. Where a file leaves some points without a normal,
 //! or gives several to one, the normals are left out. Coordinates are taken as they are: what is up in
 //! a file that has z upward is along z here too.
+//!
+//! ```
+//! use orogen::exchange::mesh::{self, Format};
+//!
+//! let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+//! let corner = mesh::read("corner.obj", text)?;
+//! let mut file = Vec::new();
+//! mesh::write(Format::of("corner.glb")?, &corner, &mut file)?;
+//! assert_eq!(mesh::read("corner.glb", &file)?, corner);
+//!
+//! let fault = mesh::read("corner.obj", b"v 0 0 0\nf 1 2 3\n").unwrap_err();
+//! assert!(fault.to_string().starts_with("corner.obj, line 2: a face has number 2 of the points"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod gltf;
 mod obj;

@@ -24,7 +24,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     let example = "load_heightfield(\"hills.png\", #{ extent: 4.0, height: 0.5 })";
     with_options(lib, "load_heightfield", &sentence, example, load_heightfield);
     let sentence = listed(
-        "A volume from a pair of files such as cloud.json and cloud.raw, in the folder of the main script or below: `load_grid` is given the name of the first, a header such as `{ \"type\": \"float32\", \"size\": [64, 32, 64], \"origin\": [-1, 0, -1], \"spacing\": [0.03, 0.03, 0.03], \"edge\": \"clamp\" }`. The other holds the numbers, four bytes each, the least first, along x first, then y, then z. Options, which else are what the header says:",
+        "A volume from a pair of files such as cloud.json and cloud.raw, in the folder of the main script or below: `load_grid` is given the name of the first, a header such as `{ \"type\": \"float32\", \"size\": [64, 32, 64], \"origin\": [-1, 0, -1], \"spacing\": [0.03, 0.03, 0.03], \"edge\": \"clamp\" }`. The other holds the numbers, four bytes each, the least first, along x first, then y, then z. The header says where it lies, unless the options do.",
         &["extent: its length along x", "center", "repeat: true or false"],
     );
     with_options(lib, "load_grid", &sentence, "load_grid(\"cloud.json\", #{ extent: 2.0 })", load_grid);

@@ -8,9 +8,9 @@
 //! ```
 //!
 //! What is read are the triangles of the scene that is to be shown, in their places. Skins, shapes to
-//! morph into, animations and materials are left out. Libraries for glTF are about all that is in it,
-//! and index what a file says without asking; the part that is about triangles is small, so that here
-//! [`serde`] reads the text, and every number in it is checked where it is used.
+//! morph into, animations and materials are left out. Libraries for glTF are about all that is in it; the
+//! part that is about triangles is small, so that here [`serde`] reads the text, and every number in it is
+//! checked where it is used, by the path at which a message can name it.
 
 mod data;
 mod json;

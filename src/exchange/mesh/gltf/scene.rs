@@ -1,7 +1,7 @@
 //! The triangles of a glTF scene: its nodes in their places, and what they are made of.
 
 use super::at;
-use super::data::Data;
+use super::data::{Data, Items};
 use super::json::{Attributes, Gltf, Node, Primitive};
 use crate::exchange::fault::Fault;
 use crate::exchange::mesh::units;
@@ -21,7 +21,7 @@ pub struct Joined<'a> {
     data: &'a Data<'a>,
     mesh: Mesh,
     /// Whether all points so far have normals.
-    normals: bool,
+    all_normals: bool,
     /// Points and corners that there may yet be.
     room: usize,
 }
@@ -34,10 +34,10 @@ impl<'a> Joined<'a> {
     /// for a file of `length` bytes.
     pub fn scene(gltf: &'a Gltf<'a>, data: &'a Data<'a>, length: usize) -> Result<Mesh, Fault> {
         let room = length.saturating_add(length.saturating_mul(REPEATED).clamp(ALWAYS, MOST));
-        let mut joined = Joined { gltf, data, mesh: Mesh::default(), normals: true, room };
+        let mut joined = Joined { gltf, data, mesh: Mesh::default(), all_normals: true, room };
         joined.walk(&roots(gltf)?)?;
         let mut mesh = joined.mesh;
-        mesh.normals = if joined.normals { units(mesh.normals) } else { Vec::new() };
+        mesh.normals = if joined.all_normals { units(mesh.normals) } else { Vec::new() };
         if !mesh.colors.is_empty() {
             mesh.colors.resize(mesh.points.len(), WHITE);
         }
@@ -136,33 +136,46 @@ impl<'a> Joined<'a> {
             }
             self.mesh.points.push(p);
         }
-        let same = |found: usize, accessor: usize| {
-            let what = format!("there are {found} items for {count} points");
-            if found == count { Ok(()) } else { Err(at(format!("accessors[{accessor}]"), what)) }
-        };
         match attributes.normal {
-            Some(accessor) => {
-                let normals = self.data.items(accessor, &["VEC3"])?;
-                same(normals.count, accessor)?;
-                let turn = turned(DMat3::from_mat4(place));
-                let turned = (0..count).map(|i| match place == DMat4::IDENTITY {
-                    true => normals.three(i).into(),
-                    false => (turn * DVec3::from(normals.three(i))).normalize_or_zero(),
-                });
-                self.mesh.normals.extend(turned);
-            }
-            None => self.normals = false,
+            Some(accessor) => self.normals(accessor, count, place)?,
+            None => self.all_normals = false,
         }
         if let Some(accessor) = attributes.color {
-            let colors = self.data.items(accessor, &["VEC3", "VEC4"])?;
-            same(colors.count, accessor)?;
-            self.mesh.colors.resize(first, WHITE);
-            self.mesh.colors.extend((0..count).map(|i| colors.three(i).map(|c| c as f32)));
-            if self.mesh.colors[first..].as_flattened().iter().any(|c| !c.is_finite()) {
-                return Err(at(format!("accessors[{accessor}]"), "a colour is not finite"));
-            }
+            self.colors(accessor, first, count)?;
         }
         Ok((first, count))
+    }
+
+    /// What an accessor says of each of some points.
+    fn of_points(&self, accessor: usize, count: usize, shapes: &[&str]) -> Result<Items<'a>, Fault> {
+        let items = self.data.items(accessor, shapes)?;
+        if items.count != count {
+            let what = format!("there are {} items for {count} points", items.count);
+            return Err(at(format!("accessors[{accessor}]"), what));
+        }
+        Ok(items)
+    }
+
+    /// Joins normals of the last points.
+    fn normals(&mut self, accessor: usize, count: usize, place: DMat4) -> Result<(), Fault> {
+        let normals = self.of_points(accessor, count, &["VEC3"])?;
+        let turn = turned(DMat3::from_mat4(place));
+        self.mesh.normals.extend((0..count).map(|i| match place == DMat4::IDENTITY {
+            true => normals.three(i).into(),
+            false => (turn * DVec3::from(normals.three(i))).normalize_or_zero(),
+        }));
+        Ok(())
+    }
+
+    /// Joins colours of the last points; those before without any are white.
+    fn colors(&mut self, accessor: usize, first: usize, count: usize) -> Result<(), Fault> {
+        let colors = self.of_points(accessor, count, &["VEC3", "VEC4"])?;
+        self.mesh.colors.resize(first, WHITE);
+        self.mesh.colors.extend((0..count).map(|i| colors.three(i).map(|c| c as f32)));
+        match self.mesh.colors[first..].as_flattened().iter().all(|c| c.is_finite()) {
+            true => Ok(()),
+            false => Err(at(format!("accessors[{accessor}]"), "a colour is not finite")),
+        }
     }
 
     /// Joins the triangles of a part whose points are there.

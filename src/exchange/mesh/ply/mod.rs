@@ -10,9 +10,9 @@
 //! end_header
 //! ```
 //!
-//! Any other elements and properties are passed over. The format is read by hand: a header that is a
-//! small language of its own, of which every count has to be checked against the bytes that follow, is
-//! most of the work, and what libraries there are make room for what it says first.
+//! Any other elements and properties are passed over. The format is read by hand, since its header is a
+//! small language of its own, every count in which is compared with the bytes that follow before there
+//! is room made for anything, and every fault is to be told by line or byte.
 
 mod header;
 mod values;
@@ -50,49 +50,66 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, Fault> {
     Ok(mesh)
 }
 
-fn points(element: &Element, values: &mut Values<'_>, mesh: &mut Mesh) -> Result<(), Fault> {
-    if !mesh.points.is_empty() {
-        return Err(Fault::new(Place::Line(element.line), "points are declared twice"));
+/// What is read of each point.
+struct Columns {
+    /// For each property its number among what is wanted.
+    slots: Vec<Option<usize>>,
+    /// Whether there are normals.
+    normals: bool,
+    /// The numbers of a white point, if there are colours.
+    white: Option<f64>,
+}
+
+impl Columns {
+    fn of(element: &Element) -> Option<Columns> {
+        let slot = |name: &[u8]| WANTED.iter().position(|wanted| *wanted == name);
+        let slots: Vec<Option<usize>> =
+            element.properties.iter().map(|p| slot(&p.name).filter(|_| p.length.is_none())).collect();
+        let has = |slot: usize| slots.contains(&Some(slot));
+        let red = element.properties.iter().zip(&slots).find(|(_, slot)| **slot == Some(6));
+        let white = red.filter(|_| has(7) && has(8)).map(|(red, _)| match red.kind {
+            Kind::F32 | Kind::F64 => 1.0,
+            Kind::U16 => 65535.0,
+            _ => 255.0,
+        });
+        let normals = has(3) && has(4) && has(5);
+        (has(0) && has(1) && has(2)).then_some(Columns { slots, normals, white })
     }
-    let slot = |name: &[u8]| WANTED.iter().position(|wanted| *wanted == name);
-    let slots: Vec<Option<usize>> =
-        element.properties.iter().map(|p| slot(&p.name).filter(|_| p.length.is_none())).collect();
-    let has = |three: std::ops::Range<usize>| three.into_iter().all(|i| slots.contains(&Some(i)));
-    let (normals, colors) = (has(3..6), has(6..9));
-    if !has(0..3) {
-        return Err(Fault::new(Place::Line(element.line), "points have no x, y and z"));
-    }
-    let count = values.count(element)?;
-    number_of_points(count, || Place::Line(element.line))?;
-    let mut white = 1.0;
-    for (property, slot) in element.properties.iter().zip(&slots) {
-        if *slot == Some(6) {
-            white = match property.kind {
-                Kind::F32 | Kind::F64 => 1.0,
-                Kind::U16 => 65535.0,
-                _ => 255.0,
-            };
-        }
-    }
-    mesh.points.reserve_exact(count);
-    for _ in 0..count {
+
+    /// The numbers of a point.
+    fn row(&self, element: &Element, values: &mut Values<'_>) -> Result<[f64; 9], Fault> {
         let place = values.place();
-        let mut found = [0.0; 9];
-        for (property, slot) in element.properties.iter().zip(&slots) {
+        let mut row = [0.0; 9];
+        for (property, slot) in element.properties.iter().zip(&self.slots) {
             match slot {
-                Some(slot) => found[*slot] = values.number(property.kind)?,
+                Some(slot) => row[*slot] = values.number(property.kind)?,
                 None => values.skip(property)?,
             }
         }
-        if found.iter().any(|x| !x.is_finite()) {
-            return Err(Fault::new(place, "a number of a point is not finite"));
+        match row.iter().all(|x| x.is_finite()) {
+            true => Ok(row),
+            false => Err(Fault::new(place, "a number of a point is not finite")),
         }
-        let [x, y, z, nx, ny, nz, r, g, b] = found;
+    }
+}
+
+fn points(element: &Element, values: &mut Values<'_>, mesh: &mut Mesh) -> Result<(), Fault> {
+    let wrong = |what: &str| Fault::new(Place::Line(element.line), what);
+    if !mesh.points.is_empty() {
+        return Err(wrong("points are declared twice"));
+    }
+    let columns = Columns::of(element).ok_or_else(|| wrong("points have no x, y and z"))?;
+    let count = values.count(element)?;
+    number_of_points(count, || Place::Line(element.line))?;
+    mesh.points.reserve_exact(count);
+    for _ in 0..count {
+        let place = values.place();
+        let [x, y, z, nx, ny, nz, r, g, b] = columns.row(element, values)?;
         mesh.points.push(DVec3::new(x, y, z));
-        if normals {
+        if columns.normals {
             mesh.normals.push(DVec3::new(nx, ny, nz));
         }
-        if colors {
+        if let Some(white) = columns.white {
             let color = linear([r, g, b].map(|c| c / white));
             mesh.colors.push(color.ok_or_else(|| Fault::new(place, "a colour is too bright"))?);
         }
