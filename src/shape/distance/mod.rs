@@ -56,12 +56,12 @@ pub enum Unfit {
     #[error("the mesh has points farther than 1e60 from the origin, or is smaller than 1e-60")]
     Size,
     /// More triangles than can be numbered.
-    #[error("the mesh has {0} triangles, of which 500 million can be measured")]
+    #[error("the mesh has {0} triangles, of which 100 million can be measured")]
     Count(usize),
 }
 
-/// Most triangles.
-const MOST: usize = 500_000_000;
+/// Most triangles; lids may make them four times as many, and four numbers go to each.
+const MOST: usize = 100_000_000;
 /// Points beyond see the whole mesh as a point at the origin.
 const FAR: f64 = 1e120;
 
@@ -206,7 +206,7 @@ impl Kernel for Distance {
             unknown
         };
         // Places, and so the tangent planes of triangles, are off by the error of distances.
-        let bow = bow + Interval::radius(4.0 * slack + self.gap);
+        let bow = bow + Interval::radius(4.0 * slack + 2.0 * self.gap);
         Local { jet, bounds: self.bounds(), bow: if bow.mag() < 2.0 * radius { bow } else { unknown } }
     }
 
