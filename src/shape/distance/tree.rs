@@ -10,6 +10,7 @@
 //! of threads.
 
 use super::closed::Corners;
+use crate::num::fetch;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -21,8 +22,11 @@ pub(super) const BLOCK: usize = 4;
 const BINS: usize = 16;
 /// Below this many triangles a job is not worth sharing.
 const ALONE: usize = 4096;
-/// From this depth on sets are halved, whatever the heuristic says, which bounds the depth.
-const DEEP: u32 = 24;
+/// From this depth on sets are halved, whatever the heuristic says: 2^31 triangles are below in no more
+/// than 31 steps further.
+const DEEP: u32 = 21;
+/// Children that a way down through the hierarchy passes by, and those at its end.
+pub(super) const PASSED: usize = 7 * (DEEP as usize + 31) + 8;
 
 /// A child that is not there.
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -116,6 +120,17 @@ impl Tree {
         let item = |number| Item { lo: DVec3::ZERO, hi: DVec3::ZERO, number };
         let mut items: Vec<Item> = (0..triangles.len() as u32).map(item).collect();
         if items.is_empty() { Tree::default() } else { grow(&mut items, triangles, 0) }
+    }
+
+    /// Has a child fetched from memory that is soon to be looked at.
+    #[inline(always)]
+    pub(super) fn fetch(&self, child: u32) {
+        let at = (child & !IS_BLOCK) as usize;
+        if child & IS_BLOCK == 0 {
+            fetch(&self.nodes[at]);
+        } else {
+            fetch(&self.blocks[at]);
+        }
     }
 
     /// The corners of a triangle.
