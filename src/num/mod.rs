@@ -56,7 +56,7 @@ pub use parabola::{Half, Parabola, Parabolas};
 pub use pointwise::{Jets4, Point4, Pointwise};
 pub use real::{Real, power};
 pub use reduced::Reduced;
-pub use simd::{Level, limit_simd, simd_level, widest};
+pub use simd::{Level, fetch, limit_simd, simd_level, widest};
 pub use slope::Slope;
 pub use turn::{TURN_ERROR, cos_turns, sin_turns};
 

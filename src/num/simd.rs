@@ -85,3 +85,16 @@ fn avx512<R>(job: impl FnOnce() -> R) -> R {
 fn avx2<R>(job: impl FnOnce() -> R) -> R {
     job()
 }
+
+/// Has something fetched from memory that is soon to be looked at; a hint that changes nothing else.
+#[inline(always)]
+pub fn fetch<T>(what: &T) {
+    #[cfg(target_arch = "x86_64")]
+    for line in (0..size_of::<T>()).step_by(64) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // Safety: prefetching reads nothing, and every x86-64 processor can.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(what).cast::<i8>().wrapping_add(line)) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = what;
+}

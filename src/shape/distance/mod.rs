@@ -27,7 +27,7 @@ use crate::num::{Bounds, Class, Interval, Jets, Kernel, Local, Order, Point, ROU
 use ball::Ball;
 use closed::closed;
 use glam::DVec3;
-use nearest::{Feature, Found, NOWHERE, Place, Search, gap, place, slack, turned};
+use nearest::{Feature, Found, GROUP, Place, Search, gap, place, slack, turned};
 use tree::Tree;
 use winding::{Surface, Witnesses};
 
@@ -56,12 +56,12 @@ pub enum Unfit {
     #[error("the mesh has points farther than 1e60 from the origin, or is smaller than 1e-60")]
     Size,
     /// More triangles than can be numbered.
-    #[error("the mesh has {0} triangles, of which 500 million can be measured")]
+    #[error("the mesh has {0} triangles, of which 100 million can be measured")]
     Count(usize),
 }
 
-/// Most triangles.
-const MOST: usize = 500_000_000;
+/// Most triangles; lids may make them four times as many, and four numbers go to each.
+const MOST: usize = 100_000_000;
 /// Points beyond see the whole mesh as a point at the origin.
 const FAR: f64 = 1e120;
 
@@ -95,14 +95,13 @@ impl Distance {
         Ok(Distance { tree, witnesses, size, gap, digest })
     }
 
-    /// The jet at a point, and the triangle that is nearest; the search begins with `hint`.
+    /// The jet at a point, given its nearest triangle.
     #[inline(always)]
-    fn jet_from(&self, search: &mut Search<'_>, order: Order, at: DVec3, hint: u32) -> (Point, u32) {
-        if !at.is_finite() || at.abs().max_element() > FAR {
-            return (far(at), NOWHERE);
+    fn jet_from(&self, order: Order, at: DVec3, Found { square, number }: Found) -> Point {
+        if !is_near(at) {
+            return far(at);
         }
         let slack = slack(self.size + at.abs().max_element());
-        let Found { square, number } = search.nearest(at, hint);
         let distance = square.sqrt();
         let surface = Surface { tree: &self.tree, size: self.size };
         let inside = self.witnesses.is_inside(surface, at, distance, slack + self.gap);
@@ -119,8 +118,13 @@ impl Distance {
                 jet.hess = if order >= Order::Hessian { bend(&place, sign / distance) } else { [0.0; 6] };
             }
         }
-        (jet, number)
+        jet
     }
+}
+
+/// Whether a point is where distances are computed.
+fn is_near(at: DVec3) -> bool {
+    at.is_finite() && at.abs().max_element() <= FAR
 }
 
 /// The jet so far away that the mesh is a point at the origin.
@@ -166,19 +170,29 @@ impl Kernel for Distance {
         widest(
             #[inline(always)]
             || {
-                let mut search = Search::new(&self.tree, self.size);
-                let mut hint = NOWHERE;
-                for lane in 0..out.value.len() {
-                    let at = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
-                    let (jet, nearest) = self.jet_from(&mut search, order, at, hint);
-                    // A search ends at the same triangle wherever it begins.
-                    hint = nearest;
-                    out.value[lane] = jet.value;
-                    if let Some(grad) = &mut out.grad {
-                        (0..3).for_each(|k| grad[k][lane] = jet.grad[k]);
+                let count = out.value.len();
+                let mut search = Search::new(&self.tree, self.size, count);
+                let mut points = [DVec3::ZERO; GROUP];
+                let mut found = [Found::NONE; GROUP];
+                for start in (0..count).step_by(GROUP) {
+                    let lanes = start..count.min(start + GROUP);
+                    for lane in lanes.clone() {
+                        let p = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
+                        points[lane - start] = if is_near(p) { p } else { DVec3::ZERO };
                     }
-                    if let Some(hess) = &mut out.hess {
-                        (0..6).for_each(|k| hess[k][lane] = jet.hess[k]);
+                    // Searches begin with what the one before ended with, and end the same anyway.
+                    found = [found[GROUP - 1]; GROUP];
+                    search.nearest(&points[..lanes.len()], &mut found);
+                    for lane in lanes {
+                        let p = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
+                        let jet = self.jet_from(order, p, found[lane - start]);
+                        out.value[lane] = jet.value;
+                        if let Some(grad) = &mut out.grad {
+                            (0..3).for_each(|k| grad[k][lane] = jet.grad[k]);
+                        }
+                        if let Some(hess) = &mut out.hess {
+                            (0..6).for_each(|k| hess[k][lane] = jet.hess[k]);
+                        }
                     }
                 }
             },
@@ -206,7 +220,7 @@ impl Kernel for Distance {
             unknown
         };
         // Places, and so the tangent planes of triangles, are off by the error of distances.
-        let bow = bow + Interval::radius(4.0 * slack + self.gap);
+        let bow = bow + Interval::radius(4.0 * slack + 2.0 * self.gap);
         Local { jet, bounds: self.bounds(), bow: if bow.mag() < 2.0 * radius { bow } else { unknown } }
     }
 

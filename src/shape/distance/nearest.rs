@@ -25,7 +25,7 @@
 //! the one before ended with.
 
 use super::closed::Corners;
-use super::tree::{BLOCK, Block, IS_BLOCK, Node, Tree, WIDE, in_frame};
+use super::tree::{BLOCK, Block, IS_BLOCK, Node, PASSED, Tree, WIDE, in_frame};
 use crate::num::ROUNDOFF;
 use glam::DVec3;
 
@@ -200,18 +200,34 @@ impl Found {
     }
 }
 
-/// A search for the nearest triangles of one point after another.
+/// A search for the nearest triangle, in steps.
+#[derive(Clone)]
+struct Walk {
+    x: DVec3,
+    slack: f64,
+    best: Found,
+    /// Square of the distance from which on nothing can be nearer, as computed.
+    most: f64,
+    /// Boxes to be looked into, the nearest last: how far they are, and what they are.
+    keys: [u64; STACK],
+    children: [u32; STACK],
+    left: usize,
+}
+
+/// No search has more boxes to look into.
+const STACK: usize = PASSED + WIDE;
+
+/// Searches that are under way at the same time.
+pub(super) const GROUP: usize = 8;
+
+/// Searches for the nearest triangles of points. Those of a group of points take turns: while what one
+/// needs next is on its way from memory, the others go on.
 pub(super) struct Search<'a> {
     tree: &'a Tree,
     /// Largest coordinate of a corner.
     size: f64,
-    /// Boxes to be looked into, the nearest last: how far they are, and what they are.
-    keys: Box<[u64; STACK]>,
-    children: Box<[u32; STACK]>,
+    walks: Vec<Walk>,
 }
-
-/// No search has more boxes to look into: the depth of hierarchies is bounded.
-const STACK: usize = 512;
 
 /// How far a computed distance may be off, of a point and triangles that are no farther from the origin.
 #[inline(always)]
@@ -220,52 +236,100 @@ pub(super) fn slack(size: f64) -> f64 {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(tree: &'a Tree, size: f64) -> Self {
-        Search { tree, size, keys: Box::new([0; STACK]), children: Box::new([0; STACK]) }
+    /// Room for so many searches at the same time.
+    pub(super) fn new(tree: &'a Tree, size: f64, count: usize) -> Self {
+        let walk = Walk {
+            x: DVec3::ZERO,
+            slack: 0.0,
+            best: Found::NONE,
+            most: 0.0,
+            keys: [0; STACK],
+            children: [0; STACK],
+            left: 0,
+        };
+        Search { tree, size, walks: vec![walk; count.min(GROUP)] }
     }
 
-    /// The nearest triangle to `x`; the search begins with the triangle `hint`, if there is one.
+    /// The nearest triangles to as many points, no more than there is room for; `found` has the
+    /// numbers of the triangles that the searches begin with, if there are such.
     #[inline(always)]
-    pub(super) fn nearest(&mut self, x: DVec3, hint: u32) -> Found {
-        let slack = slack(self.size + x.abs().max_element());
-        let mut best = match self.tree.triangle(hint) {
+    pub(super) fn nearest(&mut self, points: &[DVec3], found: &mut [Found]) {
+        let mut active = [0; GROUP];
+        let mut count = 0;
+        for (i, (walk, x)) in self.walks.iter_mut().zip(points).enumerate() {
+            walk.begin(self.tree, *x, slack(self.size + x.abs().max_element()), found[i].number);
+            active[i] = i;
+            count = i + 1;
+        }
+        while count > 0 {
+            let mut still = 0;
+            for k in 0..count {
+                let i = active[k];
+                if self.walks[i].step(self.tree) {
+                    active[still] = i;
+                    still += 1;
+                } else {
+                    found[i] = self.walks[i].best;
+                }
+            }
+            count = still;
+        }
+    }
+}
+
+impl Walk {
+    #[inline(always)]
+    fn begin(&mut self, tree: &Tree, x: DVec3, slack: f64, hint: u32) {
+        (self.x, self.slack) = (x, slack);
+        self.improve(match tree.triangle(hint) {
             Some(t) => Found { square: see(t, x).square, number: hint },
             None => Found::NONE,
-        };
-        // Of what is farther nothing can be nearer, as computed.
-        let limit = |best: Found| {
-            let far = best.square.sqrt() + 2.0 * slack;
-            let square = far * far * (1.0 + 8.0 * ROUNDOFF);
-            // Boxes that are not there are infinitely far.
-            choose(square < f64::MAX, square, f64::MAX)
-        };
-        let mut most = limit(best);
-        (self.keys[0], self.children[0]) = (u64::MAX, 0);
-        let mut left = 1;
-        while left > 0 {
-            left -= 1;
-            if self.keys[left] < !most.to_bits() {
-                continue;
+        });
+        (self.keys[0], self.children[0], self.left) = (u64::MAX, 0, 1);
+    }
+
+    #[inline(always)]
+    fn improve(&mut self, best: Found) {
+        let far = best.square.sqrt() + 2.0 * self.slack;
+        let square = far * far * (1.0 + 8.0 * ROUNDOFF);
+        // Boxes that are not there are infinitely far.
+        (self.best, self.most) = (best, choose(square < f64::MAX, square, f64::MAX));
+    }
+
+    /// Looks into the nearest box that is left, and says whether there was one.
+    #[inline(always)]
+    fn step(&mut self, tree: &Tree) -> bool {
+        loop {
+            if self.left == 0 {
+                return false;
             }
-            let child = self.children[left];
-            if child & IS_BLOCK != 0 {
-                let found = nearest_of(self.tree, child & !IS_BLOCK, x);
-                if found.is_before(best) {
-                    best = found;
-                    most = limit(best);
-                }
-            } else {
-                let node = &self.tree.nodes[child as usize];
-                let keys = sorted(std::hint::black_box(keys(&box_squares(node, x), most)));
-                for i in 0..WIDE {
-                    self.keys[left + i] = keys[i];
-                    self.children[left + i] = node.child[(keys[i] & 7) as usize];
-                }
-                let near = keys.iter().filter(|k| **k != FAR).count();
-                left += near;
+            self.left -= 1;
+            if self.keys[self.left] >= !self.most.to_bits() {
+                break;
             }
         }
-        best
+        let left = self.left;
+        let child = self.children[left];
+        if child & IS_BLOCK != 0 {
+            let found = nearest_of(tree, child & !IS_BLOCK, self.x);
+            if found.is_before(self.best) {
+                self.improve(found);
+            }
+        } else {
+            let node = &tree.nodes[child as usize];
+            // Through memory: else the compiler, which sees how the eight get mixed, does not
+            // compute them side by side.
+            let keys = sorted(std::hint::black_box(keys(&box_squares(node, self.x), self.most)));
+            for i in 0..WIDE {
+                self.keys[left + i] = keys[i];
+                self.children[left + i] = node.child[(keys[i] & 7) as usize];
+            }
+            self.left += keys.iter().filter(|k| **k != FAR).count();
+        }
+        if self.left > 0 {
+            tree.fetch(self.children[self.left - 1]);
+        }
+        true
     }
 }
 

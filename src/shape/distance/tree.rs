@@ -10,6 +10,7 @@
 //! of threads.
 
 use super::closed::Corners;
+use crate::num::fetch;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -21,8 +22,11 @@ pub(super) const BLOCK: usize = 4;
 const BINS: usize = 16;
 /// Below this many triangles a job is not worth sharing.
 const ALONE: usize = 4096;
-/// From this depth on sets are halved, whatever the heuristic says, which bounds the depth.
-const DEEP: u32 = 24;
+/// From this depth on sets are halved, whatever the heuristic says: 2^31 triangles are below in no more
+/// than 31 steps further.
+const DEEP: u32 = 21;
+/// Children that a way down through the hierarchy passes by, and those at its end.
+pub(super) const PASSED: usize = 7 * (DEEP as usize + 31) + 8;
 
 /// A child that is not there.
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -118,6 +122,17 @@ impl Tree {
         if items.is_empty() { Tree::default() } else { grow(&mut items, triangles, 0) }
     }
 
+    /// Has a child fetched from memory that is soon to be looked at.
+    #[inline(always)]
+    pub(super) fn fetch(&self, child: u32) {
+        let at = (child & !IS_BLOCK) as usize;
+        if child & IS_BLOCK == 0 {
+            fetch(&self.nodes[at]);
+        } else {
+            fetch(&self.blocks[at]);
+        }
+    }
+
     /// The corners of a triangle.
     #[inline(always)]
     pub(super) fn triangle(&self, number: u32) -> Option<Corners> {
@@ -140,31 +155,28 @@ fn grow(items: &mut [Item], triangles: &[Corners], depth: u32) -> Tree {
     }
     let bounds: Vec<Bound> = parts.iter().map(|p| Bound::of(p)).collect();
     let sub = |part: &mut &mut [Item]| match part.len() {
-        0..=BLOCK => Err(Block::new(part, triangles)),
-        _ => Ok(grow(part, triangles, depth + 1)),
+        0..=BLOCK => Tree { nodes: Vec::new(), blocks: vec![Block::new(part, triangles)] },
+        _ => grow(part, triangles, depth + 1),
     };
     let total: usize = parts.iter().map(|p| p.len()).sum();
-    let children: Vec<Result<Tree, Block>> = match total > ALONE {
+    let children: Vec<Tree> = match total > ALONE {
         true => parts.par_iter_mut().map(sub).collect(),
         false => parts.iter_mut().map(sub).collect(),
     };
     let mut tree = Tree { nodes: vec![Node::new(frame, &bounds)], blocks: Vec::new() };
-    for (i, child) in children.into_iter().enumerate() {
-        let number = match child {
-            Err(block) => {
-                tree.blocks.push(block);
-                (tree.blocks.len() - 1) as u32 | IS_BLOCK
-            }
-            Ok(sub) => tree.append(sub),
-        };
-        tree.nodes[0].child[i] = number;
+    // What is looked at together lies together: first the blocks, then what is below.
+    let (blocks, below): (Vec<_>, Vec<_>) =
+        children.into_iter().enumerate().partition(|c| c.1.nodes.is_empty());
+    for (i, child) in blocks.into_iter().chain(below) {
+        tree.nodes[0].child[i] = tree.append(child);
     }
     tree
 }
 
 impl Tree {
-    /// Takes another one in, and says where its root is.
+    /// Takes another one in, and says what it is to be called.
     fn append(&mut self, other: Tree) -> u32 {
+        let is_block = other.nodes.is_empty();
         let (nodes, blocks) = (self.nodes.len() as u32, self.blocks.len() as u32);
         self.blocks.extend(other.blocks);
         self.nodes.extend(other.nodes.into_iter().map(|mut node| {
@@ -177,7 +189,7 @@ impl Tree {
             }
             node
         }));
-        nodes
+        if is_block { blocks | IS_BLOCK } else { nodes }
     }
 }
 

@@ -19,8 +19,8 @@
 //! A . (B x C),  and that less their sum         which side of the plane the ends are on
 //! ```
 //!
-//! Each is a sum of six products of three numbers, off by less than 32 roundoffs times the largest
-//! such product, and is trusted beyond twice that. Where a sign that matters cannot be trusted, since
+//! The first kind and `A . (B x C)` are sums of six products of three differences, each of which eight
+//! roundings touch: off by less than 48 roundoffs times the largest such product, and trusted beyond 64. Where a sign that matters cannot be trusted, since
 //! the segment grazes an edge, another witness is asked, in another direction. The last resort, of a
 //! point within rounding of the surface, is to be outside: there the sign moves the distance by less
 //! than its rounding.
