@@ -13,7 +13,16 @@
 //! so that a search for the nearest part at one point encloses the distance over a whole box. Each
 //! shape is one file that implements [`Body`].
 
+mod boxes;
+pub mod convolution;
+pub mod curve;
+mod lanes;
+#[cfg(test)]
+mod laws;
 mod mesh;
+pub mod outline;
+mod strand;
+pub mod tetrahedra;
 
 pub use mesh::{Flaw, Mesh};
 

@@ -104,7 +104,7 @@ const PLACED: [&str; 3] = ["size: samples along an edge", "extent: length of an 
 const VOLUME: &str = "volume: in all three directions";
 
 /// A sentence and the options.
-fn listed(sentence: &str, options: &[&str]) -> String {
+pub(super) fn listed(sentence: &str, options: &[&str]) -> String {
     format!("{sentence} Options:\n\n- {}", options.join("\n- "))
 }
 
@@ -180,7 +180,7 @@ fn weather(lib: &mut Library<'_>) {
 }
 
 /// Declares a function with options and the same without.
-fn with_options(
+pub(super) fn with_options(
     lib: &mut Library<'_>,
     name: &str,
     params: &str,

@@ -13,6 +13,7 @@ mod grid;
 mod noise;
 mod numbers;
 mod scene;
+mod shape;
 mod vectors;
 
 pub use grid::GridValue;
@@ -64,13 +65,14 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 10] = [
+    let groups: [(&'static str, Group); 11] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
         ("Fields", fields::register),
         ("Noise", noise::register),
         ("Grids", grid::register),
+        ("Shapes made of data", shape::register),
         ("Files", files::register),
         ("Colour", color::register),
         ("Cameras", camera::register),
