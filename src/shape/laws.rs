@@ -82,7 +82,7 @@ fn differences(k: &dyn Kernel, x: DVec3) {
         let wrong = (0..3).any(|i| (quotient(i) - hess(i)).abs() > 0.05 * (1.0 + size));
         // A crease within the step is the only excuse: then one side is not the other's continuation.
         let kink = |i: usize| (hi.grad[i] + lo.grad[i] - 2.0 * here.grad[i]).abs() > 1e-3 * h * (1.0 + size);
-        assert!(!wrong || (0..3).any(kink), "{here:?} differs at {x} by {axis}");
+        assert!(!wrong || (0..3).any(kink), "{here:?} differs at {x} by {axis}: {lo:?} {hi:?}");
     }
 }
 

@@ -159,6 +159,8 @@ impl Convolution {
         if x.is_nan() {
             return Point { value: f64::NAN, ..Point::default() };
         }
+        // Beyond this, powers of distances are not numbers, and the density is nothing.
+        let x = x.clamp(DVec3::splat(-1e30), DVec3::splat(1e30));
         let mut out = Point { value: self.scale * self.threshold, ..Point::default() };
         let mut add = |(primitive, weight): &(Primitive, f64)| {
             let p = primitive.integral(self.falloff, order, x);
@@ -197,6 +199,9 @@ impl Kernel for Convolution {
 
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
         let x = DVec3::from(at);
+        if !x.is_finite() || x.abs().max_element().max(radius) > 1e60 {
+            return Local::uniform(self.jet(order, x), self.bounds);
+        }
         let near = self.bits.around(self.falloff, x, radius);
         let error = self.error(x.abs().max_element());
         match self.falloff {

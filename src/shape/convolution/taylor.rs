@@ -103,11 +103,13 @@ impl Mul for Taylor {
 
 impl Div for Taylor {
     type Output = Taylor;
-    #[allow(clippy::suspicious_arithmetic_impl)] // by the reciprocal
+    #[allow(clippy::suspicious_arithmetic_impl)] // by the reciprocal, but for the value
     fn div(self, o: Taylor) -> Taylor {
         let inverse = 1.0 / o.0.value;
         let square = inverse * inverse;
-        self * o.through(inverse, -square, 2.0 * square * inverse)
+        let product = self * o.through(inverse, -square, 2.0 * square * inverse);
+        // The same bits as without derivatives.
+        Taylor(Point { value: self.0.value / o.0.value, ..product.0 })
     }
 }
 

@@ -93,16 +93,20 @@ impl Outline {
         let normal = self.outside[foot.piece] * tangent.perp().normalize_or_zero();
         let mut gradient = sign * reading.toward.xy();
         let mut jet = Point { value, ..Point::default() };
-        // Close by, the direction to the nearest place is all rounding, unless that is a corner.
-        let beside = gradient.dot(normal) > 1.0 - 1e-6 || reading.distance == 0.0;
+        // The direction to a place within a piece is that across it, without the rounding that grows as the
+        // place gets close; so it is at a place where pieces join smoothly.
+        let within = foot.t > 0.0 && foot.t < 1.0;
+        let close = reading.distance <= 1e-7 * self.strand.size();
+        let beside = within || close && gradient.dot(normal) > 1.0 - 1e-6 || reading.distance == 0.0;
         if beside {
-            gradient = normal;
+            gradient = if gradient.dot(normal) < 0.0 { -normal } else { normal };
         }
         if order == Order::Hessian {
             // Parallel to a line of curvature k the outline's is k / (1 - f k); around a corner 1 / f.
             let second = self.strand.pieces()[foot.piece].at(foot.t)[2].xy();
             let k = -normal.dot(second) / tangent.length_squared();
-            let bend = if beside { k / (1.0 + value * k) } else { 1.0 / value };
+            let smooth = beside || gradient.dot(normal) > 1.0 - 1e-12;
+            let bend = if smooth { k / (1.0 + value * k) } else { 1.0 / value };
             let along = gradient.perp();
             jet.hess =
                 [bend * along.x * along.x, bend * along.y * along.y, 0.0, bend * along.x * along.y, 0.0, 0.0];

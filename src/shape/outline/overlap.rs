@@ -11,7 +11,7 @@ use glam::{DVec2, Vec4Swizzles};
 
 /// Pairs of parts of two pieces that are looked at in search of crossings; two that lie on one another
 /// have no end of them.
-const PATIENCE: usize = 4096;
+const PATIENCE: usize = 1 << 20;
 
 /// Parts that are this short by the size of the drawing cross where they are.
 const SHORT: f64 = 1e-12;

@@ -44,6 +44,8 @@ fn drawing(rng: &mut StdRng) -> (Outline, Vec<Vec<DVec2>>) {
             }
             here = to;
         }
+        let (last, first) = (here, dense[0]);
+        dense.extend((1..1000).map(|i| last.lerp(first, f64::from(i) / 1000.0)));
         loops.push(dense);
     }
     (Outline::new(pen).unwrap(), loops)

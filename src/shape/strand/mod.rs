@@ -15,7 +15,7 @@
 //! tangent plane by what a cone of circles is, so for `|h| <= r`
 //!
 //! ```text
-//! f(c + h) <= f(c) + u . h + (r^2 / 2D if r <= 2D, else 2 (r - D))
+//! f(c + h) <= f(c) + u . h + r^2 / 2D        for r <= 2D
 //! f(c + h) >= min over t of g_t(c) + u_t . h  >=  u . h + min over t of (g_t(c) - |u_t - u| r)
 //! ```
 //!
@@ -46,6 +46,9 @@ const HALVINGS: u8 = 44;
 
 /// Halvings of a piece in search of a bow, which need not be the tightest.
 const COARSE: u8 = 16;
+
+/// Parts that the search for a bow looks at; a bow that takes longer is not worth it.
+const PATIENCE: u32 = 160;
 
 /// Bounds of distances: they go up without end, and are creased.
 pub(super) const BOUNDS: Bounds = Bounds {
@@ -163,6 +166,11 @@ impl Strand {
         &self.origins
     }
 
+    /// Largest coordinate or radius.
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
     /// Whether a point is a point, and not too far away to square its coordinates.
     pub fn reaches(x: DVec3) -> bool {
         x.is_finite() && x.abs().max_element() <= FAR
@@ -271,14 +279,15 @@ impl Strand {
     /// `u`: that of the distance, or nearly so, which is charged for.
     pub fn bow(&self, x: DVec3, radius: f64, at: &Reading, u: DVec3) -> Interval {
         let d = at.distance;
-        let above = match radius {
-            0.0 => 0.0,
-            _ if radius <= 2.0 * d => 0.5 * radius * radius / d,
-            _ => 2.0 * (radius - d),
-        };
+        // A ball that reaches the strand is bounded as well by how fast the distance changes, and cheaper.
+        if radius >= d && radius > 0.0 {
+            return Interval::ENTIRE;
+        }
+        let above = if radius > 0.0 { 0.5 * radius * radius / d } else { 0.0 };
         let above = above + (at.toward - u).length() * radius;
         // Nothing is lower than all that may be as steep the other way; nor need it be less than above.
-        let mut dip = Dip { x, radius, value: at.value, u, least: at.value - above.min(2.0 * radius) };
+        let least = at.value - above.min(2.0 * radius);
+        let mut dip = Dip { x, radius, value: at.value, u, least, patience: PATIENCE };
         let mut aside = Aside::new();
         self.boxes.below(x, dip.limit(), |i| {
             dip.search(&self.pieces[i], &mut aside);
@@ -326,6 +335,8 @@ struct Dip {
     u: DVec3,
     /// No more than `g_t - |u_t - u| r` on all pieces so far.
     least: f64,
+    /// Parts that it may still look at.
+    patience: u32,
 }
 
 impl Dip {
@@ -345,6 +356,11 @@ impl Dip {
         let mut next = Some(Part::whole(piece));
         while let Some(part) = next.take().or_else(|| aside.next()) {
             let Some(view) = part.piece.view(x, self.limit()) else { continue };
+            // All that the Lipschitz constant says is said at once.
+            self.patience = self.patience.saturating_sub(1);
+            if self.patience == 0 {
+                self.least = self.least.min(self.value - 2.0 * r);
+            }
             let turn = (view.middle.toward - self.u).length() + view.turn;
             let mut floor = view.floor - r * turn.min(2.0);
             if floor >= self.least {
