@@ -465,17 +465,23 @@ mod composites {
     use orogen::expr::{Graph, Input, NodeId};
     use orogen::field::Field;
     use orogen::grid::{Edge, Frame, Grid, Samples};
-    use orogen::noise::{Allowed, Fractal, Kind, Model, Noise, Recipe, Setting, Settings, Signal};
+    use orogen::noise::{
+        Allowed, Fractal, Kind as NoiseKind, Model, Noise, Recipe, Setting, Settings, Signal,
+    };
     use orogen::num::{Affine, Dual, Interval, Jet, Many, Parabola, Parabolas, Reduced};
     use orogen::op::Op;
+    use orogen::shape::convolution::{Convolution, Density, Primitive};
+    use orogen::shape::curve::{Curve, Degree, Kind};
+    use orogen::shape::outline::{Outline, Pen};
+    use orogen::shape::tetrahedra::Tetrahedra;
     use orogen::shape::{Distance, Mesh, Shape};
     use orogen::tape::{Evaluator, Tape};
     use rand::{RngExt, rngs::StdRng};
     use std::sync::Arc;
 
     /// Any noise, now and then told to be other than it is by itself.
-    fn any_noise(rng: &mut StdRng) -> Kind {
-        let listing = &Kind::ALL[rng.random_range(0..Kind::ALL.len())];
+    fn any_noise(rng: &mut StdRng) -> NoiseKind {
+        let listing = &NoiseKind::ALL[rng.random_range(0..NoiseKind::ALL.len())];
         let mut settings = Settings::new(listing.parameters);
         for parameter in listing.parameters {
             let setting = match parameter.allowed {
@@ -501,7 +507,8 @@ mod composites {
         match rng.random_range(0..10) {
             3 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
-                g.shape(measured(rng), p).expect("room")
+                let shape = if rng.random() { measured(rng) } else { Arc::new(shaped(rng)) };
+                g.shape(shape, p).expect("room")
             }
             2 => {
                 let p = std::array::from_fn(|_| arg(g, rng));
@@ -540,6 +547,42 @@ mod composites {
                 let op = Op::ALL[rng.random_range(0..Op::ALL.len())];
                 let args: Vec<NodeId> = (0..op.arity()).map(|_| arg(g, rng)).collect();
                 g.op(op, &args).expect("room")
+            }
+        }
+    }
+
+    /// A shape of random data.
+    fn shaped(rng: &mut StdRng) -> Shape {
+        let points: Vec<DVec3> =
+            (0..6).map(|_| DVec3::from_array(std::array::from_fn(|_| rng.random_range(-2.0..2.0)))).collect();
+        match rng.random_range(0..4) {
+            0 => {
+                let kind =
+                    [Kind::Polyline, Kind::CatmullRom, Kind::Bspline(Degree::Two)][rng.random_range(0..3)];
+                Shape::new(Curve::new(&points, &[0.1, 0.4, 0.2], kind, rng.random()).expect("a valid curve"))
+            }
+            1 => {
+                let mut pen = Pen::default();
+                pen.jump(points[0].truncate());
+                pen.line(points[1].truncate());
+                pen.quadratic(points[2].truncate(), points[3].truncate());
+                pen.cubic(points[4].truncate(), points[5].truncate(), points[1].truncate());
+                Shape::new(Outline::new(pen).expect("a valid outline"))
+            }
+            2 => {
+                let parts = [
+                    (Primitive::Segment([points[0], points[1]]), 1.0),
+                    (Primitive::Triangle([points[2], points[3], points[4]]), -0.4),
+                    (Primitive::Point(points[5]), 0.7),
+                ];
+                let skeleton = Convolution::new(&parts, Density::Cauchy(0.4), 0.5);
+                Shape::new(skeleton.expect("a valid skeleton"))
+            }
+            _ => {
+                let corners = [DVec3::ZERO, DVec3::X * 2.0, DVec3::Y * 1.5, DVec3::Z];
+                let coefficients = (0..10).map(|_| rng.random_range(-1.0..1.0)).collect();
+                let cell = Tetrahedra::new(&corners, &[[0, 1, 2, 3]], 2, &[coefficients]);
+                Shape::new(cell.expect("a valid cell"))
             }
         }
     }

@@ -49,7 +49,7 @@ pub use fft::{Complex, Direction, Fft, Unfit, transform};
 pub use function::{Class, Combine, Form, Function};
 pub use hash::{mix, uniform};
 pub use interval::Interval;
-pub use jet::Jet;
+pub use jet::{Jet, PAIRS};
 pub use many::Many;
 pub use number::{Bounds, Centred, Jets, Kernel, Local, Number, Order, Plain, Point};
 pub use parabola::{Half, Parabola, Parabolas};

@@ -13,9 +13,18 @@
 //! so that a search for the nearest part at one point encloses the distance over a whole box. Each
 //! shape is one file that implements [`Body`].
 
+mod boxes;
 mod census;
+pub mod convolution;
+pub mod curve;
 mod distance;
+mod lanes;
+#[cfg(test)]
+mod laws;
 mod mesh;
+pub mod outline;
+mod strand;
+pub mod tetrahedra;
 
 pub use census::Census;
 pub use distance::{Distance, Unfit};

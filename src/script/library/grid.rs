@@ -180,7 +180,7 @@ fn weather(lib: &mut Library<'_>) {
 }
 
 /// Declares a function with options and the same without.
-fn with_options(
+pub(super) fn with_options(
     lib: &mut Library<'_>,
     name: &str,
     params: &str,

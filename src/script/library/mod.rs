@@ -16,6 +16,7 @@ mod noise;
 mod numbers;
 mod polynomial;
 mod scene;
+mod shape;
 mod vectors;
 
 pub use grid::GridValue;
@@ -68,7 +69,7 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 13] = [
+    let groups: [(&'static str, Group); 14] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -77,6 +78,7 @@ pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<
         ("Noise", noise::register),
         ("Grids", grid::register),
         ("Meshes", mesh::register),
+        ("Shapes made of data", shape::register),
         ("Files", files::register),
         ("Files", grid_files::register),
         ("Colour", color::register),

@@ -1,0 +1,186 @@
+//! Outlines in the plane: polygons, letters and drawings, as signed distances that do not depend on z.
+//!
+//! A [`Pen`] draws loops of lines, parabolas and cubics; what they wind around any number of times but
+//! none is inside (the nonzero rule), which is how fonts and SVG fill. Lines, parabolas and cubics are
+//! kept as they are, and the nearest place on them is found as on any other strand (`strand`), so the
+//! distance is exact. What loops draw inside of others is no part of the outline and is dropped (`overlap`).
+//!
+//! **Around a point** `c` at distance `d` from the outline, with the nearest place `p` and the normal `n`
+//! there: all that matters to the distances in the ball of radius `r` lies within `d + 2r` of `c`. If all
+//! of the outline in there is within `e` of the tangent, `|n . (y - p)| <= e`, and beyond that band all is
+//! outside on one side and inside on the other, then a point `x` at `s = n . (x - p) > e` sees nothing but
+//! outside within `s - e`, and inside within `s + e`, and so on the other side: in the whole ball
+//!
+//! ```text
+//! |f(x) - n . (x - p)| <= e
+//! ```
+//!
+//! which is quadratic in `r` close to the outline, and zero where it is straight. Away from the outline
+//! the bow of the strand holds, up or down.
+
+mod glyphs;
+mod overlap;
+mod path;
+mod pen;
+#[cfg(test)]
+mod tests;
+mod winding;
+
+pub use glyphs::{Align, Font, Layout};
+pub use path::{Garbled, drawn};
+pub use pen::{MOST_PIECES, Pen};
+
+use super::strand::{BOUNDS, Reading, Strand};
+use super::{Body, Digest, lanes};
+use crate::num::{Bounds, Class, Interval, Jets, Kernel, Local, Order, Point, ROUNDOFF};
+use glam::{DVec2, DVec3, Vec3Swizzles, Vec4Swizzles};
+use winding::Winding;
+
+/// Why a drawing is no outline.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum Flaw {
+    /// A coordinate is not finite, or too large.
+    #[error("a point of the outline is not finite, or beyond 1e15")]
+    Lost,
+    /// Too many pieces.
+    #[error("an outline has at most {MOST_PIECES} pieces, not {0}")]
+    Count(usize),
+    /// Nothing is inside.
+    #[error("the outline encloses nothing")]
+    Empty,
+}
+
+/// The inside of an outline as a field of x and y.
+#[derive(Debug)]
+pub struct Outline {
+    strand: Strand,
+    /// Which side of each piece is outside, as seen along it: 1 the left one, -1 the right one.
+    outside: Vec<f64>,
+    winding: Winding,
+}
+
+impl Outline {
+    /// The outline of what a pen drew.
+    ///
+    /// # Errors
+    /// When it encloses nothing, or a coordinate is not finite.
+    pub fn new(pen: Pen) -> Result<Outline, Flaw> {
+        let drawn = pen.finish()?;
+        let drawn: Vec<_> =
+            drawn.iter().flat_map(|(p, plain)| winding::turning(p).map(|p| (p, *plain))).collect();
+        let size = drawn.iter().flat_map(|p| p.0.0).fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
+        let winding = Winding::new(drawn.iter().map(|(p, _)| *p).collect());
+        let (mut pieces, mut outside) = (Vec::new(), Vec::new());
+        for (piece, straight) in overlap::cut_at_crossings(&drawn) {
+            if let Some(side) = overlap::outer_side(&piece, &winding, size) {
+                pieces.push((piece, straight));
+                outside.push(side);
+            }
+        }
+        if pieces.is_empty() {
+            return Err(Flaw::Empty);
+        }
+        let strand = Strand::new(pieces);
+        let outside = strand.origins().iter().map(|i| outside[*i]).collect();
+        Ok(Outline { strand, outside, winding })
+    }
+
+    /// The jet at a point within reach, and what is at the nearest place.
+    fn nearest(&self, order: Order, x: DVec3) -> (Point, Reading) {
+        let (foot, reading) = self.strand.reading(x);
+        let sign = if self.winding.around(x.xy()) == 0 { 1.0 } else { -1.0 };
+        let (tangent, value) = (reading.tangent.xy(), sign * reading.value);
+        let normal = self.outside[foot.piece] * tangent.perp().normalize_or_zero();
+        let mut gradient = sign * reading.toward.xy();
+        let mut jet = Point { value, ..Point::default() };
+        // The direction to a place within a piece is that across it, without the rounding that grows as the
+        // place gets close; so it is at a place where pieces join smoothly.
+        let within = foot.t > 0.0 && foot.t < 1.0;
+        let close = reading.distance <= 1e-7 * self.strand.size();
+        let beside = within || close && gradient.dot(normal) > 1.0 - 1e-6 || reading.distance == 0.0;
+        if beside {
+            gradient = if gradient.dot(normal) < 0.0 { -normal } else { normal };
+        }
+        if order == Order::Hessian {
+            // Parallel to a line of curvature k the outline's is k / (1 - f k); around a corner 1 / f.
+            let second = self.strand.pieces()[foot.piece].at(foot.t)[2].xy();
+            let k = -normal.dot(second) / tangent.length_squared();
+            let smooth = beside || gradient.dot(normal) > 1.0 - 1e-12;
+            let bend = if smooth { k / (1.0 + value * k) } else { 1.0 / value };
+            let along = gradient.perp();
+            jet.hess =
+                [bend * along.x * along.x, bend * along.y * along.y, 0.0, bend * along.x * along.y, 0.0, 0.0];
+        }
+        let gradient = gradient.extend(0.0);
+        jet.grad = gradient.into();
+        (jet, reading)
+    }
+
+    fn jet(&self, order: Order, x: DVec3) -> Point {
+        let flat = x.with_z(0.0 * x.z);
+        if Strand::reaches(flat) { self.nearest(order, flat).0 } else { self.strand.jet(order, flat) }
+    }
+
+    /// The bow from the band around the tangent that the outline near a point keeps to.
+    fn band(&self, c: DVec2, r: f64, jet: &Point, at: DVec2) -> Option<Interval> {
+        let n = DVec3::from(jet.grad).xy();
+        let reach = jet.value.abs() + 2.0 * r;
+        let mut e = self.strand.band((c.extend(0.0), reach), (at.extend(0.0), n.extend(0.0)), r)?;
+        e += 4.0 * self.strand.slack(c.abs().max_element() + reach);
+        let side = (e + 0.5 * r) * n;
+        let splits = self.winding.around(at + side) == 0 && self.winding.around(at - side) != 0;
+        let shift = n.dot(c - at) - jet.value;
+        (splits && e < r).then_some(Interval { lo: shift - e, hi: shift + e })
+    }
+}
+
+impl Kernel for Outline {
+    fn class(&self) -> Class {
+        Class::C0
+    }
+
+    fn bounds(&self) -> Bounds {
+        BOUNDS
+    }
+
+    fn jets(&self, at: [&[f64]; 3], out: Jets<'_>) {
+        lanes::fill(at, out, |order, x| self.jet(order, x));
+    }
+
+    fn is_uniform(&self) -> bool {
+        false
+    }
+
+    fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
+        let x = DVec3::from(at).with_z(0.0 * at[2]);
+        if !Strand::reaches(x) || !Strand::reaches(DVec3::splat(radius)) {
+            return Local { jet: self.jet(order, x), bounds: BOUNDS, bow: Interval::ENTIRE };
+        }
+        let (jet, reading) = self.nearest(order, x);
+        let (d, sign) = (reading.distance, if jet.value < 0.0 { -1.0 } else { 1.0 });
+        let gradient = DVec3::from(jet.grad);
+        let place = x.xy() - jet.value * gradient.xy();
+        let band = (d <= 2.0 * radius).then(|| self.band(x.xy(), radius, &jet, place)).flatten();
+        let bow = match band {
+            Some(band) => band,
+            None if d > radius => self.strand.bow(x, radius, &reading, sign * gradient) * sign,
+            None => Interval::ENTIRE,
+        };
+        Local { jet, bounds: BOUNDS, bow }
+    }
+
+    fn error(&self, size: f64) -> [f64; 3] {
+        [self.strand.slack(size), 16.0 * ROUNDOFF, f64::INFINITY]
+    }
+}
+
+impl Body for Outline {
+    fn name(&self) -> &'static str {
+        "outline"
+    }
+
+    fn digest(&self, digest: &mut Digest) {
+        self.strand.digest(digest);
+        digest.numbers(self.outside.iter().copied());
+    }
+}

@@ -1,0 +1,79 @@
+//! How often an outline winds around a point: the pieces that a line to the right crosses, those that go
+//! up counted once and those that go down once less.
+//!
+//! Pieces are cut where they turn, so that each crosses a level once. It does so if it begins
+//! on or below the level and ends above it, or the other way round: no end is counted twice.
+
+use crate::shape::boxes::{Boxes, Extent};
+use crate::shape::strand::Piece;
+use glam::{DVec2, Vec4Swizzles};
+
+/// Pieces that do not turn up or down, and the boxes around them.
+#[derive(Debug)]
+pub(super) struct Winding {
+    pieces: Vec<Piece>,
+    boxes: Boxes,
+}
+
+impl Winding {
+    /// The winding of pieces, none of which turns up or down within.
+    pub fn new(pieces: Vec<Piece>) -> Winding {
+        let extents: Vec<Extent> = pieces.iter().map(|p| Extent::of(p.0.map(|p| p.xyz()), 0.0)).collect();
+        Winding { boxes: Boxes::new(&extents), pieces }
+    }
+
+    /// How often the outline winds around a point, counter-clockwise.
+    pub fn around(&self, p: DVec2) -> i32 {
+        let mut turns = 0;
+        self.boxes.each(
+            |e| e.lo.y <= p.y && p.y <= e.hi.y && p.x <= e.hi.x,
+            |i| turns += crossing(&self.pieces[i], p),
+        );
+        turns
+    }
+}
+
+/// 1 or -1 if the piece crosses the line to the right of the point, upwards or downwards.
+fn crossing(piece: &Piece, p: DVec2) -> i32 {
+    let [a, b, c, d] = piece.0;
+    let sense = match (a.y <= p.y, d.y <= p.y) {
+        (true, false) => 1,
+        (false, true) => -1,
+        _ => return 0,
+    };
+    let [right, left] = [a.x.min(b.x).min(c.x).min(d.x) > p.x, a.x.max(b.x).max(c.x).max(d.x) <= p.x];
+    if right || (!left && at_level(piece, p.y, sense > 0) > p.x) { sense } else { 0 }
+}
+
+/// Where a piece that goes up (or down) is at a level, by halving.
+fn at_level(piece: &Piece, level: f64, up: bool) -> f64 {
+    let (mut lo, mut hi) = (0.0, 1.0);
+    for _ in 0..56 {
+        let t = 0.5 * (lo + hi);
+        let place = piece.at(t)[0];
+        if (place.y <= level) == up {
+            lo = t;
+        } else {
+            hi = t;
+        }
+    }
+    piece.at(0.5 * (lo + hi))[0].x
+}
+
+/// Cuts a piece where it turns up or down, left or right: what is left neither meets a level twice nor
+/// crosses itself.
+pub(super) fn turning(piece: &Piece) -> impl Iterator<Item = Piece> + use<> {
+    let mut turns = [turns(piece.0.map(|p| p.x)), turns(piece.0.map(|p| p.y))].concat();
+    turns.sort_by(f64::total_cmp);
+    piece.cuts(&turns).into_iter()
+}
+
+/// Where the derivative `3 (constant + 2 linear t + square t^2)` of a cubic is zero, or not a number if
+/// it is not.
+fn turns([a, b, c, d]: [f64; 4]) -> [f64; 2] {
+    let (constant, linear, square) = (b - a, c - b - (b - a), (d - c) - 2.0 * (c - b) + (b - a));
+    let root = (linear * linear - square * constant).sqrt();
+    // Without cancellation.
+    let sum = -(linear + root.copysign(linear));
+    [sum / square, constant / sum]
+}
