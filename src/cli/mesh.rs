@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// Cells along the longest edge of the solid's bounds [default: 128, or what the tolerance needs, up to 1024]
+    /// Cells along the longest edge of the solid's bounds [default: 128, or what the tolerance needs, up to 512]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(FINEST)))]
     resolution: Option<u32>,
 

@@ -66,7 +66,7 @@ pub struct Fineness {
 pub const FINEST: u32 = 1 << 16;
 
 /// Most cells along an edge that a tolerance alone leads to.
-pub const ENOUGH: u32 = 1024;
+pub const ENOUGH: u32 = 512;
 
 /// Cells along an edge where nothing is said, and where the search for enough of them begins.
 const FIRST: u32 = 128;
@@ -119,7 +119,7 @@ pub fn polygonise(solid: &Solid, fineness: &Fineness, watch: &Watch<'_>) -> Resu
     loop {
         let sketch = Sketch::new(solid, resolution, watch)?;
         if let (None, Some(tolerance)) = (fineness.resolution, fineness.tolerance) {
-            let excess = sketch.weaver(&cells).plain().deviation(&cells).1 / tolerance;
+            let excess = sketch.weaver(&cells).plain().deviation(&cells).0 / tolerance;
             if excess > 1.0 && resolution < ENOUGH {
                 // The distance falls with the square of the cells' size where the surface is smooth.
                 let times = libm::log2(excess.sqrt().clamp(1.0, 8.0)).ceil().max(1.0);
@@ -223,8 +223,19 @@ fn contours(
         if pinched.is_empty() {
             return Ok(contours);
         }
-        flips.extend(&pinched);
-        let touched: BTreeSet<_> = pinched.iter().map(|(at, _)| at.map(|i| i / SIDE * SIDE)).collect();
+        // One face of a cell at a time: to reverse one parts a patch, to reverse two at once may join it again.
+        let mut busy = BTreeSet::new();
+        for pair in pinched {
+            if pair.iter().all(|(cell, _)| !busy.contains(cell)) {
+                busy.extend(pair.map(|(cell, _)| cell));
+                for flip in pair {
+                    if !flips.insert(flip) {
+                        flips.remove(&flip);
+                    }
+                }
+            }
+        }
+        let touched: BTreeSet<_> = busy.iter().map(|at| at.map(|i| i / SIDE * SIDE)).collect();
         let mut tracer = tracer();
         for (contour, block) in
             contours.iter_mut().zip(blocks).filter(|(_, block)| touched.contains(&block.at))

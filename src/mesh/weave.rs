@@ -4,12 +4,12 @@
 //! A mesh made so is closed, since each arc on a face joins two crossings. It is a manifold but for one case:
 //! both arcs of a face may belong to the same patch on either side of it, so that four quadrangles share the
 //! edge between the two vertices. Joining the crossings of that face the other way parts the patches on both
-//! sides (Wenger 2013), and never makes two of one again.
+//! sides (Wenger 2013); done one by one, this comes to an end, since there are ever more patches.
 
 use super::contour::{Contour, Flip, Vertex, crosses, starts_inside};
 use super::lattice::{Place, SIDE};
 use rayon::prelude::*;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 /// The four vertices around a crossing, counter-clockwise about the positive axis of its edge.
 #[derive(Clone, Copy, Debug)]
@@ -87,8 +87,8 @@ impl<'a> Web<'a> {
         })
     }
 
-    /// The faces on which the choice must be reversed, as seen from either side.
-    pub fn pinched(&self) -> BTreeSet<Flip> {
+    /// The faces on which the choice must be reversed, each as seen from either side.
+    pub fn pinched(&self) -> Vec<[Flip; 2]> {
         let found = (0..self.contours.len()).into_par_iter().flat_map_iter(|i| {
             let cells = self.contours[i].cells.iter();
             cells.flat_map(move |cell| {
@@ -109,6 +109,6 @@ impl<'a> Web<'a> {
                 })
             })
         });
-        found.collect::<Vec<_>>().into_iter().flatten().collect()
+        found.collect()
     }
 }

@@ -101,17 +101,21 @@ impl Function<2> for Corner {
         let (zero, one) = (R::of(0.0), R::of(1.0));
         let [ua, ub, _] = outward([a, b]);
         // Inside of the other, a half plane matters alone where it is outside, and where it is nearer.
-        let inside = |a: R, b: R| a.if_less(zero, a.if_less(b, zero, one), one);
+        let nearer = a.if_less(b, zero, one);
+        let inside = |a: R, nearer: R| a.if_less(zero, nearer, one);
         let outside = |a: R, unit: R| a.if_less(zero, zero, unit);
-        [b.if_less(zero, inside(a, b), outside(a, ua)), a.if_less(zero, inside(b, a), outside(b, ub))]
+        let by_a = b.if_less(zero, inside(a, nearer), outside(a, ua));
+        [by_a, a.if_less(zero, inside(b, one - nearer), outside(b, ub))]
     }
     #[inline(always)]
     fn hess<R: Real>(&self, [a, b]: [R; 2]) -> [[R; 2]; 2] {
         let zero = R::of(0.0);
         let [ua, ub, shrink] = outward([a, b]);
-        // Round outside of both, a crease inside of both, flat elsewhere.
+        // Round outside of both, a crease inside of both, flat elsewhere; no bound at the corner itself.
         let crease = (a - b).slope_of_jump();
-        let part = |round: R| a.if_less(zero, b.if_less(zero, crease, zero), b.if_less(zero, zero, round));
+        let tip = (a.abs() + b.abs()).slope_of_jump();
+        let part =
+            |round: R| a.if_less(zero, b.if_less(zero, crease, zero), b.if_less(zero, zero, round)) + tip;
         let mixed = part(-(ua * ub) * shrink);
         [[part(ub.square() * shrink), mixed], [mixed, part(ua.square() * shrink)]]
     }

@@ -50,7 +50,7 @@ fn definition(entry: &Entry) -> Option<String> {
     let params = params.split_once(')')?.0.split(',').map(str::trim).filter(|p| !p.is_empty());
     let params: Vec<String> = params.map(|p| format!("{p}: ?")).collect();
     let mut out = String::from("\n");
-    let doc = entry.doc.trim().lines().chain((!entry.example.is_empty()).then_some("\n```rhai").into_iter());
+    let doc = entry.doc.trim().lines().chain((!entry.example.is_empty()).then_some("\n```rhai"));
     for line in doc.flat_map(str::lines).chain(entry.example.lines()) {
         let _ = writeln!(out, "{}", format!("/// {line}").trim_end());
     }

@@ -46,7 +46,8 @@ pub fn topic(entries: &[Entry], word: &str) -> Option<String> {
 pub fn nearest<'a>(entries: &'a [Entry], others: &'a [String], name: &str) -> Option<&'a str> {
     let shorts = entries.iter().filter(|e| e.name.contains("::"));
     let shorts = shorts.map(|e| (short(e), e.name.as_str()));
-    let all: Vec<(&str, &str)> = shorts.chain(others.iter().map(|n| (n.as_str(), n.as_str()))).collect();
+    // What needs no module is meant first.
+    let all: Vec<(&str, &str)> = others.iter().map(|n| (n.as_str(), n.as_str())).chain(shorts).collect();
     let near = diag::nearest(name, all.iter().map(|(said, _)| *said))?;
     all.iter().find(|(said, _)| *said == near).map(|(_, full)| *full)
 }

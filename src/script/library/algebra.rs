@@ -155,6 +155,18 @@ fn vectors(lib: &mut Library<'_>) {
     lib.def("length(v)", doc(Op::Length(op::Length)), "length(p) - 1.0", |c| {
         length(c, &c.value(0)?)?.into_dynamic(c.host)
     });
+    let sentence =
+        "The vector times itself: its squared length. Unlike dot(v, v) its bounds are never negative.";
+    lib.def("length_squared(v)", sentence, "length_squared(p) - 1.0", |c| {
+        let v = c.value(0)?;
+        if matches!(v, Value::Scalar(..)) {
+            return Err(c.wrong(0, "a vector").hint("a number times itself is square(x)"));
+        }
+        let part = |i: usize| scalar(c.host, Op::Square(op::Square), &[component(&v, i)]);
+        let sum = scalar(c.host, Op::Add(op::Add), &[part(0)?, part(1)?])?;
+        let sum = scalar(c.host, Op::Add(op::Add), &[sum, part(2)?])?;
+        Value::Scalar(sum, None).into_dynamic(c.host)
+    });
     lib.def("dot(a, b)", doc(Op::Dot(op::Dot)), "dot(p, vec3(0, 1, 0))", |c| {
         let (a, b) = (c.value(0)?, c.value(1)?);
         let parts: Vec<Scalar> =
