@@ -17,7 +17,8 @@ fn alone_it_shows_help() {
 #[test]
 fn every_command_has_help_with_examples() {
     let bench = Bench::new(&[]);
-    for command in ["render", "watch", "check", "repl", "new", "noise", "doc"] {
+    for command in ["render", "watch", "check", "repl", "new", "noise", "doc", "mesh", "grid", "definitions"]
+    {
         let help = stdout(&bench.run(&format!("{command} --help")).success());
         has(&help, &["Usage: orogen", "Examples:", &format!("orogen {command}")]);
         assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
@@ -49,6 +50,13 @@ fn usage_errors_exit_with_2_and_show_how() {
         ("render a.rhai b.rhai", &["b.rhai"]),
         ("render a.rhai --color green", &["green", "auto"]),
         ("new a.png", &["orogen new a"]),
+        ("mesh a.rhai", &["--output"]),
+        ("mesh a.rhai -o a.dae", &[".glb, .obj, .ply, .stl", "-o rock.glb"]),
+        ("mesh a.rhai -o a.glb --resolution 1", &["--resolution"]),
+        ("mesh a.rhai -o a.glb --tolerance 0", &["--tolerance 0.001"]),
+        ("grid a.rhai -o a.vdb", &[".json or .exr", "-o a.json"]),
+        ("grid a.rhai -o a.json --size 1", &["--size"]),
+        ("definitions -o a.txt", &[".d.rhai"]),
         ("noise", &["KIND"]),
         ("noise gradient", &["--output"]),
         ("noise gradiant -o out", &["no noise called `gradiant`", "did you mean `gradient`", "fbm"]),
@@ -113,6 +121,45 @@ fn the_picture_does_not_depend_on_threads() {
     bench.run("render a.rhai -o one.png --size 70x50 --threads 1").success();
     bench.run("render a.rhai -o two.png --size 70x50 --threads 2").success();
     assert!(bench.read("one.png") == bench.read("two.png"));
+}
+
+#[test]
+fn meshes_go_out_and_come_in() {
+    let again = "load_mesh(\"a.ply\")";
+    let bench = Bench::new(&[("a.rhai", BALL), ("again.rhai", again), ("none.rhai", "1.0 + x * x")]);
+    for format in ["glb", "obj", "ply", "stl"] {
+        let said = stderr(&bench.run(&format!("mesh a.rhai -o a.{format} --resolution 24")).success());
+        has(&said, &[&format!("a.{format}: "), "triangles", "1 part", "closed", "proven to show all parts"]);
+    }
+    let said = stderr(&bench.run("mesh a.rhai -o less.stl --tolerance 0.01").success());
+    has(&said, &["less.stl", "closed", "of the surface"]);
+    let said = stderr(&bench.run("mesh again.rhai -o again.stl --resolution 24").success());
+    has(&said, &["1 part", "0 handles", "closed"]);
+    has(
+        &stderr(&bench.run("mesh none.rhai -o none.stl").code(1)),
+        &["there is no solid", "negative is inside"],
+    );
+    assert!(!bench.path("none.stl").exists());
+}
+
+#[test]
+fn fields_become_volumes_and_volumes_fields() {
+    let bench = Bench::new(&[("a.rhai", BALL), ("again.rhai", "load_grid(\"a.json\")")]);
+    has(
+        &stderr(&bench.run("grid a.rhai -o a.json --size 16").success()),
+        &["16 x 16 x 16 samples in 2 files"],
+    );
+    has(&stdout(&bench.run("check again.rhai").success()), &["C2"]);
+    has(&stderr(&bench.run("grid a.rhai -o s.exr --size 4").success()), &["in 4 files"]);
+    assert!(bench.path("s.0003.exr").exists());
+}
+
+#[test]
+fn editors_get_definitions() {
+    let bench = Bench::new(&[]);
+    has(&stderr(&bench.run("definitions").success()), &["orogen.d.rhai", "functions"]);
+    let text = String::from_utf8(bench.read("orogen.d.rhai")).unwrap();
+    has(&text, &["module static;", "fn sphere(radius: ?) -> ?;", "module fractal {"]);
 }
 
 #[test]

@@ -101,7 +101,8 @@ fn sample(scene: &Scene, size: u32, cancel: &(dyn Fn() -> bool + Sync)) -> Resul
     let mut field = Field::new(&scene.graph, scene.surface.field);
     let Aabb { min, max } = scene.bounds.unwrap_or_else(|| session::bounds(scene, &mut field));
     let step = (max - min).max_element() / f64::from(size - 1);
-    let count = ((max - min) / step).ceil().to_array().map(|n| n as usize + 1);
+    // The last sample along the longest edge is its end, whatever rounding says.
+    let count = ((max - min) / step - 1e-9).ceil().to_array().map(|n| n as usize + 1);
     let frame = Frame { size: count, origin: min.to_array(), spacing: [step; 3], edge: Edge::Clamp };
     Samples::of(frame, move |at| field.value(at.into()), cancel)
         .map_err(|failure| Failure::error(failure.to_string(), "choose a smaller --size"))

@@ -29,8 +29,9 @@ use std::time::Instant;
   orogen mesh part.rhai -o part.stl --tolerance 0.001  as fine as it takes, and as few triangles as will do
   orogen mesh rock.rhai -o rock.glb --resolution 512 --tolerance 0.002
 
-Both options together merge triangles of the given resolution where the surface is flat. The last line says whether
-the mesh is proven to show all parts of the solid; if not, there may be some that are smaller than a cell.")]
+Both options together merge triangles of the given resolution where the surface is flat. The last
+line says whether the mesh is proven to show all parts of the solid; if not, some that are smaller
+than a cell may be missing.")]
 pub struct Args {
     /// Script of the solid
     #[arg(value_name = "SCRIPT")]
