@@ -9,7 +9,7 @@
 //! The header says what programs that read raw data ask for. It may leave out the place (samples are
 //! then one apart from the origin on) and the edge, and may say more than that; what it says of the
 //! size is compared with the length of the data before anything else. Programs that read pictures
-//! are better served with [slices](slice).
+//! are better served with [slices](slice()).
 
 use super::fault::{Fault, Place};
 use super::image::Image;
