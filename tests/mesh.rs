@@ -101,14 +101,13 @@ fn the_mesh_lies_on_the_surface() {
 
 #[test]
 fn sharp_edges_are_kept() {
-    // An edge that passes a cell without crossing its edges is cut off there, which is less the finer the cells are.
     let script = "box([2, 1, 0.5]).rotate([1, 2, 3], 40)";
     let missing = |resolution, tolerance| 1.0 - volume(&meshed(script, Some(resolution), tolerance));
     let (coarse, fine) = (missing(32, None), missing(128, None));
-    assert!(coarse.abs() < 5e-3 && fine.abs() < 1e-3, "{coarse} {fine}");
+    assert!(coarse.abs() < 5e-3 && fine.abs() < 5e-4, "{coarse} {fine}");
     let flat = meshed(script, Some(128), Some(1e-3));
     check("box", &flat);
-    assert!((volume(&flat) - 1.0).abs() < 1e-3, "{}", volume(&flat));
+    assert!((volume(&flat) - 1.0).abs() < 5e-4, "{}", volume(&flat));
     let triangles = meshed(script, Some(128), None).mesh.triangles.len();
     assert!(flat.mesh.triangles.len() < triangles / 10, "{} of {triangles}", flat.mesh.triangles.len());
 }

@@ -1,7 +1,7 @@
 //! The distance from a triangle mesh, with a sign.
 //!
 //! `|f|` is the Euclidean distance to the nearest place of the surface (`nearest.rs`), found in a
-//! hierarchy of boxes (`tree.rs`); `f` is negative where the surface winds around the point more often
+//! hierarchy of boxes (`tree.rs`, `search.rs`); `f` is negative where the surface winds around the point more often
 //! one way than the other, more than half a turn in all (`winding.rs`).
 //!
 //! Any mesh will do. One with holes gets lids first (`closed.rs`), so that the winding number is whole
@@ -17,6 +17,7 @@
 mod ball;
 mod closed;
 mod nearest;
+mod search;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -27,7 +28,8 @@ use crate::num::{Bounds, Class, Interval, Jets, Kernel, Local, Order, Point, ROU
 use ball::Ball;
 use closed::closed;
 use glam::DVec3;
-use nearest::{Feature, Found, GROUP, Place, Search, gap, place, slack, turned};
+use nearest::{Feature, Place, gap, place, turned};
+use search::{Found, GROUP, Search, slack};
 use tree::Tree;
 use winding::{Surface, Witnesses};
 
@@ -95,16 +97,22 @@ impl Distance {
         Ok(Distance { tree, witnesses, size, gap, digest })
     }
 
-    /// The jet at a point, given its nearest triangle.
+    /// The jet at a point, given its nearest triangle; the stack may hold anything.
     #[inline(always)]
-    fn jet_from(&self, order: Order, at: DVec3, Found { square, number }: Found) -> Point {
+    fn jet_from(
+        &self,
+        order: Order,
+        at: DVec3,
+        Found { square, number }: Found,
+        stack: &mut Vec<u32>,
+    ) -> Point {
         if !is_near(at) {
             return far(at);
         }
         let slack = slack(self.size + at.abs().max_element());
         let distance = square.sqrt();
         let surface = Surface { tree: &self.tree, size: self.size };
-        let inside = self.witnesses.is_inside(surface, at, distance, slack + self.gap);
+        let inside = self.witnesses.is_inside(surface, at, (distance, slack + self.gap), stack);
         let sign = if inside { -1.0 } else { 1.0 };
         let mut jet = Point { value: sign * distance, ..Point::default() };
         if order >= Order::Gradient
@@ -172,6 +180,7 @@ impl Kernel for Distance {
             || {
                 let count = out.value.len();
                 let mut search = Search::new(&self.tree, self.size, count);
+                let mut stack = Vec::new();
                 let mut points = [DVec3::ZERO; GROUP];
                 let mut found = [Found::NONE; GROUP];
                 for start in (0..count).step_by(GROUP) {
@@ -185,7 +194,7 @@ impl Kernel for Distance {
                     search.nearest(&points[..lanes.len()], &mut found);
                     for lane in lanes {
                         let p = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
-                        let jet = self.jet_from(order, p, found[lane - start]);
+                        let jet = self.jet_from(order, p, found[lane - start], &mut stack);
                         out.value[lane] = jet.value;
                         if let Some(grad) = &mut out.grad {
                             (0..3).for_each(|k| grad[k][lane] = jet.grad[k]);

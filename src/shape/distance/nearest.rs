@@ -1,6 +1,6 @@
-//! The nearest place of a surface.
+//! The nearest place of a triangle.
 //!
-//! **One triangle.** Its nearest place is in its plane, if the foot of the perpendicular is within its
+//! It is in its plane, if the foot of the perpendicular is within its
 //! edges, else on the nearest of its edges. With `q` the vector to the nearest place of the edges, `n`
 //! the triangle's normal and `u` the roundoff,
 //!
@@ -16,16 +16,8 @@
 //! the edges* that keeps thin triangles exact. The second term is below `u |q|` as long as
 //! `sin A > 1e-7`; of a triangle that is thinner only the edges count, which is off by half its height,
 //! and the height is known ([`gap`]).
-//!
-//! **All triangles.** A hierarchy of boxes is gone through depth first, the nearest box first. What is
-//! farther than the nearest triangle so far *by more than both may be off* is left out; so every
-//! triangle whose computed distance could be the least is looked at, wherever the search begins. The
-//! least computed distance wins, of equal ones the triangle of the lowest number: the answer has the
-//! same bits whatever the search begins with, and neighbouring points may begin with the triangle that
-//! the one before ended with.
 
 use super::closed::Corners;
-use super::tree::{BLOCK, Block, IS_BLOCK, Node, PASSED, Tree, WIDE, in_frame};
 use crate::num::ROUNDOFF;
 use glam::DVec3;
 
@@ -86,7 +78,7 @@ struct Side {
 }
 
 #[inline(always)]
-fn choose<T>(yes: bool, a: T, b: T) -> T {
+pub(super) fn choose<T>(yes: bool, a: T, b: T) -> T {
     if yes { a } else { b }
 }
 
@@ -178,227 +170,8 @@ pub(super) fn place(t: Corners, x: DVec3) -> Place {
     Place { square: seen.square, away, normal, feature }
 }
 
-/// The number of no triangle.
-pub(super) const NOWHERE: u32 = u32::MAX;
-
-/// The nearest triangle so far.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Found {
-    /// Square of its distance.
-    pub square: f64,
-    /// Its number.
-    pub number: u32,
-}
-
-impl Found {
-    /// None.
-    pub(super) const NONE: Found = Found { square: f64::INFINITY, number: NOWHERE };
-
-    #[inline(always)]
-    fn is_before(self, other: Found) -> bool {
-        self.square < other.square || self.square == other.square && self.number < other.number
-    }
-}
-
-/// A search for the nearest triangle, in steps.
-#[derive(Clone)]
-struct Walk {
-    x: DVec3,
-    slack: f64,
-    best: Found,
-    /// Square of the distance from which on nothing can be nearer, as computed.
-    most: f64,
-    /// Boxes to be looked into, the nearest last: how far they are, and what they are.
-    keys: [u64; STACK],
-    children: [u32; STACK],
-    left: usize,
-}
-
-/// No search has more boxes to look into.
-const STACK: usize = PASSED + WIDE;
-
-/// Searches that are under way at the same time.
-pub(super) const GROUP: usize = 8;
-
-/// Searches for the nearest triangles of points. Those of a group of points take turns: while what one
-/// needs next is on its way from memory, the others go on.
-pub(super) struct Search<'a> {
-    tree: &'a Tree,
-    /// Largest coordinate of a corner.
-    size: f64,
-    walks: Vec<Walk>,
-}
-
-/// How far a computed distance may be off, of a point and triangles that are no farther from the origin.
+/// The square of the distance from `x` to a triangle, as [`place`] has it.
 #[inline(always)]
-pub(super) fn slack(size: f64) -> f64 {
-    128.0 * ROUNDOFF * size
-}
-
-impl<'a> Search<'a> {
-    /// Room for so many searches at the same time.
-    pub(super) fn new(tree: &'a Tree, size: f64, count: usize) -> Self {
-        let walk = Walk {
-            x: DVec3::ZERO,
-            slack: 0.0,
-            best: Found::NONE,
-            most: 0.0,
-            keys: [0; STACK],
-            children: [0; STACK],
-            left: 0,
-        };
-        Search { tree, size, walks: vec![walk; count.min(GROUP)] }
-    }
-
-    /// The nearest triangles to as many points, no more than there is room for; `found` has the
-    /// numbers of the triangles that the searches begin with, if there are such.
-    #[inline(always)]
-    pub(super) fn nearest(&mut self, points: &[DVec3], found: &mut [Found]) {
-        let mut active = [0; GROUP];
-        let mut count = 0;
-        for (i, (walk, x)) in self.walks.iter_mut().zip(points).enumerate() {
-            walk.begin(self.tree, *x, slack(self.size + x.abs().max_element()), found[i].number);
-            active[i] = i;
-            count = i + 1;
-        }
-        while count > 0 {
-            let mut still = 0;
-            for k in 0..count {
-                let i = active[k];
-                if self.walks[i].step(self.tree) {
-                    active[still] = i;
-                    still += 1;
-                } else {
-                    found[i] = self.walks[i].best;
-                }
-            }
-            count = still;
-        }
-    }
-}
-
-impl Walk {
-    #[inline(always)]
-    fn begin(&mut self, tree: &Tree, x: DVec3, slack: f64, hint: u32) {
-        (self.x, self.slack) = (x, slack);
-        self.improve(match tree.triangle(hint) {
-            Some(t) => Found { square: see(t, x).square, number: hint },
-            None => Found::NONE,
-        });
-        (self.keys[0], self.children[0], self.left) = (u64::MAX, 0, 1);
-    }
-
-    #[inline(always)]
-    fn improve(&mut self, best: Found) {
-        let far = best.square.sqrt() + 2.0 * self.slack;
-        let square = far * far * (1.0 + 8.0 * ROUNDOFF);
-        // Boxes that are not there are infinitely far.
-        (self.best, self.most) = (best, choose(square < f64::MAX, square, f64::MAX));
-    }
-
-    /// Looks into the nearest box that is left, and says whether there was one.
-    #[inline(always)]
-    fn step(&mut self, tree: &Tree) -> bool {
-        loop {
-            if self.left == 0 {
-                return false;
-            }
-            self.left -= 1;
-            if self.keys[self.left] >= !self.most.to_bits() {
-                break;
-            }
-        }
-        let left = self.left;
-        let child = self.children[left];
-        if child & IS_BLOCK != 0 {
-            let found = nearest_of(tree, child & !IS_BLOCK, self.x);
-            if found.is_before(self.best) {
-                self.improve(found);
-            }
-        } else {
-            let node = &tree.nodes[child as usize];
-            // Through memory: else the compiler, which sees how the eight get mixed, does not
-            // compute them side by side.
-            let keys = sorted(std::hint::black_box(keys(&box_squares(node, self.x), self.most)));
-            for i in 0..WIDE {
-                self.keys[left + i] = keys[i];
-                self.children[left + i] = node.child[(keys[i] & 7) as usize];
-            }
-            self.left += keys.iter().filter(|k| **k != FAR).count();
-        }
-        if self.left > 0 {
-            tree.fetch(self.children[self.left - 1]);
-        }
-        true
-    }
-}
-
-/// Of a box that is too far.
-const FAR: u64 = u64::MAX;
-
-/// Numbers that grow as the distances of boxes shrink, with the lane in the last bits. The
-/// distance is a little less than it was, so that nothing gets too far.
-#[inline(always)]
-fn keys(squares: &[f64; WIDE], most: f64) -> [u64; WIDE] {
-    let mut keys = [FAR; WIDE];
-    for i in 0..WIDE {
-        let key = !squares[i].to_bits().saturating_sub(16) & !15 | i as u64;
-        keys[i] = choose(squares[i] <= most, key, FAR);
-    }
-    keys
-}
-
-/// Sorts by a network of 19 comparisons (Knuth, The Art of Computer Programming 3, 5.3.4), which are
-/// written out: a loop over them is not unrolled.
-#[inline(always)]
-fn sorted(mut k: [u64; WIDE]) -> [u64; WIDE] {
-    macro_rules! compare {
-        ($(($i:literal $j:literal))*) => {
-            $((k[$i], k[$j]) = (choose(k[$i] < k[$j], k[$i], k[$j]), choose(k[$i] < k[$j], k[$j], k[$i]));)*
-        };
-    }
-    compare!((0 2) (1 3) (4 6) (5 7) (0 4) (1 5) (2 6) (3 7) (0 1) (2 3) (4 5) (6 7));
-    compare!((2 4) (3 5) (1 4) (3 6) (1 2) (3 4) (5 6));
-    k
-}
-
-/// The nearest triangle of a block.
-#[inline(always)]
-fn nearest_of(tree: &Tree, block: u32, x: DVec3) -> Found {
-    let squares = squares(&tree.blocks[block as usize], x);
-    let (mut square, mut at) = (squares[0], 0);
-    for lane in 1..BLOCK {
-        // Never one that is absent.
-        let nearer = squares[lane] < square;
-        square = choose(nearer, squares[lane], square);
-        at = choose(nearer, lane as u32, at);
-    }
-    Found { square, number: block * BLOCK as u32 + at }
-}
-
-/// Squares of the distances to the boxes of a node.
-#[inline(always)]
-fn box_squares(node: &Node, x: DVec3) -> [f64; WIDE] {
-    let t = in_frame(x, node.origin, &node.axes).to_array();
-    let mut out = [0.0; WIDE];
-    for axis in 0..3 {
-        for i in 0..WIDE {
-            let before = f64::from(node.lo[axis][i]) - t[axis];
-            let after = t[axis] - f64::from(node.hi[axis][i]);
-            let off = choose(before > after, before, after);
-            let off = choose(off > 0.0, off, 0.0);
-            out[i] += off * off;
-        }
-    }
-    out
-}
-
-/// Squares of the distances to the triangles of a block.
-#[inline(always)]
-fn squares(block: &Block, x: DVec3) -> [f64; BLOCK] {
-    let mut out = [0.0; BLOCK];
-    for i in 0..BLOCK {
-        out[i] = see(block.triangle(i), x).square;
-    }
-    out
+pub(super) fn square(t: Corners, x: DVec3) -> f64 {
+    see(t, x).square
 }

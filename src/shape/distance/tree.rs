@@ -13,6 +13,7 @@ use super::closed::Corners;
 use crate::num::fetch;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::hint::black_box;
 
 /// Children of a node.
 pub(super) const WIDE: usize = 8;
@@ -25,8 +26,6 @@ const ALONE: usize = 4096;
 /// From this depth on sets are halved, whatever the heuristic says: 2^31 triangles are below in no more
 /// than 31 steps further.
 const DEEP: u32 = 21;
-/// Children that a way down through the hierarchy passes by, and those at its end.
-pub(super) const PASSED: usize = 7 * (DEEP as usize + 31) + 8;
 
 /// A child that is not there.
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -247,6 +246,25 @@ impl Block {
     #[inline(always)]
     pub(super) fn triangle(&self, lane: usize) -> Corners {
         self.corner.map(|p| DVec3::new(p[0][lane], p[1][lane], p[2][lane]))
+    }
+
+    /// A number for each triangle, whatever for those that are absent.
+    #[inline(always)]
+    pub(super) fn map(&self, f: impl Fn(Corners) -> f64) -> [f64; BLOCK] {
+        // A loop of so few steps would be taken apart before it could be done side by side, so the
+        // compiler must not know how many they are.
+        let count = black_box(BLOCK).min(BLOCK);
+        let [a, b, c] = &self.corner;
+        let [ax, ay, az] = [&a[0][..count], &a[1][..count], &a[2][..count]];
+        let [bx, by, bz] = [&b[0][..count], &b[1][..count], &b[2][..count]];
+        let [cx, cy, cz] = [&c[0][..count], &c[1][..count], &c[2][..count]];
+        let mut out = [0.0; BLOCK];
+        let to = &mut out[..count];
+        for i in 0..count {
+            let (a, b) = (DVec3::new(ax[i], ay[i], az[i]), DVec3::new(bx[i], by[i], bz[i]));
+            to[i] = f([a, b, DVec3::new(cx[i], cy[i], cz[i])]);
+        }
+        out
     }
 
     /// Whether there is no such triangle.

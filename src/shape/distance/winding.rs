@@ -26,10 +26,12 @@
 //! than its rounding.
 
 use super::closed::Corners;
+use super::nearest::choose;
 use super::tree::{BLOCK, IS_BLOCK, NOTHING, Node, Tree, WIDE, in_frame};
-use crate::num::ROUNDOFF;
+use crate::num::{ROUNDOFF, widest};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::hint::black_box;
 
 /// Winding numbers on a lattice.
 #[derive(Clone, Debug)]
@@ -44,44 +46,33 @@ pub(super) struct Witnesses {
 /// Of a witness that does not know.
 const UNKNOWN: i32 = i32::MIN;
 
-/// What a segment passes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Pass {
-    /// Not the triangle.
-    Beside,
-    /// From the front to the back.
-    In,
-    /// From the back to the front.
-    Out,
-    /// Too close to tell.
-    Unsure,
-}
+/// What is too close to tell changes the winding number by this.
+const UNSURE: f64 = f64::INFINITY;
 
-/// How a segment from `x + e` to `x` passes a triangle.
+/// How a triangle that a segment from `x + e` to `x` passes changes the winding number: by one up from the
+/// front to the back, by one down the other way, not at all beside it, by [`UNSURE`] too close to it.
 #[inline(always)]
-fn pass([a, b, c]: Corners, x: DVec3, e: DVec3) -> Pass {
+fn pass([a, b, c]: Corners, x: DVec3, e: DVec3) -> f64 {
     let (a, b, c) = (a - x, b - x, c - x);
-    let size = a.abs().max(b.abs()).max(c.abs()).max_element();
-    let reach = e.abs().max_element();
+    let larger = |a: f64, b: f64| choose(a > b, a, b);
+    let size = [a, b, c].into_iter().flat_map(|p| p.to_array()).fold(0.0, |m, t| larger(m, t.abs()));
+    let reach = larger(larger(e.x.abs(), e.y.abs()), e.z.abs());
     let trust = 64.0 * ROUNDOFF * size * size;
     let bc = b.cross(c);
-    let sides = [e.dot(a.cross(b)), e.dot(bc), e.dot(c.cross(a))];
-    let (near, lean) = (a.dot(bc), sides[0] + sides[1] + sides[2]);
-    let far = near - lean;
+    let (u, v, w) = (e.dot(a.cross(b)), e.dot(bc), e.dot(c.cross(a)));
+    let near = a.dot(bc);
+    let far = near - (u + v + w);
+    // Nothing here may branch, or triangles could not be done side by side.
     let side = trust * reach;
-    let (all_up, all_down) = (sides.iter().all(|s| *s > side), sides.iter().all(|s| *s < -side));
-    let (any_up, any_down) = (sides.iter().any(|s| *s > side), sides.iter().any(|s| *s < -side));
+    let (up, down) = ([u > side, v > side, w > side], [u < -side, v < -side, w < -side]);
+    let all = |s: [bool; 3]| s[0] & s[1] & s[2];
+    let any = |s: [bool; 3]| s[0] | s[1] | s[2];
     let (here, there) = (trust * size, trust * (size + 3.0 * reach));
-    let same = near > here && far > there || near < -here && far < -there;
-    if same || any_up && any_down {
-        Pass::Beside
-    } else if all_up && near > here && far < -there {
-        Pass::In
-    } else if all_down && near < -here && far > there {
-        Pass::Out
-    } else {
-        Pass::Unsure
-    }
+    let same = (near > here) & (far > there) | (near < -here) & (far < -there);
+    let inward = all(up) & (near > here) & (far < -there);
+    let outward = all(down) & (near < -here) & (far > there);
+    let passed = choose(inward, 1.0, choose(outward, -1.0, UNSURE));
+    choose(same | any(up) & any(down), 0.0, passed)
 }
 
 /// The surface, to be passed through.
@@ -93,44 +84,45 @@ pub(super) struct Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// The winding number at `x` less that at `from`, where it can be told.
-    pub(super) fn change(&self, from: DVec3, x: DVec3) -> Option<i32> {
-        if self.tree.nodes.is_empty() {
-            return Some(0);
-        }
+    /// The winding number at `x` less that at `from`, where it can be told. The stack may hold anything.
+    pub(super) fn change(&self, from: DVec3, x: DVec3, stack: &mut Vec<u32>) -> Option<i32> {
+        widest(
+            #[inline(always)]
+            || self.passed(from, x, stack),
+        )
+    }
+
+    #[inline(always)]
+    fn passed(&self, from: DVec3, x: DVec3, stack: &mut Vec<u32>) -> Option<i32> {
         let e = from - x;
         let slack = 64.0 * ROUNDOFF * (self.size + from.abs().max(x.abs()).max_element());
-        let mut sum = 0;
-        let mut stack = Vec::with_capacity(64);
-        stack.push(0_u32);
+        let mut sum = 0.0;
+        stack.clear();
+        stack.extend((!self.tree.nodes.is_empty()).then_some(0));
         while let Some(child) = stack.pop() {
             if child & IS_BLOCK == 0 {
                 let node = &self.tree.nodes[child as usize];
-                let met = met(node, x, from, slack);
-                (0..WIDE)
-                    .filter(|i| met[*i] && node.child[*i] != NOTHING)
-                    .for_each(|i| stack.push(node.child[i]));
+                let met = black_box(met(node, x, from, slack));
+                let children = (0..WIDE).filter(|i| met[*i]).map(|i| node.child[i]);
+                stack.extend(children.filter(|child| *child != NOTHING));
                 continue;
             }
             let block = &self.tree.blocks[(child & !IS_BLOCK) as usize];
-            for lane in 0..BLOCK {
-                if block.is_absent(lane) {
-                    break;
-                }
-                match pass(block.triangle(lane), x, e) {
-                    Pass::Beside => {}
-                    Pass::In => sum += 1,
-                    Pass::Out => sum -= 1,
-                    Pass::Unsure => return None,
-                }
+            let changes = block.map(
+                #[inline(always)]
+                |t| pass(t, x, e),
+            );
+            sum += (0..BLOCK).filter(|lane| !block.is_absent(*lane)).map(|lane| changes[lane]).sum::<f64>();
+            if sum == UNSURE {
+                return None;
             }
         }
-        Some(sum)
+        Some(sum as i32)
     }
 }
 
-/// Which boxes of a node a segment may meet: those that no plane of a face, and no plane along the
-/// segment and an edge, sets apart from it.
+/// Which boxes of a node a segment may meet: those that no plane of a face sets apart from it. Segments are
+/// short, so that there is little to gain by other planes.
 #[inline(always)]
 fn met(node: &Node, x: DVec3, y: DVec3, slack: f64) -> [bool; WIDE] {
     let x = in_frame(x, node.origin, &node.axes);
@@ -145,13 +137,8 @@ fn met(node: &Node, x: DVec3, y: DVec3, slack: f64) -> [bool; WIDE] {
             off[axis] = middle[axis] - 0.5 * (lo + hi);
             size[axis] = 0.5 * (hi - lo) + slack;
         }
-        let mut apart = false;
-        for axis in 0..3 {
-            let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-            apart |= off[axis].abs() > size[axis] + reach[axis];
-            apart |= (off[j] * half[k] - off[k] * half[j]).abs() > size[j] * reach[k] + size[k] * reach[j];
-        }
-        met[i] = !apart;
+        let is_met = |axis: usize| off[axis].abs() <= size[axis] + reach[axis];
+        met[i] = is_met(0) & is_met(1) & is_met(2);
     }
     met
 }
@@ -185,11 +172,11 @@ impl Witnesses {
     /// The numbers of a row of witnesses, the first of which is outside.
     fn row(&self, surface: Surface<'_>, [j, k]: [usize; 2]) -> Vec<i32> {
         let (mut last, mut number) = (self.place([0, j, k]), 0);
-        let mut found = vec![0; self.size[0]];
+        let (mut found, mut stack) = (vec![0; self.size[0]], Vec::new());
         for i in 1..self.size[0] {
             let here = self.place([i, j, k]);
             found[i] = UNKNOWN;
-            if let Some(change) = surface.change(last, here) {
+            if let Some(change) = surface.change(last, here, &mut stack) {
                 (last, number) = (here, number + change);
                 found[i] = number;
             }
@@ -211,9 +198,16 @@ impl Witnesses {
         (number != UNKNOWN).then(|| (self.place(at), number))
     }
 
-    /// Whether `x` is inside, so far from the surface, which is off by at most `slack`.
+    /// Whether `x` is inside, so far from the surface, which is off by at most `slack`. The stack may hold
+    /// anything.
     #[inline(always)]
-    pub(super) fn is_inside(&self, surface: Surface<'_>, x: DVec3, distance: f64, slack: f64) -> bool {
+    pub(super) fn is_inside(
+        &self,
+        surface: Surface<'_>,
+        x: DVec3,
+        (distance, slack): (f64, f64),
+        stack: &mut Vec<u32>,
+    ) -> bool {
         let at = (x - self.origin) / self.step;
         let at = [at.x, at.y, at.z].map(|t| (t + 0.5).floor() as isize);
         if let Some((witness, number)) = self.known(at)
@@ -222,13 +216,13 @@ impl Witnesses {
             return number > 0;
         }
         // Around the lattice there is nothing.
-        distance > slack && self.has(at) && self.ask(surface, x, at)
+        distance > slack && self.has(at) && self.ask(surface, x, at, stack)
     }
 
     /// Whether `x` is inside according to the first witness around a place that can tell.
     #[cold]
     #[inline(never)]
-    fn ask(&self, surface: Surface<'_>, x: DVec3, at: [isize; 3]) -> bool {
+    fn ask(&self, surface: Surface<'_>, x: DVec3, at: [isize; 3], stack: &mut Vec<u32>) -> bool {
         // The nearest, its neighbours, and all around them.
         for reach in 0..3_isize {
             let near = -reach..=reach;
@@ -240,7 +234,7 @@ impl Witnesses {
                     continue;
                 }
                 if let Some((witness, number)) = self.known([at[0] + i, at[1] + j, at[2] + k])
-                    && let Some(change) = surface.change(witness, x)
+                    && let Some(change) = surface.change(witness, x, stack)
                 {
                     return number + change > 0;
                 }

@@ -1,0 +1,324 @@
+//! The nearest triangle of a surface.
+//!
+//! The hierarchy of boxes is gone through depth first, the nearest box first. What is farther than the
+//! nearest triangle so far *by more than both may be off* is left out; so every triangle whose computed
+//! distance could be the least is looked at, wherever the search begins and whatever it looks at first. The
+//! least computed distance wins, of equal ones the triangle of the lowest number: the answer has the same
+//! bits whatever the search begins with, and neighbouring points may begin with the triangle that the one
+//! before ended with.
+//!
+//! Points that are close together, as compared to how far they are from the surface, go down
+//! **together**: a box is fetched and sorted in once for all of them, and each point is compared to it,
+//! since what one of them needs most of the others need. Points that are farther apart go **alone**, but
+//! take turns: while what one needs next is on its way from memory, the others go on.
+
+use super::nearest::{choose, square};
+use super::tree::{BLOCK, IS_BLOCK, Node, Tree, WIDE, in_frame};
+use crate::num::ROUNDOFF;
+use glam::DVec3;
+use std::hint::black_box;
+
+/// The number of no triangle.
+pub(super) const NOWHERE: u32 = u32::MAX;
+
+/// The nearest triangle so far.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Found {
+    /// Square of its distance.
+    pub square: f64,
+    /// Its number.
+    pub number: u32,
+}
+
+impl Found {
+    /// None.
+    pub(super) const NONE: Found = Found { square: f64::INFINITY, number: NOWHERE };
+
+    #[inline(always)]
+    fn is_before(self, other: Found) -> bool {
+        self.square < other.square || self.square == other.square && self.number < other.number
+    }
+}
+
+/// How far a computed distance may be off, of a point and triangles that are no farther from the origin.
+#[inline(always)]
+pub(super) fn slack(size: f64) -> f64 {
+    128.0 * ROUNDOFF * size
+}
+
+/// Points that are searched for at the same time.
+pub(super) const GROUP: usize = 8;
+
+/// Points go together if the square of the distance between them is below this share of the square of
+/// the distance to the surface. (Measured: from a tenth to one it makes no difference.)
+const CLOSE: f64 = 0.3;
+
+/// Searches for the nearest triangles of points.
+pub(super) struct Search<'a> {
+    tree: &'a Tree,
+    /// Largest coordinate of a corner.
+    size: f64,
+    pending: Vec<Pending>,
+}
+
+/// A point and what is known of its nearest triangle.
+#[derive(Clone, Copy)]
+struct Query {
+    x: DVec3,
+    slack: f64,
+    best: Found,
+    /// Square of the distance from which on nothing can be nearer, as computed.
+    most: f64,
+}
+
+/// Boxes to be looked into, the nearest last.
+#[derive(Clone)]
+struct Pending {
+    /// Squares of their distances, as bits, which are in the same order.
+    keys: Vec<u64>,
+    /// Numbers of the children, and from bit 32 on, which points want them.
+    what: Vec<u64>,
+    left: usize,
+}
+
+impl<'a> Search<'a> {
+    /// Room for so many points at the same time.
+    pub(super) fn new(tree: &'a Tree, size: f64, count: usize) -> Self {
+        let room = vec![0; 16 * WIDE];
+        let pending = Pending { keys: room.clone(), what: room, left: 0 };
+        Search { tree, size, pending: vec![pending; count.min(GROUP)] }
+    }
+
+    /// The nearest triangles to as many points, no more than there is room for; `found` has the
+    /// numbers of the triangles that the searches begin with, if there are such.
+    #[inline(always)]
+    pub(super) fn nearest(&mut self, points: &[DVec3], found: &mut [Found]) {
+        let mut room = [Query::NONE; GROUP];
+        let queries = &mut room[..points.len()];
+        let Some((first, others)) = queries.split_first_mut() else { return };
+        *first = Query::new(self.tree, points[0], self.size, found[0].number);
+        alone(self.tree, &mut self.pending, std::slice::from_mut(first));
+        let mut apart = 0.0;
+        for (query, x) in others.iter_mut().zip(&points[1..]) {
+            *query = Query::new(self.tree, *x, self.size, first.best.number);
+            let off = (*x - points[0]).length_squared();
+            apart = choose(off > apart, off, apart);
+        }
+        if apart < CLOSE * first.best.square {
+            together(self.tree, &mut self.pending[0], others);
+        } else {
+            alone(self.tree, &mut self.pending, others);
+        }
+        found.iter_mut().zip(queries).for_each(|(found, query)| *found = query.best);
+    }
+}
+
+impl Query {
+    const NONE: Query = Query { x: DVec3::ZERO, slack: 0.0, best: Found::NONE, most: f64::MAX };
+
+    #[inline(always)]
+    fn new(tree: &Tree, x: DVec3, size: f64, hint: u32) -> Query {
+        let mut query = Query { x, slack: slack(size + x.abs().max_element()), ..Query::NONE };
+        if let Some(t) = tree.triangle(hint) {
+            query.learn(Found { square: square(t, x), number: hint });
+        }
+        query
+    }
+
+    #[inline(always)]
+    fn learn(&mut self, found: Found) {
+        if found.is_before(self.best) {
+            let far = found.square.sqrt() + 2.0 * self.slack;
+            // The squares of boxes are off by a few roundoffs too.
+            let square = far * far * (1.0 + 32.0 * ROUNDOFF);
+            // Boxes that are not there are infinitely far.
+            (self.best, self.most) = (found, choose(square < f64::MAX, square, f64::MAX));
+        }
+    }
+}
+
+impl Pending {
+    /// Begins with the root, which such points want.
+    #[inline(always)]
+    fn begin(&mut self, points: u64) {
+        (self.keys[0], self.what[0], self.left) = (0, points << 32, 1);
+    }
+
+    /// Takes the nearest: the square of its distance, its number, and which points want it.
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(u64, u32, u32)> {
+        self.left = self.left.checked_sub(1)?;
+        let what = self.what[self.left];
+        Some((self.keys[self.left], what as u32, (what >> 32) as u32))
+    }
+
+    /// Adds the children of a node that are near enough, in order.
+    #[inline(always)]
+    fn push(&mut self, keys: [u64; WIDE], what: [u64; WIDE]) {
+        let (start, mut end) = (self.left, self.left);
+        if start + WIDE > self.keys.len() {
+            self.grow();
+        }
+        for i in 0..WIDE {
+            (self.keys[end], self.what[end]) = (keys[i], what[i]);
+            end += usize::from(keys[i] != FAR);
+        }
+        sort(&mut self.keys[start..end], &mut self.what[start..end]);
+        self.left = end;
+    }
+
+    #[cold]
+    fn grow(&mut self) {
+        let room = 2 * self.keys.len();
+        self.keys.resize(room, 0);
+        self.what.resize(room, 0);
+    }
+
+    /// Has the nearest fetched from memory.
+    #[inline(always)]
+    fn fetch(&self, tree: &Tree) {
+        if self.left > 0 {
+            tree.fetch(self.what[self.left - 1] as u32);
+        }
+    }
+}
+
+/// Sorts a few, the largest key first.
+#[inline(always)]
+fn sort(keys: &mut [u64], what: &mut [u64]) {
+    for i in 1..keys.len() {
+        let (key, it) = (keys[i], what[i]);
+        let mut j = i;
+        while j > 0 && keys[j - 1] < key {
+            (keys[j], what[j]) = (keys[j - 1], what[j - 1]);
+            j -= 1;
+        }
+        (keys[j], what[j]) = (key, it);
+    }
+}
+
+/// Every point goes down by itself, a step at a time.
+#[inline(always)]
+fn alone(tree: &Tree, pending: &mut [Pending], queries: &mut [Query]) {
+    let mut active: [usize; GROUP] = std::array::from_fn(|i| i);
+    let mut count = queries.len();
+    pending[..count].iter_mut().for_each(|p| p.begin(1));
+    while count > 0 {
+        let mut still = 0;
+        for k in 0..count {
+            let i = active[k];
+            if step(tree, &mut pending[i], &mut queries[i]) {
+                active[still] = i;
+                still += 1;
+            }
+        }
+        count = still;
+    }
+}
+
+/// Looks into the nearest box that is left, and says whether there was one.
+#[inline(always)]
+fn step(tree: &Tree, pending: &mut Pending, query: &mut Query) -> bool {
+    let child = loop {
+        let Some((key, child, _)) = pending.pop() else { return false };
+        if key <= query.most.to_bits() {
+            break child;
+        }
+    };
+    if child & IS_BLOCK != 0 {
+        query.learn(nearest_of(tree, child & !IS_BLOCK, query.x));
+    } else {
+        let node = &tree.nodes[child as usize];
+        // Through memory: else the compiler, which sees that the eight are looked at one by one, does
+        // not compute them side by side.
+        let keys = black_box(keys(node, query));
+        pending.push(keys, node.child.map(u64::from));
+    }
+    pending.fetch(tree);
+    true
+}
+
+/// All points go down together.
+#[inline(always)]
+fn together(tree: &Tree, pending: &mut Pending, queries: &mut [Query]) {
+    pending.begin((1 << queries.len()) - 1);
+    while let Some((key, child, mut wanting)) = pending.pop() {
+        if child & IS_BLOCK != 0 {
+            while wanting != 0 {
+                let query = &mut queries[wanting.trailing_zeros() as usize];
+                wanting &= wanting - 1;
+                if key <= query.most.to_bits() {
+                    query.learn(nearest_of(tree, child & !IS_BLOCK, query.x));
+                }
+            }
+        } else if queries.iter().any(|query| key <= query.most.to_bits()) {
+            let node = &tree.nodes[child as usize];
+            let (keys, what) = black_box(common_keys(node, queries));
+            pending.push(keys, what);
+        }
+        pending.fetch(tree);
+    }
+}
+
+/// Of a box that is too far.
+const FAR: u64 = u64::MAX;
+
+/// What the children of a node are sorted by, or [`FAR`].
+#[inline(always)]
+fn keys(node: &Node, query: &Query) -> [u64; WIDE] {
+    let squares = box_squares(node, query.x);
+    let mut keys = [FAR; WIDE];
+    for i in 0..WIDE {
+        keys[i] = choose(squares[i] <= query.most, squares[i].to_bits(), FAR);
+    }
+    keys
+}
+
+/// The same for several points: the least of their keys, and who wants what.
+#[inline(always)]
+fn common_keys(node: &Node, queries: &[Query]) -> ([u64; WIDE], [u64; WIDE]) {
+    let mut least = [FAR; WIDE];
+    let mut what = node.child.map(u64::from);
+    for (i, query) in queries.iter().enumerate() {
+        let keys = keys(node, query);
+        for lane in 0..WIDE {
+            least[lane] = choose(keys[lane] < least[lane], keys[lane], least[lane]);
+            what[lane] |= choose(keys[lane] != FAR, 1 << (32 + i), 0);
+        }
+    }
+    (least, what)
+}
+
+/// Squares of the distances to the boxes of a node.
+#[inline(always)]
+fn box_squares(node: &Node, x: DVec3) -> [f64; WIDE] {
+    let t = in_frame(x, node.origin, &node.axes).to_array();
+    let mut out = [0.0; WIDE];
+    for axis in 0..3 {
+        for i in 0..WIDE {
+            let before = f64::from(node.lo[axis][i]) - t[axis];
+            let after = t[axis] - f64::from(node.hi[axis][i]);
+            let off = choose(before > after, before, after);
+            let off = choose(off > 0.0, off, 0.0);
+            out[i] += off * off;
+        }
+    }
+    out
+}
+
+/// The nearest triangle of a block.
+#[inline(always)]
+fn nearest_of(tree: &Tree, block: u32, x: DVec3) -> Found {
+    let squares = tree.blocks[block as usize].map(
+        #[inline(always)]
+        |t| square(t, x),
+    );
+    let (mut square, mut at) = (squares[0], 0);
+    for lane in 1..BLOCK {
+        // Never one that is absent.
+        let nearer = squares[lane] < square;
+        square = choose(nearer, squares[lane], square);
+        at = choose(nearer, lane as u32, at);
+    }
+    Found { square, number: block * BLOCK as u32 + at }
+}
