@@ -184,9 +184,8 @@ fn every_entry_of_the_reference_is_documented_and_its_example_runs() {
     value(&mut i, "let ground = sphere(1.0);");
     for entry in reference() {
         assert!(!entry.doc.is_empty(), "{} has no documentation", entry.name);
-        if !entry.example.is_empty() {
-            value(&mut i, &entry.example);
-        }
+        assert!(!entry.example.is_empty(), "{} has no example", entry.name);
+        value(&mut i, &entry.example);
     }
 }
 

@@ -9,7 +9,7 @@ use crate::diag::Diagnostic;
 use crate::exchange::mesh::{self as file, Format};
 use crate::mesh::{FINEST, Fineness, Meshed, Watch};
 use crate::session::{self, Session};
-use crate::shape::Census;
+use crate::shape::{Census, creased};
 use crate::world::{Disk, atomic};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -49,6 +49,10 @@ pub struct Args {
     #[arg(long, value_name = "DISTANCE", value_parser = distance)]
     tolerance: Option<f64>,
 
+    /// Edges sharper than this are shown sharp: a .glb has points of its own for each side there; 180 for none
+    #[arg(long, value_name = "DEGREES", default_value = "30", value_parser = angle)]
+    creases: f64,
+
     #[command(flatten)]
     scripting: ScriptOptions,
 
@@ -61,6 +65,13 @@ fn distance(text: &str) -> Result<f64, String> {
     match options::finite(text)? {
         distance if distance > 0.0 => Ok(distance),
         _ => Err("the distance must be above 0; for example: --tolerance 0.001".into()),
+    }
+}
+
+fn angle(text: &str) -> Result<f64, String> {
+    match options::finite(text)? {
+        angle if (0.0..=180.0).contains(&angle) => Ok(angle),
+        _ => Err("the angle must be from 0 to 180".into()),
     }
 }
 
@@ -87,14 +98,18 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         let hint = "the solid may be smaller than a cell; try a larger --resolution";
         return Err(Failure::error("there are no triangles, so no file was written", hint));
     }
-    atomic::write(&args.output, |out| file::write(format, &meshed.mesh, out))
+    let shown = match format {
+        Format::Glb => &creased(&meshed.mesh, args.creases),
+        Format::Obj | Format::Ply(_) | Format::Stl(_) => &meshed.mesh,
+    };
+    atomic::write(&args.output, |out| file::write(format, shown, out))
         .map_err(|e| Diagnostic::error(e.to_string()))?;
     err(summary(&args.output, &meshed, start.elapsed().as_secs_f64()));
     err(judgement(&meshed, args.tolerance));
     Ok(())
 }
 
-/// `rock.glb: 1 234 triangles, 619 points, 1 part, closed, 0 handles, 1.2 s`
+/// `rock.glb: 1 234 triangles, 619 points, 1 part, 0 handles, closed, 1.2 s`
 fn summary(file: &Path, meshed: &Meshed, elapsed: f64) -> String {
     let census = Census::of(&meshed.mesh);
     let handles = census.parts as i64 - census.euler_characteristic() / 2;

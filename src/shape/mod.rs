@@ -16,6 +16,7 @@
 mod boxes;
 mod census;
 pub mod convolution;
+mod crease;
 pub mod curve;
 mod distance;
 mod lanes;
@@ -27,6 +28,7 @@ mod strand;
 pub mod tetrahedra;
 
 pub use census::Census;
+pub use crease::creased;
 pub use distance::{Distance, Unfit};
 pub use mesh::{Flaw, Mesh};
 

@@ -5,6 +5,7 @@ use fidget_core::Context;
 use fidget_core::context::Tree;
 use fidget_core::shape::{BoundShape, Shape};
 use fidget_jit::JitFunction;
+use fidget_mesh::Octree;
 use fidget_raster::voxel::{EvalConfig, RenderConfig, render};
 use nalgebra::{Rotation3, Scale3, Vector3};
 use std::path::Path;
@@ -42,6 +43,13 @@ impl Model {
         let shape = BoundShape::try_from(self.0.clone()).expect("a shape of x, y and z alone");
         let picture = render(shape, &config, &single).expect("a picture that nobody cancels");
         picture.iter().map(|pixel| pixel.depth > 0).collect()
+    }
+
+    /// How many triangles a mesh has, with so many halvings of the cube.
+    pub fn triangles(&self, depth: u8) -> usize {
+        let shape = BoundShape::try_from(self.0.clone()).expect("a shape of x, y and z alone");
+        let octree = Octree::build(&shape, &fidget_mesh::Settings { depth, ..Default::default() });
+        octree.expect("a mesh that nobody cancels").walk_dual().triangles.len()
     }
 }
 

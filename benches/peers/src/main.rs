@@ -10,6 +10,9 @@
 //! octaves of gradient noise on a ball, in each program's own operations. Both look along the z axis at 1024 x 1024 pixels, Fidget at 1024
 //! voxels in depth, orogen to 1e-4 of a unit. Models are turned to where they are not seen from their ends.
 //!
+//! Meshes are made of the cube from -1 to 1 at 128, 256 and 512 cells along its edges; Fidget merges cells as it
+//! goes, orogen proves that nothing is missed where it can, and both are manifold dual contouring.
+//!
 //! **POV-Ray** (`povray` where one is installed) traces surface (5.11) of the thesis from
 //! `FOLDER/povray/oct3.pov`, 800 x 800, with its own noise and the largest gradient that the scene says and
 //! the smallest that gives the same picture. Ours is the whole picture as well, from the same eye.
@@ -72,12 +75,34 @@ fn main() -> ExitCode {
             println!("| {} | {why} | | | | |", view.name());
         }
     }
+    println!("\nMeshes, one thread each, CPU seconds\n");
+    println!("| model | cells | Fidget, JIT | orogen | factor | triangles |");
+    println!("|---|---|---|---|---|---|");
+    for (file, depth) in MESHED.into_iter().flat_map(|file| [7, 8, 9].map(|depth| (file, depth))) {
+        match found(folder.as_deref(), file).map(|path| meshes(file, &path, depth)) {
+            Some(Ok(())) => {}
+            Some(Err(why)) => println!("| {file} | {why} | | | | |"),
+            None => println!("| {file} | not there | | | | |"),
+        }
+    }
     println!();
     match folder.map(|f| f.join("povray")).filter(|f| f.is_dir()) {
         Some(folder) => povray::table(&folder),
         None => println!("No folder with POV-Ray's scenes was given."),
     }
     ExitCode::SUCCESS
+}
+
+/// Models that meshes are made of.
+const MESHED: [&str; 3] = ["colonnade.vm", "tanglecube.vm", "nut.vm"];
+
+fn meshes(name: &str, path: &Path, depth: u8) -> Result<(), String> {
+    let theirs = fidget::Model::read(Some(path))?;
+    let ours = ours::Model::read(Some(path))?;
+    let (mut a, mut b) = (0, 0);
+    let [jit, own] = race(3, [&mut || a = theirs.triangles(depth), &mut || b = ours.triangles(depth)]);
+    println!("| {name} | {} | {jit:.2} | {own:.2} | {:.2} | {a}, {b} |", 1 << depth, own / jit);
+    Ok(())
 }
 
 /// Where a model is: in the folder, or among our scripts.

@@ -5,11 +5,14 @@ use glam::{DMat3, DVec3};
 use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, caster_in};
 use orogen::expr::{Graph, NodeId, text};
 use orogen::field::Field;
+use orogen::mesh::{Fineness, Watch};
 use orogen::num::{Dual, Many};
-use orogen::scene::Aabb;
+use orogen::scene::{Aabb, Scene};
 use orogen::script::{Request, compile};
+use orogen::session::{on_threads, polygonise};
 use orogen::tape::{Cells, Evaluator};
 use std::hint::black_box;
+use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -23,6 +26,7 @@ const PLANET: &str = "let f = length(p) - 0.75; \
 
 pub struct Model {
     field: Field,
+    scene: Scene,
 }
 
 impl Model {
@@ -31,10 +35,22 @@ impl Model {
         let Some(path) = path else {
             let compiled = compile(&Request::text(PLANET));
             let scene = compiled.scene.ok_or_else(|| format!("{:?}", compiled.diagnostics))?;
-            return Ok(Model { field: Field::new(&scene.graph, scene.surface.field) });
+            return Ok(Model { field: Field::new(&scene.graph, scene.surface.field), scene });
         };
         let (graph, root) = expression(path)?;
-        Ok(Model { field: Field::new(&graph, root) })
+        let field = Field::new(&graph, root);
+        let mut scene =
+            compile(&Request::text("scene(#{ surface: x, bounds: 1.0 })")).scene.expect("a scene");
+        (scene.graph, scene.surface.field) = (Arc::new(graph), root);
+        Ok(Model { field, scene })
+    }
+
+    /// How many triangles a mesh has, with so many halvings of the cube.
+    pub fn triangles(&self, depth: u8) -> usize {
+        let fineness = Fineness { resolution: Some(1 << depth), tolerance: None };
+        let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+        let meshed = on_threads(NonZeroUsize::new(1), || polygonise(&self.scene, &fineness, &watch));
+        meshed.expect("a thread").expect("a mesh that nobody cancels").mesh.triangles.len()
     }
 
     /// Which pixels the model covers, row by row from the top, from nothing to all hits, and normals if

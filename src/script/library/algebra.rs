@@ -26,7 +26,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
         "%",
         "a % b",
         "Remainder; for fields that of `modulo`, with the sign of the period.",
-        "x % 2.0",
+        "y - 0.5 * (x % 0.8)",
     );
     // Adding a text to a field would otherwise make a text, as it does for every other value.
     lib.bind_typed("+", [TypeId::of::<Field>(), TypeId::of::<ImmutableString>()], |c| Err(mismatch(c, 1)));
@@ -37,7 +37,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.def(
         "smoothstep(low, high, x)",
         doc(Op::Smoothstep(op::Smoothstep)),
-        "smoothstep(0.0, 1.0, y)",
+        Op::Smoothstep(op::Smoothstep).example(),
         |c| {
             let [low, high, x] = [c.value(0)?, c.value(1)?, c.value(2)?];
             let sub = |a, b| apply(c.host, Op::Sub(op::Sub), &[a, b]);
@@ -53,7 +53,7 @@ fn doc(op: Op) -> &'static str {
 
 fn operation(lib: &mut Library<'_>, op: Op, name: &str, signature: &str) {
     lib.bind(name, op.arity(), move |c| apply_all(c, op));
-    lib.document(name, signature, op.doc(), "");
+    lib.document(name, signature, op.doc(), op.example());
 }
 
 /// The signature at the start of an operation's documentation, or one with general names.
@@ -87,9 +87,9 @@ fn mismatch(c: &Call<'_>, i: usize) -> Fault {
 fn powers(lib: &mut Library<'_>) {
     let sentence = "Power. Whole exponents take any base; others need one that is not negative.";
     lib.bind("**", 2, |c| power(c)?.into_dynamic(c.host));
-    lib.document("**", "a ** b", sentence, "x ** 2");
-    lib.def("pow(a, b)", sentence, "pow(abs(x), 1.5)", |c| power(c)?.into_dynamic(c.host));
-    lib.def("powi(a, n)", "Whole power of a number of either sign.", "powi(x, 3)", |c| {
+    lib.document("**", "a ** b", sentence, "y + 0.8 - x ** 2");
+    lib.def("pow(a, b)", sentence, "y + 0.8 - pow(abs(x), 1.5)", |c| power(c)?.into_dynamic(c.host));
+    lib.def("powi(a, n)", "Whole power of a number of either sign.", "y - powi(x, 3)", |c| {
         c.integer(1)?;
         power(c)?.into_dynamic(c.host)
     });
@@ -108,28 +108,33 @@ fn power(c: &Call<'_>) -> Outcome<Value> {
 
 /// Operations that have a parameter besides their arguments.
 fn corners(lib: &mut Library<'_>) {
-    lib.def("norm(x, y, power)", doc(Op::Norm(op::Norm::new(2.0))), "norm(x, y, 4) - 1.0", |c| {
-        let power = c.number(2)?;
-        if !(1.0..=op::Norm::LARGEST).contains(&power) {
-            return Err(c.wrong(2, "a power from 1 to 64"));
-        }
-        let (x, y) = (c.value(0)?, c.value(1)?);
-        let norm = match power {
-            // A length costs less.
-            2.0 => Op::Length(op::Length),
-            _ => Op::Norm(op::Norm::new(power)),
-        };
-        let zero = Value::Scalar(Scalar::Number(0.0), None);
-        apply(c.host, norm, &[x, y, zero][..norm.arity()])?.into_dynamic(c.host)
-    });
-    lib.def("ramp(x, shape)", doc(Op::Ramp(op::Ramp::Cubic)), "ramp(x, \"cubic\")", |c| {
+    lib.def(
+        "norm(x, y, power)",
+        doc(Op::Norm(op::Norm::new(2.0))),
+        Op::Norm(op::Norm::new(2.0)).example(),
+        |c| {
+            let power = c.number(2)?;
+            if !(1.0..=op::Norm::LARGEST).contains(&power) {
+                return Err(c.wrong(2, "a power from 1 to 64"));
+            }
+            let (x, y) = (c.value(0)?, c.value(1)?);
+            let norm = match power {
+                // A length costs less.
+                2.0 => Op::Length(op::Length),
+                _ => Op::Norm(op::Norm::new(power)),
+            };
+            let zero = Value::Scalar(Scalar::Number(0.0), None);
+            apply(c.host, norm, &[x, y, zero][..norm.arity()])?.into_dynamic(c.host)
+        },
+    );
+    lib.def("ramp(x, shape)", doc(Op::Ramp(op::Ramp::Cubic)), Op::Ramp(op::Ramp::Cubic).example(), |c| {
         apply(c.host, Op::Ramp(ramp(c, 1)?), &[c.value(0)?])?.into_dynamic(c.host)
     });
     let melt = |ramp| Op::Melt(op::Melt { ramp });
-    lib.def("melt(x, y, shape)", doc(melt(op::Ramp::Cubic)), "melt(x, y, \"cubic\")", move |c| {
+    lib.def("melt(x, y, shape)", doc(melt(op::Ramp::Cubic)), melt(op::Ramp::Cubic).example(), move |c| {
         apply(c.host, melt(ramp(c, 2)?), &[c.value(0)?, c.value(1)?])?.into_dynamic(c.host)
     });
-    lib.def("plus(x, n)", doc(Op::Plus(op::Plus { n: 2 })), "plus(1.0 - length(p), 2)", |c| {
+    lib.def("plus(x, n)", doc(Op::Plus(op::Plus { n: 2 })), Op::Plus(op::Plus { n: 2 }).example(), |c| {
         let n = i32::try_from(c.integer(1)?).ok().filter(|n| (2..=64).contains(n));
         let n = n.ok_or_else(|| c.wrong(1, "a whole number from 2 to 64"))?;
         apply(c.host, Op::Plus(op::Plus { n }), &[c.value(0)?])?.into_dynamic(c.host)
@@ -152,7 +157,7 @@ fn ramp(c: &Call<'_>, i: usize) -> Outcome<op::Ramp> {
 
 /// Operations whose arguments are whole vectors.
 fn vectors(lib: &mut Library<'_>) {
-    lib.def("length(v)", doc(Op::Length(op::Length)), "length(p) - 1.0", |c| {
+    lib.def("length(v)", doc(Op::Length(op::Length)), Op::Length(op::Length).example(), |c| {
         length(c, &c.value(0)?)?.into_dynamic(c.host)
     });
     let sentence =
@@ -167,14 +172,14 @@ fn vectors(lib: &mut Library<'_>) {
         let sum = scalar(c.host, Op::Add(op::Add), &[sum, part(2)?])?;
         Value::Scalar(sum, None).into_dynamic(c.host)
     });
-    lib.def("dot(a, b)", doc(Op::Dot(op::Dot)), "dot(p, vec3(0, 1, 0))", |c| {
+    lib.def("dot(a, b)", doc(Op::Dot(op::Dot)), Op::Dot(op::Dot).example(), |c| {
         let (a, b) = (c.value(0)?, c.value(1)?);
         let parts: Vec<Scalar> =
             (0..3).map(|i| component(&a, i)).chain((0..3).map(|i| component(&b, i))).collect();
         both_vectors(c, &a, &b)?;
         Value::Scalar(scalar(c.host, Op::Dot(op::Dot), &parts)?, None).into_dynamic(c.host)
     });
-    lib.def("cross(a, b)", "Cross product of two vectors.", "cross(p, vec3(0, 1, 0))", |c| {
+    lib.def("cross(a, b)", "Cross product of two vectors.", "length(cross(p, vec3(0, 1, 0))) - 0.6", |c| {
         let (a, b) = (c.value(0)?, c.value(1)?);
         both_vectors(c, &a, &b)?;
         let part = |i: usize, j: usize| {
@@ -185,11 +190,16 @@ fn vectors(lib: &mut Library<'_>) {
         };
         Value::Vector([part(1, 2)?, part(2, 0)?, part(0, 1)?]).into_dynamic(c.host)
     });
-    lib.def("normalize(v)", "The vector of length 1 with the same direction.", "normalize(p)", |c| {
-        let v = c.value(0)?;
-        let r = length(c, &v)?;
-        apply(c.host, Op::Div(op::Div), &[v, r])?.into_dynamic(c.host)
-    });
+    lib.def(
+        "normalize(v)",
+        "The vector of length 1 with the same direction.",
+        "sphere(1.0) - 0.3 * normalize(p).y",
+        |c| {
+            let v = c.value(0)?;
+            let r = length(c, &v)?;
+            apply(c.host, Op::Div(op::Div), &[v, r])?.into_dynamic(c.host)
+        },
+    );
 }
 
 fn length(c: &Call<'_>, v: &Value) -> Outcome<Value> {
