@@ -62,6 +62,59 @@ fn known_topology() {
     }
 }
 
+/// The Euler characteristic of the surface of a solid, counted without a mesh: twice that of the closed cubes
+/// around those points of a lattice that are inside.
+fn counted(script: &str, half: f64, n: usize) -> i64 {
+    let scene = compile(&Request::text(script)).scene.expect("a scene");
+    let mut field = Field::new(&scene.graph, scene.surface.field);
+    let place = |i: usize| half * (2.0 * (i as f64 + 0.5) / n as f64 - 1.0);
+    let mut inside = vec![false; n * n * n];
+    for i in 0..inside.len() {
+        inside[i] = field.value([i % n, i / n % n, i / n / n].map(place).into()) < 0.0;
+    }
+    // Corners, edges, faces and cubes of the lattice are at half steps; each is there if a cube beside it is.
+    let beside = |i: usize| [i.checked_sub(1).map(|i| i / 2), Some(i / 2).filter(|i| *i < n)];
+    let sides: Vec<_> = (0..=2 * n).map(beside).collect();
+    let is_there = |x: usize, y: usize, z: usize| {
+        let mut cubes = sides[z].iter().flatten().flat_map(|k| {
+            sides[y]
+                .iter()
+                .flatten()
+                .flat_map(move |j| sides[x].iter().flatten().map(move |i| (k * n + j) * n + i))
+        });
+        cubes.any(|cube| inside[cube])
+    };
+    let mut sum = 0;
+    for (x, y, z) in
+        (0..=2 * n).flat_map(|z| (0..=2 * n).flat_map(move |y| (0..=2 * n).map(move |x| (x, y, z))))
+    {
+        if is_there(x, y, z) {
+            sum += if (x + y + z) % 2 == 0 { 1 } else { -1 };
+        }
+    }
+    2 * sum
+}
+
+#[test]
+fn topology_is_that_of_a_count_of_cubes() {
+    let tangle = "polynomial(\"x^4 - 5 x^2 + y^4 - 5 y^2 + z^4 - 5 z^2 + 11.8\")";
+    let clebsch = "import \"std/algebraic\" as algebraic; algebraic::clebsch(2.0)";
+    let mitchell = "import \"std/algebraic\" as algebraic; algebraic::mitchell()";
+    let noisy = |seed| format!("sphere(1.0) + 0.5 * gradient({seed}).scaled(3.0)");
+    let known =
+        [(tangle.to_owned(), 3.0, Some(-8)), (clebsch.into(), 2.2, None), (mitchell.into(), 2.2, None)];
+    let random = (1..6).map(|seed| (noisy(seed), 1.6, None));
+    for (script, half, euler) in known.into_iter().chain(random) {
+        let expected = counted(&script, half, 96);
+        assert_eq!(
+            check(&script, &meshed(&script, Some(96), None)).euler_characteristic(),
+            expected,
+            "{script}"
+        );
+        assert!(euler.is_none_or(|euler| euler == expected), "{script}: {expected}");
+    }
+}
+
 #[test]
 fn random_solids_are_closed_manifolds() {
     for seed in 0..4 {
