@@ -6,12 +6,14 @@
 //!     '--- is_stale? <-- files that were read
 //! ```
 //!
-//! A scene also becomes a mesh ([`polygonise`]) or samples of a volume ([`Lattice`]).
+//! A scene also becomes a mesh ([`polygonise`]), samples of a volume ([`Lattice`]), or a map of its
+//! [`heights`].
 //!
 //! A session knows which files its scene came from, so [`Session::load`] does nothing as long as
 //! none of them changed, and a watcher knows what to watch. Commands, previews and tests all make
 //! their pictures through it.
 
+pub mod heights;
 mod preview;
 mod reads;
 mod samples;
