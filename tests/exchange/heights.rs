@@ -282,7 +282,9 @@ fn what_fails_changes_nothing() {
         fs::write(&files[0], "earlier").unwrap();
         let fails = |text: &str, stop_at: f64| {
             let cancel = AtomicBool::new(false);
-            let progress = |share: f64| drop(cancel.fetch_or(share >= stop_at, Ordering::Relaxed));
+            let progress = |share: f64| {
+                let _ = cancel.fetch_or(share >= stop_at, Ordering::Relaxed);
+            };
             let watch = Watch { cancel: &cancel, progress: &progress };
             map_heights(&scene(text), &mapping, &path, &watch).unwrap_err().message
         };
