@@ -47,7 +47,7 @@
 //! | [`field`] | values, derivatives and bounds of an expression |
 //! | [`script`] [`cast`] [`mesh`] [`analysis`] | the script host; ray casters; meshes of solids; statistics and spectra of noises |
 //! | [`render`] | pictures |
-//! | [`session`] | scripts to pictures with cancellation and caching |
+//! | [`session`] | scripts to pictures, meshes, grids and maps of heights, with cancellation and caching |
 //! | [`cli`] | the commands |
 
 // Module documentation is for readers of the source too, who can follow links to private items.

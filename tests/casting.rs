@@ -109,6 +109,33 @@ fn all_roots_in_order() {
     assert!(many > 20, "only {many} rays with more than two roots");
 }
 
+/// Rays that run towards one point, as a map of heights has them, are a beam like those from one point.
+#[test]
+fn rays_towards_a_point_are_cast_as_beams() {
+    let mut b = Build::default();
+    let root = common::three_octaves(&mut b);
+    let region = Aabb::cube(REGION);
+    let ray = |i: usize| {
+        let (x, y) = ((i % 8) as f64 + (i / 512 * 8) as f64, (i / 8 % 64) as f64);
+        let direction = -orogen::scene::direction(0.05 * x, 0.05 * y);
+        let near = region.clip(DVec3::ZERO, direction).map_or(0.0, |(near, _)| near);
+        Ray { origin: DVec3::ZERO, direction, near, far: 0.0, tolerance: Tolerance::fixed(1e-10) }
+    };
+    let rays: Vec<Ray> = (0..4096).map(ray).collect();
+    let cast = |kind: Kind| {
+        let mut made = caster(kind, &mut b.field(root), &region, &[]).expect("a caster");
+        let (mut hits, mut stats) = (vec![Hit::MISS; rays.len()], CastStats::default());
+        made.first_hits(&rays, &mut hits, &mut stats, &AtomicBool::new(false));
+        (hits, stats)
+    };
+    let ((beams, cost), (affine, _)) = (cast(Kind::Beam), cast(Kind::Affine));
+    for (ray, (beam, affine)) in rays.iter().zip(beams.iter().zip(&affine)) {
+        assert!(beam.certified && affine.certified && beam.is_hit(), "{ray:?}");
+        assert!((beam.t - affine.t).abs() < 1e-9, "{ray:?}: {beam:?} {affine:?}");
+    }
+    assert!(cost.shared > 100 && cost.evaluations < 6 * rays.len() as u64, "{cost:?}");
+}
+
 #[test]
 fn any_grouping_gives_the_same_hits() {
     let mut b = Build::default();

@@ -17,7 +17,8 @@ fn alone_it_shows_help() {
 #[test]
 fn every_command_has_help_with_examples() {
     let bench = Bench::new(&[]);
-    for command in ["render", "watch", "check", "repl", "new", "noise", "doc", "mesh", "grid", "definitions"]
+    for command in
+        ["render", "watch", "check", "repl", "new", "noise", "doc", "mesh", "grid", "heights", "definitions"]
     {
         let help = stdout(&bench.run(&format!("{command} --help")).success());
         has(&help, &["Usage: orogen", "Examples:", &format!("orogen {command}")]);
@@ -56,6 +57,18 @@ fn usage_errors_exit_with_2_and_show_how() {
         ("mesh a.rhai -o a.glb --tolerance 0", &["--tolerance 0.001"]),
         ("grid a.rhai -o a.vdb", &[".json or .exr", "-o a.json"]),
         ("grid a.rhai -o a.json --size 1", &["--size"]),
+        ("heights a.rhai", &["--output"]),
+        ("heights a.rhai -o a.tif", &["a.tif", ".png or .exr", "-o a.png"]),
+        ("heights a.rhai -o a.png --size 0", &["--size"]),
+        ("heights a.rhai -o a.png --size 40000", &["--size", "32768"]),
+        ("heights a.rhai -o a.png --projection mercator", &["mercator", "equirectangular", "cube"]),
+        ("heights a.rhai -o a.png --range 1", &["--range", "-0.01..0.02"]),
+        ("heights a.rhai -o a.png --range 2..1", &["--range", "-0.01..0.02"]),
+        ("heights a.rhai -o a.png --range nan..1", &["--range", "-0.01..0.02"]),
+        ("heights a.rhai -o a.exr --range 0..1", &["--range", ".png"]),
+        ("heights a.rhai -o a.png --center 1,2", &["--center", "0,1.5,0"]),
+        ("heights a.rhai -o a.png --center 1,2,1e300", &["--center", "0,1.5,0"]),
+        ("heights a.rhai -o a.png --radius -1", &["--radius"]),
         ("definitions -o a.txt", &[".d.rhai"]),
         ("noise", &["KIND"]),
         ("noise gradient", &["--output"]),
@@ -153,6 +166,124 @@ fn fields_become_volumes_and_volumes_fields() {
     has(&stderr(&bench.run("grid a.rhai -o s.exr --size 4").success()), &["in 4 files"]);
     assert!(bench.path("s.0003.exr").exists());
 }
+
+#[test]
+fn grids_say_what_they_cannot_write_before_they_begin() {
+    let bench =
+        Bench::new(&[("a.rhai", "loop { }"), ("b.rhai", BALL), ("c.raw/x", ""), ("d.0000.exr/x", "")]);
+    for (arguments, pieces) in [
+        ("grid a.rhai -o gone/a.json", &["gone", "does not exist"][..]),
+        ("grid a.rhai -o c.json", &["c.raw", "not a file"]),
+        ("grid a.rhai -o d.exr", &["d.0000.exr", "not a file"]),
+        ("grid b.rhai -o b.json --size 4096", &["4096 x 4096 x 4096 samples", "smaller --size"]),
+    ] {
+        has(&stderr(&bench.run(arguments).code(1)), pieces);
+    }
+    bench.write("e.0003.exr/x", "");
+    has(&stderr(&bench.run("grid b.rhai -o e.exr --size 4").code(1)), &["e.0003.exr", "not a file"]);
+    assert!(!bench.path("e.0000.exr").exists() && !bench.path("c.json").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_grid_that_is_stopped_leaves_nothing() {
+    let bench = Bench::new(&[("a.rhai", SLOW), ("a.0000.exr", "earlier")]);
+    let run = bench.start("grid a.rhai -o a.exr --size 400");
+    // The first slices are on the disk.
+    run.wait_until("slices", || bench.names().iter().filter(|name| name.starts_with(".orogen-")).count() > 3);
+    run.interrupt();
+    let (code, said) = run.end();
+    assert_eq!(code, Some(1), "{said}");
+    has(&said, &["stopping", "stopped", "no file was written"]);
+    assert_eq!(
+        (bench.read("a.0000.exr"), bench.names()),
+        (b"earlier".into(), names(&["a.0000.exr", "a.rhai"]))
+    );
+}
+
+// ---- heights ------------------------------------------------------------------------------------
+
+#[test]
+fn heights_are_maps() {
+    let bench = Bench::new(&[("a.rhai", "sphere(param(\"size\", 1.0, 0.1..4.0) + 0.1 * time) - 0.2 * x")]);
+    let said = stderr(&bench.run("heights a.rhai -o a.png --size 20").success());
+    has(&said, &["a.png: 40x20", "800 rays", "heights within", "from black to white"]);
+    assert!(!said.contains("uncertified") && !said.contains("Warning"), "{said}");
+    assert_eq!(bench.picture("a.png").0, 40);
+    let said = stderr(&bench.run("heights a.rhai -o a.png --size 20 --range -0.1..0.1").success());
+    has(&said, &["-0.1..0.1 from black to white", "pixels beyond"]);
+    let cube = "heights a.rhai -o b.png --size 9 --projection cube --set size=2 --time 1 --radius 2.1";
+    has(&stderr(&bench.run(cube).success()), &["b.png: 6 files of 9x9"]);
+    assert_eq!(bench.picture("b.ny.png").0, 9);
+    has(
+        &stderr(&bench.run("heights a.rhai -o c.exr --size 20").success()),
+        &["c.exr: 40x20", "heights within"],
+    );
+    let faces = ["px", "nx", "py", "ny", "pz", "nz"].map(|face| format!("b.{face}.png"));
+    let mut all: Vec<&str> = faces.iter().map(String::as_str).chain(["a.png", "a.rhai", "c.exr"]).collect();
+    all.sort();
+    assert_eq!(bench.names(), all);
+}
+
+#[test]
+fn heights_say_what_is_odd() {
+    let bench =
+        Bench::new(&[("a.rhai", BALL), ("cut.rhai", "scene(#{ surface: sphere(1.0), bounds: 0.9 })")]);
+    let said = stderr(&bench.run("heights a.rhai -o a.png --size 20 --center 3,0,-2").success());
+    has(&said, &["Warning", "there is no solid in", "of 800 pixels; they are black", "--center"]);
+    let said = stderr(&bench.run("heights a.rhai -o a.exr --size 20 --center 3,0,-2").success());
+    has(&said, &["they are NaN"]);
+    has(
+        &stderr(&bench.run("heights cut.rhai -o a.png --size 20").success()),
+        &["Warning", "beyond the bounds", "widen the bounds"],
+    );
+    bench.write("none.rhai", "sphere(1.0) + 9.0");
+    has(
+        &stderr(&bench.run("heights none.rhai -o n.png").code(1)),
+        &["no ray met a solid", "negative is inside"],
+    );
+    has(&stderr(&bench.run("heights a.rhai -o a.png --set size=1").code(1)), &["size"]);
+    has(&stderr(&bench.run("heights gone.rhai -o n.png").code(1)), &["gone.rhai"]);
+    assert!(!bench.path("n.png").exists());
+}
+
+#[test]
+fn heights_that_cannot_be_written_are_not_measured() {
+    let bench = Bench::new(&[("a.rhai", "loop { }"), ("file", ""), ("b.nz.png/x", "")]);
+    for (arguments, pieces) in [
+        ("-o gone/a.png", &["gone", "does not exist"][..]),
+        ("-o file/a.exr", &["file", "not a folder"]),
+        ("-o b.png --projection cube", &["b.nz.png", "not a file"]),
+    ] {
+        has(&stderr(&bench.run(&format!("heights a.rhai {arguments}")).code(1)), pieces);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn heights_that_are_stopped_leave_nothing() {
+    let bench = Bench::new(&[("a.rhai", SLOW), ("a.px.png", "earlier")]);
+    for options in ["", "--range 0..1"] {
+        let run = bench.start(&format!("heights a.rhai -o a.png --projection cube --size 8192 {options}"));
+        run.wait_for("% after", 1);
+        run.interrupt();
+        let (code, said) = run.end();
+        assert_eq!(code, Some(1), "{said}");
+        has(&said, &["stopping", "stopped", "no file was written"]);
+        assert_eq!(
+            (bench.read("a.px.png"), bench.names()),
+            (b"earlier".into(), names(&["a.px.png", "a.rhai"]))
+        );
+    }
+}
+
+/// The names of files, and of the log of a run in the background.
+#[cfg(unix)]
+fn names(files: &[&str]) -> Vec<String> {
+    files.iter().chain(&["log"]).map(|name| (*name).to_owned()).collect()
+}
+
+// ---- other files --------------------------------------------------------------------------------
 
 #[test]
 fn editors_get_definitions() {

@@ -7,12 +7,13 @@ use super::report::{Failure, Outcome, Terminal, err, plural, seconds};
 use super::work;
 use crate::diag::Diagnostic;
 use crate::exchange::{grid as file, image};
-use crate::field::Field;
-use crate::grid::{Edge, Frame, Samples};
-use crate::scene::{Aabb, Scene};
-use crate::session::{self, Session};
-use crate::world::{Disk, atomic};
-use std::io::Write;
+use crate::grid::Samples;
+use crate::mesh::Watch;
+use crate::session::{self, Lattice, Session};
+use crate::world::Disk;
+use crate::world::atomic::{self, FileSet, WriteError};
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -58,73 +59,86 @@ enum Form {
 /// Runs the command.
 pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let start = Instant::now();
-    let form = form(&args.output)?;
-    atomic::check(&args.output).map_err(|e| Diagnostic::error(e.to_string()))?;
+    let form = Form::of(&args.output)?;
+    // Before anything is computed, as far as it is known what will be written.
+    form.check(&args.output, 1)?;
     let mut session = Session::new(&args.script, Arc::new(Disk));
     session.set(args.scripting.params()?, args.scripting.time);
     let progress = Progress::new(terminal, &args.output.display().to_string());
-    let interrupt = Interrupt::listen(|| {});
+    let bar = progress.clone();
+    let interrupt = Interrupt::listen(move || bar.say("stopping (Ctrl-C again quits at once)"));
     let flag = interrupt.flag();
     let loaded = session.load(&flag);
     let scene = progress.aside(|| work::report(&loaded, terminal)).ok_or(Failure::Reported)?;
-    let cancel = || flag.load(Ordering::Relaxed);
-    let samples = session::on_threads(args.threads, || sample(&scene, args.size, &cancel));
+    let lattice = Lattice::over(&scene, args.size).map_err(|e| work::failure(e, &loaded, terminal))?;
+    let [x, y, z] = lattice.frame().size;
+    form.check(&args.output, y)?;
+    let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
+    let samples = session::on_threads(args.threads, || lattice.sample(&watch));
+    let written = samples.and_then(|s| s).map_err(Failure::Error).and_then(|samples| {
+        progress.restart(&format!("files of {}", args.output.display()));
+        form.write(&samples, &args.output, &watch)
+    });
     progress.finish();
-    let samples = samples.map_err(Failure::Error)??;
-    let files = match form {
-        Form::Raw => write_raw(&samples, &args.output)?,
-        Form::Slices => write_slices(&samples, &args.output)?,
-    };
-    let [x, y, z] = samples.frame.size;
-    let elapsed = seconds(start.elapsed().as_secs_f64());
+    let files = written?;
     err(format_args!(
-        "{}: {x} x {y} x {z} samples in {}, {elapsed}",
+        "{}: {x} x {y} x {z} samples in {}, {}",
         args.output.display(),
-        plural(files, "file")
+        plural(files, "file"),
+        seconds(start.elapsed().as_secs_f64())
     ));
     Ok(())
 }
 
-fn form(path: &Path) -> Result<Form, Failure> {
-    match path.extension().and_then(|e| e.to_str()) {
-        Some("json") => Ok(Form::Raw),
-        Some("exr") => Ok(Form::Slices),
-        _ => {
-            let message = format!("`{}` does not end in .json or .exr", path.display());
-            Err(Failure::usage(message, format!("for example: -o {}", path.with_extension("json").display())))
+impl Form {
+    fn of(path: &Path) -> Result<Form, Failure> {
+        match path.extension().and_then(|e| e.to_str()) {
+            Some("json") => Ok(Form::Raw),
+            Some("exr") => Ok(Form::Slices),
+            _ => {
+                let message = format!("`{}` does not end in .json or .exr", path.display());
+                let hint = format!("for example: -o {}", path.with_extension("json").display());
+                Err(Failure::usage(message, hint))
+            }
         }
     }
-}
 
-/// The field at the points of a lattice of cubes over the bounds of a scene.
-fn sample(scene: &Scene, size: u32, cancel: &(dyn Fn() -> bool + Sync)) -> Result<Samples, Failure> {
-    let mut field = Field::new(&scene.graph, scene.surface.field);
-    let Aabb { min, max } = scene.bounds.unwrap_or_else(|| session::bounds(scene, &mut field));
-    let step = (max - min).max_element() / f64::from(size - 1);
-    // The last sample along the longest edge is its end, whatever rounding says.
-    let count = ((max - min) / step - 1e-9).ceil().to_array().map(|n| n as usize + 1);
-    let frame = Frame { size: count, origin: min.to_array(), spacing: [step; 3], edge: Edge::Clamp };
-    Samples::of(frame, move |at| field.value(at.into()), cancel)
-        .map_err(|failure| Failure::error(failure.to_string(), "choose a smaller --size"))
-}
-
-fn write_raw(samples: &Samples, header: &Path) -> Result<u64, Failure> {
-    let data = PathBuf::from(file::data_name(&header.to_string_lossy()));
-    let failed = |e: atomic::WriteError| Diagnostic::error(e.to_string());
-    // The header last, so that there is none without its numbers.
-    atomic::write(&data, |out| file::write(samples, out)).map_err(failed)?;
-    atomic::write(header, |out| out.write_all(file::header(&samples.frame).as_bytes())).map_err(failed)?;
-    Ok(2)
-}
-
-fn write_slices(samples: &Samples, path: &Path) -> Result<u64, Failure> {
-    let slices = (0..).map_while(|level| file::slice(samples, level));
-    let mut count = 0;
-    for slice in slices {
-        let path = path.with_extension(format!("{count:04}.exr"));
-        atomic::write(&path, |out| image::write(&slice, out))
-            .map_err(|e| Diagnostic::error(e.to_string()))?;
-        count += 1;
+    /// The files of a lattice of so many levels, in the order in which they appear: a header last, so
+    /// that there is none without its numbers.
+    fn files(&self, path: &Path, levels: usize) -> Vec<PathBuf> {
+        match self {
+            Form::Raw => vec![path.with_extension("raw"), path.to_owned()],
+            Form::Slices => (0..levels).map(|level| path.with_extension(format!("{level:04}.exr"))).collect(),
+        }
     }
-    Ok(count)
+
+    fn check(&self, path: &Path, levels: usize) -> Outcome {
+        for file in self.files(path, levels) {
+            atomic::check(&file).map_err(|e| Diagnostic::error(e.to_string()))?;
+        }
+        Ok(())
+    }
+
+    /// Writes all files, or none if it is stopped, and says how many there are.
+    fn write(&self, samples: &Samples, path: &Path, watch: &Watch<'_>) -> Result<u64, Failure> {
+        let failed = |e: WriteError| Diagnostic::error(e.to_string());
+        let files = self.files(path, samples.frame.size[1]);
+        let mut set = FileSet::default();
+        for (i, path) in files.iter().enumerate() {
+            if watch.cancel.load(Ordering::Relaxed) {
+                return Err(Failure::error("stopped before it was finished", "no file was written"));
+            }
+            let fill = |out: &mut BufWriter<&mut File>| match (self, i) {
+                (Form::Raw, 0) => file::write(samples, out),
+                (Form::Raw, _) => out.write_all(file::header(&samples.frame).as_bytes()),
+                (Form::Slices, i) => {
+                    file::slice(samples, i).map_or(Ok(()), |slice| image::write(&slice, out))
+                }
+            };
+            set.add(path, fill).map_err(failed)?;
+            (watch.progress)((i + 1) as f64 / files.len() as f64);
+        }
+        set.commit().map_err(failed)?;
+        Ok(files.len() as u64)
+    }
 }

@@ -12,6 +12,7 @@ mod check;
 mod definitions;
 mod doc;
 mod grid;
+mod heights;
 mod interrupt;
 mod mesh;
 mod new;
@@ -39,6 +40,8 @@ Examples:
   orogen watch rock.rhai             keeps rock.png right while you edit
   orogen render rock.rhai --size 1920x1080 --samples 16
   orogen mesh rock.rhai -o rock.glb  a mesh of triangles, for other programs
+  orogen heights planet.rhai -o planet.png
+                                     a map of its heights
   orogen repl rock.rhai              asks questions about its fields
   orogen noise gradient -o figures   what a noise is like: pictures, spectrum, verdicts
 
@@ -67,6 +70,7 @@ enum Command {
     Watch(watch::Args),
     Mesh(mesh::Args),
     Grid(grid::Args),
+    Heights(heights::Args),
     Check(check::Args),
     Repl(repl::Args),
     New(new::Args),
@@ -105,6 +109,7 @@ impl Command {
             Command::Watch(args) => watch::run(&args, terminal),
             Command::Mesh(args) => mesh::run(&args, terminal),
             Command::Grid(args) => grid::run(&args, terminal),
+            Command::Heights(args) => heights::run(&args, terminal),
             Command::Check(args) => check::run(&args, terminal),
             Command::Repl(args) => repl::run(&args, terminal),
             Command::New(args) => new::run(&args),

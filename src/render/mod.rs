@@ -49,5 +49,6 @@ pub use probe::Probe;
 pub use save::{Format, Metadata, SaveError, can_save, save};
 pub use settings::Settings;
 pub use stats::{Octaves, Seconds, Stats};
+pub use tile::{places, tiles};
 pub use tone::tone_map;
 pub use view::View;

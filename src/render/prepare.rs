@@ -4,9 +4,8 @@ use super::view::{View, tolerance};
 use super::{Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
-use crate::expr::{Graph, Input, Node, NodeId, TooLarge};
-use crate::op::{Length, Op};
-use crate::scene::{Scene, Sky, Sun};
+use crate::expr::{Graph, NodeId};
+use crate::scene::{Scene, Sky, Spacing, Sun};
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
 use std::sync::Arc;
@@ -47,9 +46,10 @@ pub struct Prepared {
 pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderError> {
     settings.check()?;
     let view = View::new(&scene.camera, settings.width, settings.height).map_err(RenderError::Camera)?;
-    let mut roots = vec![scene.surface.field];
-    roots.extend(scene.surface.color.iter().flatten());
-    let (graph, roots) = limit_detail(&scene.graph, &roots, &view, settings.samples)?;
+    // Samples are as far apart as pixels, over the root of how many there are in each.
+    let angle = view.pixel() / f64::from(settings.samples).sqrt();
+    let spacing = Spacing::Angle { from: view.eye, angle };
+    let (graph, roots) = spacing.limit(&scene.graph, &scene.surface.roots())?;
     let tape = Arc::new(Tape::new(&graph, &roots[..1]));
     let color = (roots.len() > 1).then(|| Arc::new(Tape::new(&graph, &roots[1..])));
     let probe = Probe::new(&tape, &settings.bounds, view.eye);
@@ -87,62 +87,5 @@ impl Prepared {
             (0..WITHIN * WITHIN).filter_map(|j| self.view.ray(through(j), &bounds, self.tolerance)).collect()
         };
         (0..ACROSS * ACROSS).map(bundle).collect()
-    }
-}
-
-/// Replaces the footprint by the distance between neighbouring samples at a point: the size of a
-/// pixel one unit away, times the distance from the eye, over the root of the samples per pixel.
-/// Octaves finer than that fade out. As the footprint is now part of the expression, casting is as
-/// exact as it is for any other field.
-fn limit_detail(
-    graph: &Arc<Graph>,
-    roots: &[NodeId],
-    view: &View,
-    samples: u32,
-) -> Result<(Arc<Graph>, Vec<NodeId>), TooLarge> {
-    let footprint = Node::Input(Input::Footprint);
-    if !graph.reachable(roots).iter().any(|&id| *graph.node(id) == footprint) {
-        return Ok((graph.clone(), roots.to_vec()));
-    }
-    let mut graph = Graph::clone(graph);
-    let mut offset = graph.point()?;
-    for (axis, node) in offset.iter_mut().enumerate() {
-        let eye = graph.constant(-view.eye[axis])?;
-        *node = graph.op(Op::Add(crate::op::Add), &[*node, eye])?;
-    }
-    let distance = graph.op(Op::Length(Length), &offset)?;
-    let spacing = graph.constant(view.pixel() / f64::from(samples).sqrt())?;
-    let footprint = graph.op(Op::Mul(crate::op::Mul), &[distance, spacing])?;
-    let limited = |root: &NodeId| graph.substitute(*root, &[(Input::Footprint, footprint)]);
-    let roots = roots.iter().map(limited).collect::<Result<_, _>>()?;
-    Ok((Arc::new(graph), roots))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::Camera;
-    use crate::tape::Evaluator;
-
-    #[test]
-    fn the_footprint_is_the_distance_between_samples() {
-        let mut graph = Graph::default();
-        let root = graph.input(Input::Footprint).unwrap();
-        let camera = Camera { eye: DVec3::new(1.0, 2.0, 3.0), target: DVec3::ZERO, up: DVec3::Y, fov: 35.0 };
-        let view = View::new(&camera, 40, 30).unwrap();
-        let (graph, roots) = limit_detail(&Arc::new(graph), &[root], &view, 4).unwrap();
-        let mut field = Evaluator::<f64>::new(Arc::new(Tape::new(&graph, &roots)));
-        let p = view.eye + 5.0 * view.forward;
-        assert!((field.eval(&p.to_array()) - 5.0 * view.pixel() / 2.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_field_without_footprint_keeps_its_graph() {
-        let mut graph = Graph::default();
-        let root = graph.input(Input::X).unwrap();
-        let graph = Arc::new(graph);
-        let view = View::new(&Camera::default(), 40, 30).unwrap();
-        let (same, roots) = limit_detail(&graph, &[root], &view, 4).unwrap();
-        assert!(Arc::ptr_eq(&graph, &same) && roots == [root]);
     }
 }

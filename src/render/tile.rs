@@ -13,14 +13,14 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Side of a tile in pixels.
-pub(super) const SIDE: u32 = 32;
+const SIDE: u32 = 32;
 
 /// Rays that a stage handles at once, about: enough for full batches, few enough that their state
 /// stays in the cache and a cancelled job stops soon.
 const GROUP: u32 = 4096;
 
 /// The tiles of a picture, those in the middle first: that is where people look.
-pub(super) fn tiles(width: u32, height: u32) -> Vec<Rect> {
+pub fn tiles(width: u32, height: u32) -> Vec<Rect> {
     let starts = |size: u32| (0..size).step_by(SIDE as usize);
     let tile = |x: u32, y: u32| Rect { x, y, width: SIDE.min(width - x), height: SIDE.min(height - y) };
     let mut tiles: Vec<Rect> = starts(height).flat_map(|y| starts(width).map(move |x| tile(x, y))).collect();
@@ -133,8 +133,7 @@ impl<'a> Worker<'a> {
         self.samples.clear();
         self.rays.clear();
         let mut owners = Vec::new();
-        for (column, row) in (0..SIDE * SIDE).map(unravel).filter(|&(x, y)| x < rect.width && y < rect.height)
-        {
+        for (column, row) in places(rect) {
             let (x, y) = (rect.x + column, rect.y + row);
             let id = u64::from(y) << 32 | u64::from(x);
             for s in samples.clone() {
@@ -271,8 +270,14 @@ impl Prepared {
     }
 }
 
-/// Column and row of the `i`-th pixel of a tile. Neighbours in this order (Morton's) are neighbours
+/// Columns and rows of the pixels of a tile, counted from its corner: neighbours among them are neighbours
 /// in the picture, so that the rays of a batch stay together.
+pub fn places(rect: &Rect) -> impl Iterator<Item = (u32, u32)> + use<> {
+    let Rect { width, height, .. } = *rect;
+    (0..SIDE * SIDE).map(unravel).filter(move |&(x, y)| x < width && y < height)
+}
+
+/// Column and row of the `i`-th pixel of a tile, in Morton's order.
 fn unravel(i: u32) -> (u32, u32) {
     let every_other = |i: u32| (0..SIDE.ilog2()).fold(0, |x, bit| x | (i >> (2 * bit) & 1) << bit);
     (every_other(i), every_other(i >> 1))
@@ -309,7 +314,8 @@ mod tests {
 
     #[test]
     fn the_order_within_a_tile_visits_every_pixel() {
-        let mut seen: Vec<_> = (0..SIDE * SIDE).map(unravel).collect();
+        let whole = Rect { x: 0, y: 0, width: SIDE, height: SIDE };
+        let mut seen: Vec<_> = places(&whole).collect();
         seen.sort();
         seen.dedup();
         assert_eq!(seen.len(), (SIDE * SIDE) as usize);

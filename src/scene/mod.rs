@@ -3,8 +3,10 @@
 //! Units: a planet's radius is 1 unless the script says otherwise. Right-handed axes, y up. Angles
 //! in degrees, where scripts and people meet them. Colours are linear RGB with Rec. 709 primaries.
 
+mod detail;
 mod ensemble;
 
+pub use detail::Spacing;
 pub use ensemble::{Ensemble, Member, period};
 
 use crate::expr::{Graph, NodeId};
@@ -40,6 +42,13 @@ pub struct Surface {
     pub field: NodeId,
     /// Linear red, green, blue in [0, 1] as fields; a neutral grey where `None`.
     pub color: Option<[NodeId; 3]>,
+}
+
+impl Surface {
+    /// The field, and the three colours if it has any.
+    pub fn roots(&self) -> Vec<NodeId> {
+        [self.field].into_iter().chain(self.color.into_iter().flatten()).collect()
+    }
 }
 
 /// An axis-parallel box.

@@ -6,16 +6,22 @@
 //!     '--- is_stale? <-- files that were read
 //! ```
 //!
+//! A scene also becomes a mesh ([`polygonise`]), samples of a volume ([`Lattice`]), or a map of its
+//! [`heights`].
+//!
 //! A session knows which files its scene came from, so [`Session::load`] does nothing as long as
 //! none of them changed, and a watcher knows what to watch. Commands, previews and tests all make
 //! their pictures through it.
 
+pub mod heights;
 mod preview;
 mod reads;
+mod samples;
 mod solid;
 mod stage;
 
 pub use preview::{COARSENESS, preview};
+pub use samples::Lattice;
 pub use solid::polygonise;
 pub use stage::{Order, bounds, on_threads, render, settings};
 

@@ -2,11 +2,11 @@
 
 use super::stage;
 use crate::diag::Diagnostic;
-use crate::expr::{Graph, Input, NodeId, TooLarge};
+use crate::expr::{Graph, NodeId, TooLarge};
 use crate::field::{self, Extent, Field};
 use crate::mesh::{self, Fineness, Meshed, Solid, Watch};
 use crate::op::{Abs, Max, Op, Sub};
-use crate::scene::{Aabb, Scene};
+use crate::scene::{Aabb, Scene, Spacing};
 use crate::tape::Tape;
 use std::sync::Arc;
 
@@ -22,27 +22,19 @@ pub fn polygonise(scene: &Scene, fineness: &Fineness, watch: &Watch<'_>) -> Resu
 /// The solid of a scene, in the box that the scene gives or that is found around it.
 fn solid(scene: &Scene, fineness: &Fineness) -> Result<Solid, Box<Diagnostic>> {
     let too_large = |e: TooLarge| Box::new(Diagnostic::error(e.to_string()));
-    let mut graph = Graph::clone(&scene.graph);
     let whole = scene.surface.field;
-    let found = scene.bounds.unwrap_or_else(|| stage::bounds(scene, &mut Field::new(&graph, whole)));
+    let found = stage::region(scene, &mut Field::new(&scene.graph, whole));
     // Octaves that are finer than the mesh can show fade out.
     let size = (found.max - found.min).max_element();
-    let footprint =
-        fineness.tolerance.unwrap_or(size / f64::from(fineness.resolution.unwrap_or(mesh::ENOUGH)));
-    let mut limit = |node: NodeId| {
-        let footprint = graph.constant(footprint).map_err(too_large)?;
-        graph.substitute(node, &[(Input::Footprint, footprint)]).map_err(too_large)
-    };
-    let mut field = limit(whole)?;
-    let color = match scene.surface.color {
-        Some([r, g, b]) => Some([limit(r)?, limit(g)?, limit(b)?]),
-        None => None,
-    };
+    let spacing = fineness.tolerance.unwrap_or(size / f64::from(fineness.resolution.unwrap_or(mesh::ENOUGH)));
+    let (mut graph, roots) =
+        Spacing::Even(spacing).limit(&scene.graph, &scene.surface.roots()).map_err(too_large)?;
+    let mut field = roots[0];
     let grown = Aabb { min: found.min - 0.01 * size, max: found.max + 0.01 * size };
     let region = match field::extent(&Field::new(&graph, field), &grown) {
         Extent::Within(region) => region,
         Extent::Open(_) => {
-            field = clipped(&mut graph, field, &found).map_err(too_large)?;
+            field = clipped(Arc::make_mut(&mut graph), field, &found).map_err(too_large)?;
             found
         }
         Extent::Empty => {
@@ -52,7 +44,7 @@ fn solid(scene: &Scene, fineness: &Fineness) -> Result<Solid, Box<Diagnostic>> {
         }
     };
     let tape = Arc::new(Tape::new(&graph, &[field]));
-    let color = color.map(|color| Arc::new(Tape::new(&graph, &color)));
+    let color = (roots.len() > 1).then(|| Arc::new(Tape::new(&graph, &roots[1..])));
     Ok(Solid { tape, color, region })
 }
 

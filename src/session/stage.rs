@@ -87,6 +87,16 @@ fn pool(threads: NonZeroUsize) -> Result<rayon::ThreadPool, Box<Diagnostic>> {
 /// Half sides of the cubes in which a solid is looked for, one after the other.
 const REACHES: [f64; 4] = [2.0, 16.0, 256.0, 4096.0];
 
+/// The box that a scene gives, or else finds for a field of its.
+pub(super) fn region(scene: &Scene, field: &mut Field) -> Aabb {
+    scene.bounds.unwrap_or_else(|| bounds(scene, field))
+}
+
+/// Why nothing came of a job that was stopped.
+pub(super) fn stopped() -> Box<Diagnostic> {
+    Box::new(Diagnostic::error("stopped before it was finished").hint("no file was written"))
+}
+
 /// A box for a scene that gives none: around the solid if it ends, else around what the camera can
 /// be meant to show.
 pub fn bounds(scene: &Scene, field: &mut Field) -> Aabb {

@@ -2,13 +2,14 @@
 //!
 //! [`write()`] hands out a temporary file in the folder of its destination, and renames it into place
 //! once everything in it has reached the disk. Whatever goes wrong before that, including the end
-//! of the process, leaves the earlier file as it was. [`check`] asks beforehand whether that can
+//! of the process, leaves the earlier file as it was. Files that belong together are a [`FileSet`]: the
+//! first is renamed when all of them are on the disk. [`check`] asks beforehand whether that can
 //! work, so that nobody renders for an hour into a folder that does not exist.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempPath};
 
 /// Why a file was not written: what happened, to which path, and what to do about it.
 #[derive(Debug, thiserror::Error)]
@@ -55,13 +56,55 @@ pub fn write(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> Result<(), WriteError> {
-    let path = &destination(path)?;
-    let mut temporary = create(path)?;
-    let written = write_through(&mut temporary, fill).and_then(|()| keep_permissions(path, &temporary));
-    written.map_err(|source| failed(path, source))?;
-    temporary.persist(path).map_err(|e| failed(path, e.error))?;
-    sync_folder(folder_of(path));
-    Ok(())
+    let mut alone = FileSet::default();
+    alone.add(path, fill)?;
+    alone.commit()
+}
+
+/// Files that appear together: those of a set that is dropped, or that a process leaves behind when it
+/// ends, never do.
+#[derive(Debug, Default)]
+pub struct FileSet {
+    /// Where each file goes, and where it is until then. They are closed, since there may be more of them
+    /// than a process can hold open.
+    files: Vec<(PathBuf, TempPath)>,
+}
+
+impl FileSet {
+    /// Adds a file, as [`write()`] would, but for the last step.
+    ///
+    /// # Errors
+    /// [`WriteError`]; the set is then as it was.
+    pub fn add(
+        &mut self,
+        path: &Path,
+        fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+    ) -> Result<(), WriteError> {
+        let path = destination(path)?;
+        let mut temporary = create(&path)?;
+        let written = write_through(&mut temporary, fill).and_then(|()| keep_permissions(&path, &temporary));
+        written.map_err(|source| failed(&path, source))?;
+        self.files.push((path, temporary.into_temp_path()));
+        Ok(())
+    }
+
+    /// Renames all files into place, in the order in which they were added.
+    ///
+    /// # Errors
+    /// [`WriteError`] of the first that cannot be renamed, as when somebody has taken the folder away in the
+    /// meantime; those before it are then in place.
+    pub fn commit(self) -> Result<(), WriteError> {
+        let mut folders: Vec<PathBuf> = Vec::new();
+        for (path, temporary) in self.files {
+            temporary.persist(&path).map_err(|e| failed(&path, e.error))?;
+            let folder = folder_of(&path);
+            if folders.iter().all(|known| known != folder) {
+                folders.push(folder.to_owned());
+            }
+        }
+        folders.iter().for_each(|folder| sync_folder(folder));
+        Ok(())
+    }
 }
 
 /// Whether [`write()`] could write `path` now; leaves nothing behind.
@@ -98,7 +141,7 @@ fn destination(path: &Path) -> Result<PathBuf, WriteError> {
 }
 
 /// The folder that a path is in; the current one where the path does not say.
-fn folder_of(path: &Path) -> &Path {
+pub(super) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -143,7 +186,7 @@ fn sync_folder(folder: &Path) {
     }
 }
 
-fn failed(path: &Path, source: io::Error) -> WriteError {
+pub(super) fn failed(path: &Path, source: io::Error) -> WriteError {
     match source.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => WriteError::Full(path.to_owned()),
         _ => WriteError::Other { path: path.to_owned(), source },
@@ -201,6 +244,25 @@ mod tests {
         assert!(std::panic::catch_unwind(job).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"earlier");
         assert_eq!(names(folder.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn files_of_a_set_appear_together_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b] = ["a.txt", "b.txt"].map(|name| folder.path().join(name));
+        fs::write(&a, "earlier").unwrap();
+        let mut set = FileSet::default();
+        set.add(&a, |f| f.write_all(b"one")).unwrap();
+        assert!(set.add(&b, |_| Err(io::ErrorKind::InvalidData.into())).is_err());
+        assert_eq!(fs::read(&a).unwrap(), b"earlier");
+        drop(set);
+        assert_eq!((fs::read(&a).unwrap(), names(folder.path())), (b"earlier".into(), vec!["a.txt".into()]));
+        let mut set = FileSet::default();
+        set.add(&a, |f| f.write_all(b"one")).unwrap();
+        set.add(&b, |f| f.write_all(b"two")).unwrap();
+        set.commit().unwrap();
+        assert_eq!((fs::read(&a).unwrap(), fs::read(&b).unwrap()), (b"one".into(), b"two".into()));
+        assert_eq!(names(folder.path()), ["a.txt", "b.txt"]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Files of other programs: what is written comes back, and hostile files are refused.
 
 mod gltf;
+mod heights;
 mod hostile;
 mod memory;
 mod meshes;

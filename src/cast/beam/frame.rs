@@ -19,6 +19,8 @@ pub(super) fn is_real(ray: &Ray) -> bool {
 /// origin + z axis + s (x u + y v),     s = z for rays from one origin, 1 for parallel ones
 /// ```
 ///
+/// Rays may also run towards their origin, at depths below zero, as they do to the centre of a planet.
+///
 /// Depths are the same for all beams of the group, so that a beam starts where the one that it is a
 /// part of ended.
 #[derive(Clone, Copy, Debug)]
@@ -123,7 +125,7 @@ impl Section {
 
     /// Half the diagonal at a depth.
     pub(super) fn radius(&self, frame: &Frame, depth: f64) -> f64 {
-        if frame.is_parallel { self.radius } else { depth * self.radius }
+        if frame.is_parallel { self.radius } else { depth.abs() * self.radius }
     }
 
     /// A place in units of the extent, from the centre.

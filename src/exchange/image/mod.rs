@@ -2,17 +2,21 @@
 //!
 //! | ending | read | written |
 //! |---|---|---|
-//! | `.png` | 8 and 16 bits, grey or in colours, with palettes too: from 0 to 1 | no |
-//! | `.exr` | 16 and 32 bits, any channel of any part: as it is | 32 bits, one channel |
+//! | `.png` | 8 and 16 bits, grey or in colours, with palettes too: from 0 to 1 | 16 bits, grey: from 0 to 1 |
+//! | `.exr` | 16 and 32 bits, any channel of any part: as it is | 32 bits, one channel: as it is |
 //!
-//! Numbers are taken as they are stored; no transfer function is undone, since heights have none.
+//! Numbers are taken as they are stored; no transfer function is undone, since heights have none. Pictures
+//! are written in bands of rows, which are asked for one after the other, so that a picture may be larger than
+//! memory.
 
 mod openexr;
 mod png;
 
-pub use openexr::write;
+pub use openexr::{write, write_exr};
+pub use png::write_png;
 
 use super::fault::{Fault, Place, ending};
+use std::io;
 
 /// One number for each pixel.
 #[derive(Clone, PartialEq, Debug)]
@@ -23,6 +27,37 @@ pub struct Image {
     pub height: usize,
     /// Numbers, row by row from the top.
     pub values: Vec<f64>,
+}
+
+/// A picture that is written in bands.
+#[derive(Clone, Copy, Debug)]
+pub struct Sheet<'a> {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// What the file says about itself: names, and texts in Latin letters.
+    pub notes: &'a [(&'a str, String)],
+}
+
+/// Fills a band with the next numbers, row by row from the top.
+pub type Rows<'a> = &'a mut dyn FnMut(&mut [f64]) -> io::Result<()>;
+
+/// Rows in a band; the last may have fewer. Both formats pack rows together in numbers that divide this.
+pub const BAND: u32 = 64;
+
+impl Sheet<'_> {
+    /// Asks for all bands, and passes each on with the number of its first row.
+    fn bands(&self, rows: Rows<'_>, mut put: impl FnMut(u32, &[f64]) -> io::Result<()>) -> io::Result<()> {
+        let width = self.width as usize;
+        let mut band = vec![0.0; width * BAND.min(self.height) as usize];
+        for first in (0..self.height).step_by(BAND as usize) {
+            let band = &mut band[..width * BAND.min(self.height - first) as usize];
+            rows(band)?;
+            put(first, band)?;
+        }
+        Ok(())
+    }
 }
 
 /// Reads one channel of a picture of `most` pixels at most, in the format that the ending of the file's

@@ -1,16 +1,18 @@
 //! Numbers from and to OpenEXR pictures.
 
-use super::{Image, checked, no_channel};
+use super::{Image, Rows, Sheet, checked, no_channel};
 use crate::exchange::fault::{Fault, Place};
-use exr::block::UncompressedBlock;
+use exr::block::chunk::Chunk;
 use exr::block::reader::ChunksReader;
+use exr::block::writer::ChunksWriter;
+use exr::block::{BlockIndex, UncompressedBlock};
 use exr::error::UnitResult;
-use exr::image::Image as Picture;
+use exr::meta::BlockDescription;
 use exr::meta::header::Header;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, Error, FlatSamples, Layer, LayerAttributes,
-    LineOrder, SampleType, Text, Vec2, WritableImage, f16,
+    ChannelDescription, Compression, Error, LayerAttributes, LineOrder, MetaData, SampleType, Text, Vec2, f16,
 };
+use rayon::prelude::*;
 use std::io::{self, Cursor, Seek, Write};
 
 /// Bytes that the pixels of a part may have, all channels together, for each pixel that is possible.
@@ -120,27 +122,101 @@ fn choose(headers: &[Header], wanted: Option<&str>) -> Result<(usize, usize), Fa
 /// is not finite in 32 bits.
 pub fn write(image: &Image, out: impl Write + Seek) -> io::Result<()> {
     let Image { width, height, values } = image;
-    let unfit = |what| Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+    let (Ok(columns), Ok(lines)) = (u32::try_from(*width), u32::try_from(*height)) else {
+        return unfit("the picture is too large");
+    };
     if width.checked_mul(*height) != Some(values.len()) {
         return unfit("there are not as many numbers as pixels");
     }
-    let values: Vec<f32> = values.iter().map(|v| *v as f32).collect();
-    if values.iter().any(|v| !v.is_finite()) {
-        return unfit("a number is not finite in 32 bits");
+    if values.iter().any(|v| v.is_nan()) {
+        return unfit(BEYOND);
     }
-    let samples = FlatSamples::F32(values);
-    // Lines in order, so that equal pictures make equal files.
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
+    let mut rest = &values[..];
+    write_exr(&Sheet { width: columns, height: lines, notes: &[] }, out, &mut |band| {
+        let (next, after) = rest.split_at(band.len());
+        band.copy_from_slice(next);
+        rest = after;
+        Ok(())
+    })
+}
+
+const BEYOND: &str = "a number is not finite in 32 bits";
+
+fn unfit<T>(what: &str) -> io::Result<T> {
+    Err(io::Error::new(io::ErrorKind::InvalidInput, what))
+}
+
+/// Writes a picture of one channel, `Y`, in 32 bits, band by band. A number may be NaN: nothing is there.
+///
+/// # Errors
+/// When `out` or `rows` fails; [`io::ErrorKind::InvalidInput`] when a number is infinite in 32 bits.
+pub fn write_exr(sheet: &Sheet<'_>, out: impl Write + Seek, rows: Rows<'_>) -> io::Result<()> {
+    // The library has errors of its own; this one is to come out as it went in.
+    let mut failed = None;
+    let written = exr::block::write(out, [header(sheet)].into_iter().collect(), true, |meta, chunks| {
+        let written = sheet.bands(rows, |first, band| {
+            let packed = pack(sheet, &meta, first, band)?;
+            for (i, chunk) in (first as usize / LINES..).zip(packed) {
+                chunks.write_chunk(i, chunk).map_err(io_error)?;
+            }
+            Ok(())
+        });
+        written.map_err(|error| {
+            failed = Some(error);
+            Error::Aborted
+        })
+    });
+    match failed {
+        Some(error) => Err(error),
+        None => written.map_err(io_error),
+    }
+}
+
+/// Lines that are compressed together.
+const LINES: usize = Compression::ZIP16.scan_lines_per_block();
+
+fn header(sheet: &Sheet<'_>) -> Header {
+    let channels = [ChannelDescription::named("Y", SampleType::F32)].into_iter().collect();
+    let size = (sheet.width as usize, sheet.height as usize);
+    let notes: Vec<String> = sheet.notes.iter().map(|(name, text)| format!("{name}: {text}")).collect();
+    let attributes = LayerAttributes {
+        software_name: Text::new_or_none("orogen"),
+        comments: Text::new_or_none(notes.join("; ")).filter(|_| !notes.is_empty()),
+        ..LayerAttributes::default()
     };
-    let channels = AnyChannels::sort([AnyChannel::new("Y", samples)].into_iter().collect());
-    let attributes =
-        LayerAttributes { software_name: Text::new_or_none("orogen"), ..LayerAttributes::default() };
-    let image = Picture::from_layer(Layer::new((*width, *height), attributes, encoding, channels));
-    image.write().to_buffered(out).map_err(|error| match error {
+    // Lines in order, so that equal pictures make equal files.
+    Header::new(Text::default(), size, channels)
+        .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing)
+        .with_attributes(attributes)
+}
+
+/// The lines of a band, compressed.
+fn pack(sheet: &Sheet<'_>, meta: &MetaData, first: u32, band: &[f64]) -> io::Result<Vec<Chunk>> {
+    let width = sheet.width as usize;
+    let parts = band.par_chunks(LINES * width).enumerate();
+    let packed = parts.map(|(i, lines)| {
+        let mut data = Vec::with_capacity(4 * lines.len());
+        for value in lines {
+            let single = *value as f32;
+            if single.is_infinite() {
+                return unfit(BEYOND);
+            }
+            data.extend(single.to_ne_bytes());
+        }
+        let index = BlockIndex {
+            layer: 0,
+            pixel_position: Vec2(0, first as usize + i * LINES),
+            pixel_size: Vec2(width, lines.len() / width),
+            level: Vec2(0, 0),
+        };
+        UncompressedBlock { index, data }.compress_to_chunk(&meta.headers).map_err(io_error)
+    });
+    packed.collect()
+}
+
+fn io_error(error: Error) -> io::Error {
+    match error {
         Error::Io(error) => error,
         other => io::Error::other(other.to_string()),
-    })
+    }
 }

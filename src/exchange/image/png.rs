@@ -1,9 +1,11 @@
-//! Heights from PNG pictures.
+//! Heights from and to PNG pictures.
 
-use super::{Image, checked, no_channel};
+use super::{Image, Rows, Sheet, checked, no_channel};
 use crate::exchange::fault::{Fault, Place};
-use png::{BitDepth, ColorType, DecodeOptions, Decoder, DecodingError, Transformations};
-use std::io::Cursor;
+use png::{
+    BitDepth, ColorType, DecodeOptions, Decoder, DecodingError, Encoder, EncodingError, Transformations,
+};
+use std::io::{self, Cursor, Write};
 
 /// Bytes that one byte of deflated data can become at most: a symbol of two bits for 258 bytes.
 const MOST_INFLATED: usize = 1032;
@@ -57,5 +59,38 @@ fn weights(color: ColorType, channel: Option<&str>) -> Result<Vec<(usize, f64)>,
         Some(k) => Ok(vec![(k, 1.0)]),
         None if wanted == "Y" => Ok(BRIGHTNESS.into_iter().enumerate().collect()),
         None => Err(no_channel(wanted, names.iter().map(|name| (*name).to_owned()))),
+    }
+}
+
+/// Writes a grey picture in 16 bits, band by band, of numbers from 0 to 1. Those that are less or NaN become
+/// black, those that are more white.
+///
+/// # Errors
+/// When `out` or `rows` fails.
+pub fn write_png(sheet: &Sheet<'_>, out: impl Write, rows: Rows<'_>) -> io::Result<()> {
+    let mut encoder = Encoder::new(out, sheet.width, sheet.height);
+    encoder.set_color(ColorType::Grayscale);
+    encoder.set_depth(BitDepth::Sixteen);
+    encoder.add_text_chunk("Software".to_owned(), "orogen".to_owned()).map_err(io_error)?;
+    for (name, text) in sheet.notes {
+        encoder.add_text_chunk((*name).to_owned(), text.clone()).map_err(io_error)?;
+    }
+    let mut writer = encoder.write_header().map_err(io_error)?;
+    let mut pixels = writer.stream_writer().map_err(io_error)?;
+    let mut bytes = Vec::new();
+    sheet.bands(rows, |_, band| {
+        bytes.clear();
+        // The cast saturates, and takes NaN to zero.
+        bytes.extend(band.iter().flat_map(|v| ((v * 65535.0).round() as u16).to_be_bytes()));
+        pixels.write_all(&bytes)
+    })?;
+    pixels.finish().map_err(io_error)?;
+    writer.finish().map_err(io_error)
+}
+
+fn io_error(error: EncodingError) -> io::Error {
+    match error {
+        EncodingError::IoError(error) => error,
+        other => io::Error::other(other),
     }
 }

@@ -1,0 +1,195 @@
+//! `orogen heights`: a planet as a map of its heights, for other programs.
+
+use super::interrupt::Interrupt;
+use super::options::{self, ScriptOptions};
+use super::progress::Progress;
+use super::report::{Failure, Outcome, Terminal, count, err, plural, seconds};
+use super::work;
+use crate::diag::Diagnostic;
+use crate::mesh::Watch;
+use crate::render::Format;
+use crate::scene::Film;
+use crate::session::heights::{Chart, Globe, Mapped, Mapping, Projection, map_heights};
+use crate::session::{self, Session};
+use crate::world::{Disk, atomic};
+use clap::ValueEnum;
+use glam::DVec3;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Map the heights of a script's planet
+///
+/// Writes how far the outermost surface is above a sphere, in every direction from its centre. A .png
+/// has 16 bits of grey, from the lowest height to the highest, or over the range that is given; the file and
+/// the last line say which. An .exr has heights in the units of the script, in 32 bits. Where there is no solid
+/// down to the centre, a .png is black and an .exr has NaN. Maps larger than memory are no problem.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  orogen heights planet.rhai -o planet.png                 1024 x 512 pixels
+  orogen heights planet.rhai -o planet.exr --size 4096     8192 x 4096 pixels
+  orogen heights planet.rhai -o planet.png --projection cube --size 1024
+  orogen heights moon.rhai -o moon.png --radius 1737 --range -9..11
+
+An equirectangular map is N pixels high and twice as wide, with +z in its middle, +x a quarter of its
+width to the right, and the north pole, +y, along its top edge. A cube is six squares of N pixels,
+planet.px.png (+x), nx, py, ny, pz and nz, in the layout of OpenGL's cube maps. Seen from outside:
+
+        py
+     nx pz px nz
+        ny")]
+pub struct Args {
+    /// Script of the planet
+    #[arg(value_name = "SCRIPT")]
+    script: PathBuf,
+
+    /// Map to write: .png or .exr
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+
+    /// How the sphere becomes flat: equirectangular or cube
+    #[arg(long, value_name = "KIND", default_value = "equirectangular", hide_possible_values = true)]
+    projection: Kind,
+
+    /// Height of the map, or of each face of the cube, in pixels
+    #[arg(long, value_name = "N", default_value = "512")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(Film::MAX_SIDE / 2)))]
+    size: u32,
+
+    /// Centre of the sphere, in the units of the script
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", value_parser = point, allow_hyphen_values = true)]
+    center: DVec3,
+
+    /// Radius at which heights are zero; 0 for distances from the centre
+    #[arg(long, value_name = "R", default_value = "1", value_parser = radius, allow_hyphen_values = true)]
+    radius: f64,
+
+    /// Heights that are black and white in a .png [default: the lowest and the highest]
+    #[arg(long, value_name = "LO..HI", value_parser = range, allow_hyphen_values = true)]
+    range: Option<(f64, f64)>,
+
+    #[command(flatten)]
+    scripting: ScriptOptions,
+
+    /// Threads to use [default: one per processor core]; the heights do not depend on it
+    #[arg(long, value_name = "N", value_parser = options::threads)]
+    threads: Option<NonZeroUsize>,
+}
+
+/// A projection by its name.
+#[derive(Clone, Copy, ValueEnum)]
+enum Kind {
+    Equirectangular,
+    Cube,
+}
+
+fn point(text: &str) -> Result<DVec3, String> {
+    let numbers: Result<Vec<f64>, String> = text.split(',').map(options::finite).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, z]) if x.abs().max(y.abs()).max(z.abs()) <= 1e15 => Ok(DVec3::new(x, y, z)),
+        _ => Err("a point is three numbers with commas between them, such as 0,1.5,0".into()),
+    }
+}
+
+fn radius(text: &str) -> Result<f64, String> {
+    match options::finite(text)? {
+        radius if (0.0..=1e15).contains(&radius) => Ok(radius),
+        _ => Err("the radius must not be below 0; for example: --radius 6371".into()),
+    }
+}
+
+fn range(text: &str) -> Result<(f64, f64), String> {
+    let ends = text.split_once("..").map(|(lo, hi)| (options::finite(lo), options::finite(hi)));
+    match ends {
+        Some((Ok(lo), Ok(hi))) if lo < hi => Ok((lo, hi)),
+        _ => Err("a range is a number and a larger one, such as -0.01..0.02".into()),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
+    let start = Instant::now();
+    let mapping = mapping(args)?;
+    for file in mapping.chart.files(&args.output) {
+        atomic::check(&file).map_err(|e| Diagnostic::error(e.to_string()))?;
+    }
+    let mut session = Session::new(&args.script, Arc::new(Disk));
+    session.set(args.scripting.params()?, args.scripting.time);
+    let progress = Progress::new(terminal, &args.output.display().to_string());
+    let bar = progress.clone();
+    let interrupt = Interrupt::listen(move || bar.say("stopping (Ctrl-C again quits at once)"));
+    let flag = interrupt.flag();
+    let loaded = session.load(&flag);
+    let scene = progress.aside(|| work::report(&loaded, terminal)).ok_or(Failure::Reported)?;
+    let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
+    let mapped = session::on_threads(args.threads, || map_heights(&scene, &mapping, &args.output, &watch));
+    progress.finish();
+    let mapped = mapped.and_then(|m| m).map_err(|error| work::failure(error, &loaded, terminal))?;
+    for warning in warnings(&mapped, &mapping) {
+        terminal.diagnostic(&warning, &loaded.sources);
+    }
+    err(summary(args, &mapping, &mapped, start.elapsed().as_secs_f64()));
+    Ok(())
+}
+
+/// What is asked for, if it makes sense.
+fn mapping(args: &Args) -> Result<Mapping, Failure> {
+    let format = Format::of(&options::picture_path(args.output.clone())?);
+    if args.range.is_some() && matches!(format, Ok(Format::OpenExr)) {
+        let hint = "leave --range out, or write a .png";
+        return Err(Failure::usage("an .exr holds heights as they are and has no --range", hint));
+    }
+    let projection = match args.projection {
+        Kind::Equirectangular => Projection::Equirectangular,
+        Kind::Cube => Projection::Cube,
+    };
+    let globe = Globe { center: args.center, radius: args.radius };
+    Ok(Mapping { chart: Chart { projection, size: args.size }, globe, range: args.range })
+}
+
+/// What is odd about a map.
+fn warnings(mapped: &Mapped, mapping: &Mapping) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    let of_all = |n: u64| format!("in {} of {}", count(n), plural(mapping.chart.pixels(), "pixel"));
+    if mapped.tally.missed > 0 {
+        let there = if mapped.range.is_some() { "they are black" } else { "they are NaN" };
+        let what = format!("there is no solid {}; {there}", of_all(mapped.tally.missed));
+        warnings.push(Diagnostic::warning(what).hint("put the centre inside of the solid with --center"));
+    }
+    if mapped.tally.cut > 0 {
+        let what = format!("the solid reaches beyond the bounds of the scene {}", of_all(mapped.tally.cut));
+        warnings.push(Diagnostic::warning(what).hint("widen the bounds in the script"));
+    }
+    warnings
+}
+
+/// `moon.png: 1024x512, 1.2 s, 524 288 rays`, and `heights within 0..0.012, 0..0.012 from black to white`
+fn summary(args: &Args, mapping: &Mapping, mapped: &Mapped, elapsed: f64) -> String {
+    let Chart { size, .. } = mapping.chart;
+    let faces = match mapping.chart.faces() {
+        1 => String::new(),
+        n => format!("{n} files of "),
+    };
+    let mut line = format!(
+        "{}: {faces}{}x{size}, {}, {}",
+        args.output.display(),
+        mapping.chart.width(),
+        seconds(elapsed),
+        plural(mapped.tally.cast.rays, "ray")
+    );
+    match mapped.tally.cast.uncertified {
+        0 => {}
+        n => line += &format!(", {} uncertified", count(n)),
+    }
+    let (lowest, highest) = mapped.heights;
+    line += &format!("\nheights within {lowest}..{highest}");
+    if let Some((black, white)) = mapped.range {
+        line += &format!(", {black}..{white} from black to white");
+        match mapped.beyond {
+            0 => {}
+            n => line += &format!(", {} beyond", plural(n, "pixel")),
+        }
+    }
+    line
+}
