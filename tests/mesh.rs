@@ -73,23 +73,18 @@ fn counted(script: &str, half: f64, n: usize) -> i64 {
         inside[i] = field.value([i % n, i / n % n, i / n / n].map(place).into()) < 0.0;
     }
     // Corners, edges, faces and cubes of the lattice are at half steps; each is there if a cube beside it is.
-    let beside = |i: usize| [i.checked_sub(1).map(|i| i / 2), Some(i / 2).filter(|i| *i < n)];
-    let sides: Vec<_> = (0..=2 * n).map(beside).collect();
-    let is_there = |x: usize, y: usize, z: usize| {
-        let mut cubes = sides[z].iter().flatten().flat_map(|k| {
-            sides[y]
-                .iter()
-                .flatten()
-                .flat_map(move |j| sides[x].iter().flatten().map(move |i| (k * n + j) * n + i))
-        });
-        cubes.any(|cube| inside[cube])
+    let cubes = |i: usize| [i.checked_sub(1).map(|i| i / 2), Some(i / 2).filter(|i| *i < n)];
+    let sides: Vec<_> = (0..=2 * n).map(cubes).collect();
+    let beside = |i: usize| sides[i].iter().flatten();
+    let is_there = |[x, y, z]: [usize; 3]| {
+        beside(z).any(|k| beside(y).any(|j| beside(x).any(|i| inside[(k * n + j) * n + i])))
     };
+    let size = 2 * n + 1;
     let mut sum = 0;
-    for (x, y, z) in
-        (0..=2 * n).flat_map(|z| (0..=2 * n).flat_map(move |y| (0..=2 * n).map(move |x| (x, y, z))))
-    {
-        if is_there(x, y, z) {
-            sum += if (x + y + z) % 2 == 0 { 1 } else { -1 };
+    for i in 0..size * size * size {
+        let at = [i % size, i / size % size, i / size / size];
+        if is_there(at) {
+            sum += if at.iter().sum::<usize>() % 2 == 0 { 1 } else { -1 };
         }
     }
     2 * sum
