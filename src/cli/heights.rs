@@ -88,14 +88,14 @@ fn point(text: &str) -> Result<DVec3, String> {
     let numbers: Result<Vec<f64>, String> = text.split(',').map(options::finite).collect();
     match numbers.as_deref() {
         Ok(&[x, y, z]) if x.abs().max(y.abs()).max(z.abs()) <= 1e15 => Ok(DVec3::new(x, y, z)),
-        _ => Err("a point is three numbers with commas between them, such as 0,1.5,0".into()),
+        _ => Err("a point is three numbers up to 1e15 with commas between them, such as 0,1.5,0".into()),
     }
 }
 
 fn radius(text: &str) -> Result<f64, String> {
     match options::finite(text)? {
         radius if (0.0..=1e15).contains(&radius) => Ok(radius),
-        _ => Err("the radius must not be below 0; for example: --radius 6371".into()),
+        _ => Err("the radius must be from 0 to 1e15; for example: --radius 6371".into()),
     }
 }
 

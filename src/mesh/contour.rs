@@ -307,8 +307,8 @@ impl Search {
     fn guess(&self) -> f64 {
         let ([a, b], [fa, fb]) = (self.ends, self.values);
         let guess = (a * fb - b * fa) / (fb - fa);
-        // An end that is as good as the crossing stays the guess.
-        if guess >= a && guess <= b { guess } else { 0.5 * (a + b) }
+        // Rounding must not lead away from an end that is the crossing itself.
+        if guess.is_nan() { 0.5 * (a + b) } else { guess.clamp(a, b) }
     }
 
     fn learn(&mut self, value: f64) {

@@ -111,8 +111,8 @@ ops! {
     Neg(1) = Neg, "neg", "The same with the other sign.", "max(sphere(1.0), -box([1, 3, 1]))";
     Square(1) = Square, "square", "The number times itself.", "y + 0.8 - square(x)";
     Sqrt(1) = Sqrt, "sqrt", "Square root; undefined below zero.", "y - sqrt(x)";
-    Powi(1) = Powi { n: 3 }, "powi", "Integer power.", "y - x ** 3";
-    Powf(2) = Powf, "pow", "Real power of a number that is not negative.", "y - x ** 1.5";
+    Powi(1) = Powi { n: 3 }, "powi", "Integer power.", "y - powi(x, 3)";
+    Powf(2) = Powf, "pow", "Real power of a number that is not negative.", "y + 0.8 - pow(abs(x), 1.5)";
     Exp(1) = Exp, "exp", "e to the power of a number.", "y + 1.0 - exp(x)";
     Ln(1) = Ln, "ln", "Natural logarithm; undefined below zero.", "y - ln(x + 1.0)";
     Sin(1) = Sin, "sin", "Sine of an angle in radians.", "y - 0.4 * sin(4.0 * x)";

@@ -270,7 +270,7 @@ impl Prepared {
     }
 }
 
-/// Columns and rows of the pixels of a tile, counted from its corner: neighbours among them are neighbours
+/// Columns and rows of the pixels of one of the [`tiles`], counted from its corner: neighbours among them are neighbours
 /// in the picture, so that the rays of a batch stay together.
 pub fn places(rect: &Rect) -> impl Iterator<Item = (u32, u32)> + use<> {
     let Rect { width, height, .. } = *rect;

@@ -14,11 +14,11 @@ use std::sync::Arc;
 pub enum Spacing {
     /// Equally far everywhere.
     Even(f64),
-    /// As far as so many units of arc are wide, seen from a point.
+    /// In proportion to the distance from a point.
     Angle {
         /// The point.
         from: DVec3,
-        /// Distance one unit away.
+        /// How far apart they are at distance one.
         angle: f64,
     },
 }

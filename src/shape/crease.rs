@@ -9,7 +9,7 @@ use super::Mesh;
 use glam::DVec3;
 
 /// The same surface, with points doubled along edges where the normals of the triangles differ by more than
-/// so many degrees. It has holes in name only: copies of a point have its place, bit for bit.
+/// so many degrees, and around triangles without area, which have none. It has holes in name only: copies of a point have its place, bit for bit.
 pub fn creased(mesh: &Mesh, degrees: f64) -> Mesh {
     let normals: Vec<DVec3> = (0..mesh.triangles.len()).map(|t| normal(mesh, t)).collect();
     let least = libm::cos(degrees.to_radians());
@@ -17,7 +17,7 @@ pub fn creased(mesh: &Mesh, degrees: f64) -> Mesh {
     for (point, fan) in fans(mesh).into_iter().enumerate() {
         let is_smooth = |a: usize, b: usize| {
             let (a, b) = (normals[fan[a] / 3], normals[fan[b] / 3]);
-            a == DVec3::ZERO || b == DVec3::ZERO || a.dot(b) > least
+            a.dot(b).clamp(-1.0, 1.0) >= least
         };
         let groups = groups(mesh, &fan, is_smooth);
         let is_split = groups.iter().any(|group| *group != 0);

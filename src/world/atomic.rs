@@ -61,8 +61,8 @@ pub fn write(
     alone.commit()
 }
 
-/// Files that appear together: those of a set that is dropped, or that a process leaves behind when it
-/// ends, never do.
+/// Files that appear together: all of them are written out before the first appears, and those of a set that is
+/// dropped never do.
 #[derive(Debug, Default)]
 pub struct FileSet {
     /// Where each file goes, and where it is until then. They are closed, since there may be more of them
@@ -116,7 +116,7 @@ pub fn check(path: &Path) -> Result<(), WriteError> {
 }
 
 /// The file that `path` stands for, found fit to be written.
-fn destination(path: &Path) -> Result<PathBuf, WriteError> {
+pub(super) fn destination(path: &Path) -> Result<PathBuf, WriteError> {
     if path.file_name().is_none() {
         return Err(WriteError::NotAFile(path.to_owned()));
     }

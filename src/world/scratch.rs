@@ -3,7 +3,7 @@
 //! They go to a file without a name, beside the one that comes of them, where there must be room anyway.
 //! It is gone when it is closed, however the process ends.
 
-use super::atomic::{WriteError, failed, folder_of};
+use super::atomic::{WriteError, destination, failed, folder_of};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -28,17 +28,17 @@ impl Scratch {
     /// # Errors
     /// [`WriteError`] where nothing can be written.
     pub fn beside(path: &Path) -> Result<Scratch, WriteError> {
-        let file = tempfile::tempfile_in(folder_of(path)).map_err(|source| failed(path, source))?;
+        let file =
+            tempfile::tempfile_in(folder_of(&destination(path)?)).map_err(|source| failed(path, source))?;
         Ok(Scratch { file: BufWriter::with_capacity(PIECE, file), path: path.to_owned() })
     }
 
     /// Keeps numbers.
     ///
     /// # Errors
-    /// [`WriteError`] when the disk is full or broken.
-    pub fn push(&mut self, values: &[f64]) -> Result<(), WriteError> {
-        let mut put = || values.iter().try_for_each(|v| self.file.write_all(&v.to_le_bytes()));
-        put().map_err(|source| failed(&self.path, source))
+    /// When the disk is full or broken.
+    pub fn push(&mut self, values: &[f64]) -> io::Result<()> {
+        values.iter().try_for_each(|v| self.file.write_all(&v.to_le_bytes()))
     }
 
     /// Turns back to the first number.

@@ -48,7 +48,11 @@ pub const BAND: u32 = 64;
 
 impl Sheet<'_> {
     /// Asks for all bands, and passes each on with the number of its first row.
-    fn bands(&self, rows: Rows<'_>, mut put: impl FnMut(u32, &[f64]) -> io::Result<()>) -> io::Result<()> {
+    pub fn bands(
+        &self,
+        rows: Rows<'_>,
+        mut put: impl FnMut(u32, &[f64]) -> io::Result<()>,
+    ) -> io::Result<()> {
         let width = self.width as usize;
         let mut band = vec![0.0; width * BAND.min(self.height) as usize];
         for first in (0..self.height).step_by(BAND as usize) {

@@ -88,11 +88,16 @@ fn powers(lib: &mut Library<'_>) {
     let sentence = "Power. Whole exponents take any base; others need one that is not negative.";
     lib.bind("**", 2, |c| power(c)?.into_dynamic(c.host));
     lib.document("**", "a ** b", sentence, "y + 0.8 - x ** 2");
-    lib.def("pow(a, b)", sentence, "y + 0.8 - pow(abs(x), 1.5)", |c| power(c)?.into_dynamic(c.host));
-    lib.def("powi(a, n)", "Whole power of a number of either sign.", "y - powi(x, 3)", |c| {
-        c.integer(1)?;
-        power(c)?.into_dynamic(c.host)
-    });
+    lib.def("pow(a, b)", sentence, Op::Powf(op::Powf).example(), |c| power(c)?.into_dynamic(c.host));
+    lib.def(
+        "powi(a, n)",
+        "Whole power of a number of either sign.",
+        Op::Powi(op::Powi { n: 3 }).example(),
+        |c| {
+            c.integer(1)?;
+            power(c)?.into_dynamic(c.host)
+        },
+    );
 }
 
 fn power(c: &Call<'_>) -> Outcome<Value> {

@@ -7,7 +7,7 @@
 //! A map may be larger than memory, so heights are measured, encoded and forgotten band by band. An EXR holds them as
 //! they are, in the units of the script. A PNG holds shares of a range; where the range is not given, it is from the
 //! lowest height to the highest, which are known when all are measured: then heights wait in a file without a name
-//! until they are. The files of a map appear together, or none does.
+//! until they are. All files of a map are on the disk before the first of them appears.
 
 mod chart;
 mod sounding;
@@ -54,7 +54,7 @@ pub struct Mapping {
 pub struct Mapped {
     /// What was found.
     pub tally: Tally,
-    /// All heights lie between these two numbers, which are short.
+    /// All heights lie between these two numbers, which are short, give or take the precision of casting.
     pub heights: (f64, f64),
     /// Heights that are black and white, in a PNG.
     pub range: Option<(f64, f64)>,
@@ -131,17 +131,10 @@ fn keep(
     watch: &Watch<'_>,
 ) -> Result<Kept, WriteError> {
     let mut scratch = Scratch::beside(path)?;
-    let Chart { size, .. } = mapping.chart;
-    let width = mapping.chart.width() as usize;
-    let mut band = vec![0.0; width * image::BAND.min(size) as usize];
+    let face = Sheet { width: mapping.chart.width(), height: mapping.chart.size, notes: &[] };
     for _ in 0..mapping.chart.faces() {
-        for first in (0..size).step_by(image::BAND as usize) {
-            let rows = &mut band[..width * image::BAND.min(size - first) as usize];
-            sounder
-                .next(rows, watch)
-                .map_err(|source| WriteError::Other { path: path.to_owned(), source })?;
-            scratch.push(rows)?;
-        }
+        face.bands(&mut |rows| sounder.next(rows, watch), |_, rows| scratch.push(rows))
+            .map_err(|source| WriteError::Other { path: path.to_owned(), source })?;
     }
     scratch.finish()
 }
@@ -162,6 +155,7 @@ type Encoded = (FileSet, Option<(f64, f64)>, u64);
 
 /// Writes heights to the files of a map.
 fn encode(mapping: &Mapping, path: &Path, format: Format, rows: Rows<'_>) -> Result<Encoded, WriteError> {
+    // A PNG has a range by now.
     let range = mapping.range.filter(|_| format == Format::Png);
     let notes = notes(mapping, range);
     let sheet = Sheet { width: mapping.chart.width(), height: mapping.chart.size, notes: &notes };
@@ -207,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_are_short_and_hold_all_heights() {
+    fn ranges_are_short_and_hold_all_heights_but_for_the_precision() {
         let of = |lowest, highest| rounded(&Tally { lowest, highest, ..Tally::default() }, 1e-12);
         assert_eq!(of(-3e-13, 0.024305598940164375), (0.0, 0.0243056));
         assert_eq!(of(1e-13, 9e-13), (0.0, 0.0));

@@ -190,8 +190,8 @@ impl Kernel for Distance {
                         points[lane - start] = if is_near(p) { p } else { DVec3::ZERO };
                     }
                     // Searches begin with what the one before ended with, and end the same anyway.
-                    found = [found[GROUP - 1]; GROUP];
-                    search.nearest(&points[..lanes.len()], &mut found);
+                    let last = found[GROUP - 1].number;
+                    search.nearest(&points[..lanes.len()], last, &mut found);
                     for lane in lanes {
                         let p = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
                         let jet = self.jet_from(order, p, found[lane - start], &mut stack);

@@ -49,8 +49,8 @@ pub(super) fn slack(size: f64) -> f64 {
 /// Points that are searched for at the same time.
 pub(super) const GROUP: usize = 8;
 
-/// Points go together if the square of the distance between them is below this share of the square of
-/// the distance to the surface. (Measured: from a tenth to one it makes no difference.)
+/// Points go together if the square of their distance from the first of them is below this share of the
+/// square of its distance from the surface. (Measured: from a tenth to one it makes no difference.)
 const CLOSE: f64 = 0.3;
 
 /// Searches for the nearest triangles of points.
@@ -89,14 +89,14 @@ impl<'a> Search<'a> {
         Search { tree, size, pending: vec![pending; count.min(GROUP)] }
     }
 
-    /// The nearest triangles to as many points, no more than there is room for; `found` has the
-    /// numbers of the triangles that the searches begin with, if there are such.
+    /// The nearest triangles to as many points, no more than there is room for. The search begins with
+    /// the triangle of that number, if there is one.
     #[inline(always)]
-    pub(super) fn nearest(&mut self, points: &[DVec3], found: &mut [Found]) {
+    pub(super) fn nearest(&mut self, points: &[DVec3], hint: u32, found: &mut [Found]) {
         let mut room = [Query::NONE; GROUP];
         let queries = &mut room[..points.len()];
         let Some((first, others)) = queries.split_first_mut() else { return };
-        *first = Query::new(self.tree, points[0], self.size, found[0].number);
+        *first = Query::new(self.tree, points[0], self.size, hint);
         alone(self.tree, &mut self.pending, std::slice::from_mut(first));
         let mut apart = 0.0;
         for (query, x) in others.iter_mut().zip(&points[1..]) {
@@ -253,6 +253,7 @@ fn together(tree: &Tree, pending: &mut Pending, queries: &mut [Query]) {
             }
         } else if queries.iter().any(|query| key <= query.most.to_bits()) {
             let node = &tree.nodes[child as usize];
+            // Through memory, as in `step`.
             let (keys, what) = black_box(common_keys(node, queries));
             pending.push(keys, what);
         }

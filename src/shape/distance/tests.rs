@@ -218,7 +218,16 @@ fn batches_give_the_same_bits_in_any_order() {
     for (name, mesh) in all() {
         let field = Distance::new(&mesh).expect(name);
         let mut rng = StdRng::seed_from_u64(3);
-        let points: Vec<DVec3> = (0..200).map(|_| anywhere(&mesh, &mut rng)).collect();
+        let mut points: Vec<DVec3> = (0..200).map(|_| anywhere(&mesh, &mut rng)).collect();
+        // As many as are searched for at the same time, close together as seen from the surface.
+        for _ in 0..50 {
+            let middle = anywhere(&mesh, &mut rng);
+            let distance = field.jet(Order::Value, middle.to_array()).value.abs();
+            let reach = distance * rng.random_range(1e-3..0.3);
+            let off =
+                |rng: &mut StdRng| DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+            points.extend((0..GROUP).map(|_| middle + reach * off(&mut rng)));
+        }
         let at = |axis: usize| points.iter().map(|p| p[axis]).collect::<Vec<f64>>();
         let (x, y, z) = (at(0), at(1), at(2));
         let mut all = vec![vec![0.0; points.len()]; 4];
@@ -329,6 +338,10 @@ fn any_size_of_mesh_is_measured() {
             value(3.0),
             value(0.0)
         );
+        let mut square = cube(DVec3::splat(-0.5));
+        square.points.iter_mut().for_each(|p| *p *= scale);
+        let field = Distance::new(&square).expect("a cube");
+        assert!(field.jet(Order::Value, [0.1 * scale; 3]).value < 0.0, "{scale}");
         // Another one, as far off as it is small.
         let start = m.points.len() as u32;
         m.points.extend_from_within(..);

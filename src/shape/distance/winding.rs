@@ -137,8 +137,9 @@ fn met(node: &Node, x: DVec3, y: DVec3, slack: f64) -> [bool; WIDE] {
             off[axis] = middle[axis] - 0.5 * (lo + hi);
             size[axis] = 0.5 * (hi - lo) + slack;
         }
-        let is_met = |axis: usize| off[axis].abs() <= size[axis] + reach[axis];
-        met[i] = is_met(0) & is_met(1) & is_met(2);
+        // Boxes that are too large for their numbers are met.
+        let is_apart = |axis: usize| off[axis].abs() > size[axis] + reach[axis];
+        met[i] = !(is_apart(0) | is_apart(1) | is_apart(2));
     }
     met
 }
