@@ -183,6 +183,7 @@ impl Kernel for Distance {
                 let mut stack = Vec::new();
                 let mut points = [DVec3::ZERO; GROUP];
                 let mut found = [Found::NONE; GROUP];
+                let mut last = (DVec3::ZERO, Found::NONE);
                 for start in (0..count).step_by(GROUP) {
                     let lanes = start..count.min(start + GROUP);
                     for lane in lanes.clone() {
@@ -190,8 +191,9 @@ impl Kernel for Distance {
                         points[lane - start] = if is_near(p) { p } else { DVec3::ZERO };
                     }
                     // Searches begin with what the one before ended with, and end the same anyway.
-                    let last = found[GROUP - 1].number;
-                    search.nearest(&points[..lanes.len()], last, &mut found);
+                    let group = &points[..lanes.len()];
+                    search.nearest(group, last, &mut found);
+                    last = (group[group.len() - 1], found[group.len() - 1]);
                     for lane in lanes {
                         let p = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
                         let jet = self.jet_from(order, p, found[lane - start], &mut stack);

@@ -89,22 +89,31 @@ impl<'a> Search<'a> {
         Search { tree, size, pending: vec![pending; count.min(GROUP)] }
     }
 
-    /// The nearest triangles to as many points, no more than there is room for. The search begins with
-    /// the triangle of that number, if there is one.
+    /// The nearest triangles to as many points, no more than there is room for. The search begins with a
+    /// place and what was nearest to it, which may be [`Found::NONE`].
     #[inline(always)]
-    pub(super) fn nearest(&mut self, points: &[DVec3], hint: u32, found: &mut [Found]) {
+    pub(super) fn nearest(&mut self, points: &[DVec3], last: (DVec3, Found), found: &mut [Found]) {
+        let Some(first) = points.first() else { return };
+        let off = points.iter().map(|x| (*x - *first).length_squared());
+        let apart = off.fold(0.0, |a, b| choose(b > a, b, a));
+        let is_close = |distance: f64| distance > 0.0 && apart < CLOSE * distance * distance;
+
         let mut room = [Query::NONE; GROUP];
         let queries = &mut room[..points.len()];
-        let Some((first, others)) = queries.split_first_mut() else { return };
-        *first = Query::new(self.tree, points[0], self.size, hint);
-        alone(self.tree, &mut self.pending, std::slice::from_mut(first));
-        let mut apart = 0.0;
-        for (query, x) in others.iter_mut().zip(&points[1..]) {
-            *query = Query::new(self.tree, *x, self.size, first.best.number);
-            let off = (*x - points[0]).length_squared();
-            apart = choose(off > apart, off, apart);
+        let (place, Found { square, mut number }) = last;
+        // Distances change no faster than places.
+        let mut distance = if number == NOWHERE { 0.0 } else { square.sqrt() - (*first - place).length() };
+        let mut done = 0;
+        if !is_close(distance) {
+            queries[0] = Query::new(self.tree, *first, self.size, number);
+            alone(self.tree, &mut self.pending, &mut queries[..1]);
+            (number, distance, done) = (queries[0].best.number, queries[0].best.square.sqrt(), 1);
         }
-        if apart < CLOSE * first.best.square {
+        for (query, x) in queries.iter_mut().zip(points).skip(done) {
+            *query = Query::new(self.tree, *x, self.size, number);
+        }
+        let others = &mut queries[done..];
+        if is_close(distance) {
             together(self.tree, &mut self.pending[0], others);
         } else {
             alone(self.tree, &mut self.pending, others);

@@ -127,21 +127,18 @@ impl Surface<'_> {
 fn met(node: &Node, x: DVec3, y: DVec3, slack: f64) -> [bool; WIDE] {
     let x = in_frame(x, node.origin, &node.axes);
     let y = in_frame(y, node.origin, &node.axes);
-    let (middle, half) = ((0.5 * (x + y)).to_array(), (0.5 * (y - x)).to_array());
-    let reach = half.map(|h| h.abs() + slack);
-    let mut met = [true; WIDE];
-    for i in 0..WIDE {
-        let (mut off, mut size) = ([0.0; 3], [0.0; 3]);
-        for axis in 0..3 {
-            let (lo, hi) = (f64::from(node.lo[axis][i]), f64::from(node.hi[axis][i]));
-            off[axis] = middle[axis] - 0.5 * (lo + hi);
-            size[axis] = 0.5 * (hi - lo) + slack;
+    let (least, most) = ((x.min(y) - slack).to_array(), (x.max(y) + slack).to_array());
+    // Boxes that are too large for their numbers have no gap.
+    let mut gap = [0.0; WIDE];
+    for axis in 0..3 {
+        for i in 0..WIDE {
+            let before = f64::from(node.lo[axis][i]) - most[axis];
+            let after = least[axis] - f64::from(node.hi[axis][i]);
+            let off = choose(before > after, before, after);
+            gap[i] = choose(off > gap[i], off, gap[i]);
         }
-        // Boxes that are too large for their numbers are met.
-        let is_apart = |axis: usize| off[axis].abs() > size[axis] + reach[axis];
-        met[i] = !(is_apart(0) | is_apart(1) | is_apart(2));
     }
-    met
+    gap.map(|gap| gap <= 0.0)
 }
 
 /// Most witnesses.
