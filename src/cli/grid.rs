@@ -1,22 +1,18 @@
 //! `orogen grid`: a field sampled on a volume, for other programs.
 
-use super::interrupt::Interrupt;
 use super::options::{self, ScriptOptions};
-use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err, plural, seconds};
-use super::work;
+use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::exchange::{grid as file, image};
 use crate::grid::Samples;
 use crate::mesh::Watch;
-use crate::session::{self, Lattice, Session};
-use crate::world::Disk;
+use crate::session::{self, Lattice};
 use crate::world::atomic::{self, FileSet, WriteError};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -62,14 +58,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let form = Form::of(&args.output)?;
     // Before anything is computed, as far as it is known what will be written.
     form.check(&args.output, 1)?;
-    let mut session = Session::new(&args.script, Arc::new(Disk));
-    session.set(args.scripting.params()?, args.scripting.time);
-    let progress = Progress::new(terminal, &args.output.display().to_string());
-    let bar = progress.clone();
-    let interrupt = Interrupt::listen(move || bar.say("stopping (Ctrl-C again quits at once)"));
-    let flag = interrupt.flag();
-    let loaded = session.load(&flag);
-    let scene = progress.aside(|| work::report(&loaded, terminal)).ok_or(Failure::Reported)?;
+    let Conversion { loaded, scene, progress, flag } =
+        Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
     let lattice = Lattice::over(&scene, args.size).map_err(|e| work::failure(e, &loaded, terminal))?;
     let [x, y, z] = lattice.frame().size;
     form.check(&args.output, y)?;

@@ -1,22 +1,19 @@
 //! `orogen heights`: a planet as a map of its heights, for other programs.
 
-use super::interrupt::Interrupt;
 use super::options::{self, ScriptOptions};
-use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, count, err, plural, seconds};
-use super::work;
+use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::mesh::Watch;
 use crate::render::Format;
 use crate::scene::Film;
+use crate::session;
 use crate::session::heights::{Chart, Globe, Mapped, Mapping, Projection, map_heights};
-use crate::session::{self, Session};
-use crate::world::{Disk, atomic};
+use crate::world::atomic;
 use clap::ValueEnum;
 use glam::DVec3;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Instant;
 
 /// Map the heights of a script's planet
@@ -114,14 +111,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     for file in mapping.chart.files(&args.output) {
         atomic::check(&file).map_err(|e| Diagnostic::error(e.to_string()))?;
     }
-    let mut session = Session::new(&args.script, Arc::new(Disk));
-    session.set(args.scripting.params()?, args.scripting.time);
-    let progress = Progress::new(terminal, &args.output.display().to_string());
-    let bar = progress.clone();
-    let interrupt = Interrupt::listen(move || bar.say("stopping (Ctrl-C again quits at once)"));
-    let flag = interrupt.flag();
-    let loaded = session.load(&flag);
-    let scene = progress.aside(|| work::report(&loaded, terminal)).ok_or(Failure::Reported)?;
+    let Conversion { loaded, scene, progress, flag } =
+        Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let mapped = session::on_threads(args.threads, || map_heights(&scene, &mapping, &args.output, &watch));
     progress.finish();

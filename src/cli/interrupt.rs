@@ -4,6 +4,7 @@
 //! gives up the evaluation. A second Ctrl-C does no damage either, since files are written beside
 //! their place and renamed into it.
 
+use super::progress::Progress;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -33,6 +34,12 @@ impl Interrupt {
             first.lock().unwrap_or_else(PoisonError::into_inner)();
         });
         interrupt
+    }
+
+    /// Listens for a job that stops soon, and says so.
+    pub fn stopping(progress: &Progress) -> Interrupt {
+        let bar = progress.clone();
+        Interrupt::listen(move || bar.say("stopping (Ctrl-C again quits at once)"))
     }
 
     /// The flag, to hand to long jobs.

@@ -1,19 +1,16 @@
 //! `orogen mesh`: a solid as triangles, for other programs.
 
-use super::interrupt::Interrupt;
 use super::options::{self, ScriptOptions};
-use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, count, err, plural, seconds};
-use super::work;
+use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::exchange::mesh::{self as file, Format};
 use crate::mesh::{FINEST, Fineness, Meshed, Watch};
-use crate::session::{self, Session};
+use crate::session;
 use crate::shape::{Census, creased};
-use crate::world::{Disk, atomic};
+use crate::world::atomic;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 
 /// Make a mesh of a script's solid
@@ -80,15 +77,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let format = Format::of(&args.output.to_string_lossy())
         .map_err(|fault| Failure::usage(fault.to_string(), "for example: -o rock.glb"))?;
     atomic::check(&args.output).map_err(|e| Diagnostic::error(e.to_string()))?;
-    let mut session = Session::new(&args.script, Arc::new(Disk));
-    session.set(args.scripting.params()?, args.scripting.time);
     let start = Instant::now();
-    let progress = Progress::new(terminal, &args.output.display().to_string());
-    let bar = progress.clone();
-    let interrupt = Interrupt::listen(move || bar.say("stopping (Ctrl-C again quits at once)"));
-    let flag = interrupt.flag();
-    let loaded = session.load(&flag);
-    let scene = progress.aside(|| work::report(&loaded, terminal)).ok_or(Failure::Reported)?;
+    let Conversion { loaded, scene, progress, flag } =
+        Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
     let fineness = Fineness { resolution: args.resolution, tolerance: args.tolerance };
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let meshed = session::on_threads(args.threads, || session::polygonise(&scene, &fineness, &watch));

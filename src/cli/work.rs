@@ -1,13 +1,16 @@
-//! What `render` and `watch` have in common: a session, an order, and the files that come of them.
+//! What `render` and `watch` have in common: a session, an order, and the files that come of them; and how
+//! scripts are loaded that become something else.
 
+use super::interrupt::{Flag, Interrupt};
 use super::options::{PictureOptions, ScriptOptions};
+use super::progress::Progress;
 use super::report::{Failure, Terminal, count, out, plural, seconds};
 use crate::cast::CastStats;
 use crate::diag::Diagnostic;
 use crate::render::{self, Heatmap, Metadata, Picture};
 use crate::scene::Scene;
 use crate::session::{Loaded, Order, Session};
-use crate::world::atomic;
+use crate::world::{Disk, atomic};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -98,6 +101,36 @@ impl Work {
 fn same_file(a: &Path, b: &Path) -> bool {
     let whole = |p: &Path| std::path::absolute(p).ok();
     whole(a) == whole(b)
+}
+
+/// A script that is to become something other than a picture, and what watches over that.
+pub struct Conversion {
+    /// What was loaded.
+    pub loaded: Arc<Loaded>,
+    /// Its scene.
+    pub scene: Arc<Scene>,
+    /// How far it is.
+    pub progress: Progress,
+    /// Raised when it is to stop.
+    pub flag: Flag,
+}
+
+impl Conversion {
+    /// Loads a script for the sake of a file, and says what is wrong with it.
+    pub fn begin(
+        script: &Path,
+        scripting: &ScriptOptions,
+        output: &Path,
+        terminal: &Terminal,
+    ) -> Result<Conversion, Failure> {
+        let mut session = Session::new(script, Arc::new(Disk));
+        session.set(scripting.params()?, scripting.time);
+        let progress = Progress::new(terminal, &output.display().to_string());
+        let flag = Interrupt::stopping(&progress).flag();
+        let loaded = session.load(&flag);
+        let scene = progress.aside(|| report(&loaded, terminal)).ok_or(Failure::Reported)?;
+        Ok(Conversion { loaded, scene, progress, flag })
+    }
 }
 
 /// Says what a script printed and what is wrong with it.

@@ -57,12 +57,21 @@ pub(super) fn doubt(
 /// Whether nothing is missed in a cell, by more than the derivatives along the axes.
 fn is_proven(at: Place, contour: &Contour, lattice: &Lattice, slopes: &mut Evaluator<Slope>) -> bool {
     let region = lattice.region(at, 1);
-    if let Some(cell) = contour.cell(at) {
-        return rises_along(region, contour.vertices[cell.first as usize].normal, slopes);
-    }
-    let inside = side(at, lattice, slopes);
-    inside.is_some_and(|inside| is_same(region, inside, CUTS, slopes))
-        || rises_along(region, mean_gradient(at, lattice, slopes), slopes)
+    let is_regular = match contour.cell(at) {
+        Some(cell) => rises_along(region, contour.vertices[cell.first as usize].normal, slopes),
+        None => {
+            let inside = side(at, lattice, slopes);
+            inside.is_some_and(|inside| is_same(region, inside, CUTS, slopes))
+                || rises_along(region, mean_gradient(at, lattice, slopes), slopes)
+        }
+    };
+    is_regular || rises_along(region, middle_gradient(region, slopes), slopes)
+}
+
+/// The middle of what the gradient may be in a region: at a corner of the solid all faces that meet there
+/// have a part in it, those too that no corner of the cell is nearest to.
+fn middle_gradient(region: [Interval; 3], slopes: &mut Evaluator<Slope>) -> DVec3 {
+    DVec3::from_array(value(region, slopes).grad.map(Interval::mid)).normalize_or(DVec3::Y)
 }
 
 /// The mean of the gradients at the corners of a cell, which is that of both sides of a crease.

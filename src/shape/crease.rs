@@ -9,7 +9,8 @@ use super::Mesh;
 use glam::DVec3;
 
 /// The same surface, with points doubled along edges where the normals of the triangles differ by more than
-/// so many degrees, and around triangles without area, which have none. It has holes in name only: copies of a point have its place, bit for bit.
+/// so many degrees, and around triangles without area, which have none. It has holes in name only: copies of a
+/// point have its place, bit for bit.
 pub fn creased(mesh: &Mesh, degrees: f64) -> Mesh {
     let normals: Vec<DVec3> = (0..mesh.triangles.len()).map(|t| normal(mesh, t)).collect();
     let least = libm::cos(degrees.to_radians());

@@ -23,7 +23,7 @@ use thumbnail::Thumbnail;
 #[command(after_help = "Examples:
   orogen doc fbm                 what fractal::fbm does, here
   orogen doc                     docs/reference.md and its pictures
-  orogen doc -o site --text      only the text, in a second
+  orogen doc -o site --text      only the text, in seconds
   orogen doc --only cellular     the text, and the pictures of one name")]
 pub struct Args {
     /// What to explain; nothing is written then
@@ -115,8 +115,7 @@ fn draw_all(
     let wanted = |t: &&Thumbnail<'_>| only.is_none_or(|only| only == t.entry.name);
     let seen: Vec<&Thumbnail<'_>> = thumbnails.iter().filter(wanted).collect();
     let progress = Progress::new(terminal, &folder.display().to_string());
-    let bar = progress.clone();
-    let interrupt = Interrupt::listen(move || bar.say("stopping (Ctrl-C again quits at once)"));
+    let interrupt = Interrupt::stopping(&progress);
     let flag = interrupt.flag();
     for (i, thumbnail) in seen.iter().enumerate() {
         progress.set(i as f64 / seen.len() as f64);

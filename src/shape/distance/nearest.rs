@@ -1,8 +1,8 @@
 //! The nearest place of a triangle.
 //!
-//! It is in its plane, if the foot of the perpendicular is within its
-//! edges, else on the nearest of its edges. With `q` the vector to the nearest place of the edges, `n`
-//! the triangle's normal and `u` the roundoff,
+//! It is in its plane, if the foot of the perpendicular is within its edges, else on the nearest of its
+//! edges. With `q` the vector to the nearest place of the edges, `n` the triangle's normal and `u` the
+//! roundoff,
 //!
 //! ```text
 //! distance to the edges  |q|                       off by a few u times the distance of the corners

@@ -20,10 +20,10 @@
 //! ```
 //!
 //! The first kind and `A . (B x C)` are sums of six products of three differences, each of which eight
-//! roundings touch: off by less than 48 roundoffs times the largest such product, and trusted beyond 64. Where a sign that matters cannot be trusted, since
-//! the segment grazes an edge, another witness is asked, in another direction. The last resort, of a
-//! point within rounding of the surface, is to be outside: there the sign moves the distance by less
-//! than its rounding.
+//! roundings touch: off by less than 48 roundoffs times the largest such product, and trusted beyond 64.
+//! Where a sign that matters cannot be trusted, since the segment grazes an edge, another witness is asked,
+//! in another direction. The last resort, of a point within rounding of the surface, is to be outside: there
+//! the sign moves the distance by less than its rounding.
 
 use super::closed::Corners;
 use super::nearest::choose;
