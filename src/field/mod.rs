@@ -7,10 +7,12 @@
 mod moments;
 mod region;
 mod smooth;
+mod watch;
 
 pub use moments::{Moments, Survey, survey};
 pub use region::{Extent, extent, lipschitz_outside};
 pub use smooth::smooth;
+pub use watch::{Stopped, Watch};
 
 use crate::expr::{Graph, NodeId};
 use crate::num::{Class, Dual, Interval, Jet, Slope};

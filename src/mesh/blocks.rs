@@ -5,7 +5,7 @@
 //! Blocks come in the order of their Morton codes, whatever the threads did.
 
 use super::lattice::{Lattice, Place, SIDE};
-use super::{Stopped, Watch};
+use crate::field::{Stopped, Watch};
 use crate::num::Interval;
 use crate::tape::{Evaluator, Tape};
 use rayon::prelude::*;

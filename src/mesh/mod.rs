@@ -24,6 +24,7 @@ mod survey;
 mod triangles;
 mod weave;
 
+use crate::field::{Stopped, Watch};
 use crate::num::Slope;
 use crate::scene::Aabb;
 use crate::shape::Mesh;
@@ -35,7 +36,6 @@ use lattice::{Lattice, Place, SIDE};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use triangles::Weaver;
 use weave::{Quad, Web};
 
@@ -70,26 +70,6 @@ pub const ENOUGH: u32 = 512;
 
 /// Cells along an edge where nothing is said, and where the search for enough of them begins.
 const FIRST: u32 = 128;
-
-/// Who watches a job, and can stop it.
-#[derive(Clone, Copy)]
-pub struct Watch<'a> {
-    /// Set it to stop soon.
-    pub cancel: &'a AtomicBool,
-    /// Told the share that is done, from any thread.
-    pub progress: &'a (dyn Fn(f64) + Sync),
-}
-
-impl Watch<'_> {
-    fn check(&self) -> Result<(), Stopped> {
-        if self.cancel.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
-    }
-}
-
-/// Somebody wanted it to stop.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("the mesh was not finished")]
-pub struct Stopped;
 
 /// A mesh and how far it is to be trusted.
 #[derive(Clone, Debug)]

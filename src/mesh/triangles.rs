@@ -5,7 +5,7 @@ use super::lattice::Lattice;
 use super::merge::{Forest, Merged};
 use super::survey;
 use super::weave::Quad;
-use super::{Stopped, Watch};
+use crate::field::{Stopped, Watch};
 use crate::shape::{Census, Mesh};
 use crate::tape::Cells;
 use glam::DVec3;

@@ -99,8 +99,9 @@ fn tail<T: Number>(f: &Fractal, terms: &[Term], footprint: Option<&T>) -> Option
     match footprint {
         None => T::somewhere(signal * amplitudes(terms)),
         Some(s) => {
+            let whole = T::somewhere(signal)?;
             let left = T::lift(&Remaining { terms }, [s]);
-            Some(T::lift(&Modulate::PRODUCT, [&left, &T::somewhere(signal)?]))
+            Some(T::lift(&Modulate::PRODUCT, [&left, &whole]))
         }
     }
 }

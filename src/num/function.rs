@@ -11,7 +11,7 @@
 //! operations: [`Form::taylor`] (smooth, one argument), [`Form::chord`] (convex or concave on the
 //! box; the Chebyshev form of affine arithmetic) and [`Form::mean_value`] (any continuous one).
 
-use super::{Interval, Number, ROUNDOFF, Real};
+use super::{Interval, Local, Number, ROUNDOFF, Real};
 
 /// Continuity class of a function. A composition takes the least of its parts.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
@@ -98,6 +98,14 @@ pub trait Function<const N: usize> {
     #[inline(always)]
     fn curvature(&self, x: &[Interval; N]) -> Option<Interval> {
         let _ = x;
+        None
+    }
+
+    /// What is known of the ball of some radius around a point, and by how much each order of the jet there may be
+    /// off, for functions of three numbers that say more of a ball than ranges over a box would, or sooner.
+    #[inline(always)]
+    fn around(&self, at: [f64; N], radius: f64) -> Option<(Local, [f64; 3])> {
+        let _ = (at, radius);
         None
     }
 

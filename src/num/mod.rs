@@ -15,6 +15,7 @@
 //! | [`Affine`] | an enclosure that remembers which inputs it came from | `form`, condensed |
 //! | [`Reduced`] | the same with `K` shared symbols | `form` |
 //! | [`Parabolas`] | a batch of enclosures along pieces of lines, quadratic in the place | `grad` and `hess` |
+//! | [`Taylors`] | a batch of enclosures of value, gradient and Hessian over balls | `grad` and `hess` |
 //! | [`Many`] | a batch of any of these | lane by lane, noises in SIMD |
 //!
 //! Numbers that stand for points know a third kind of function besides: a [`Pointwise`] one writes
@@ -40,6 +41,7 @@ mod reduced;
 mod simd;
 mod slope;
 pub mod srgb;
+mod taylor;
 mod turn;
 
 pub use affine::{Affine, Symbol};
@@ -58,6 +60,7 @@ pub use real::{Real, power};
 pub use reduced::Reduced;
 pub use simd::{Level, fetch, limit_simd, simd_level, widest};
 pub use slope::Slope;
+pub use taylor::{Taylor, Taylors};
 pub use turn::{TURN_ERROR, cos_turns, sin_turns};
 
 /// Unit roundoff of `f64`: half the distance from 1 to the next number.

@@ -203,6 +203,31 @@ pub trait Kernel: Sync {
     }
 }
 
+/// The rounding of a kernel's jets, which grows with the size of the point like `a + b size`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Growing {
+    start: [f64; 3],
+    growth: [f64; 3],
+}
+
+/// Covers the rounding of what is computed from an error here.
+const UP: f64 = 1.0 + 64.0 * super::ROUNDOFF;
+
+impl Growing {
+    pub fn new<K: Kernel + ?Sized>(k: &K) -> Self {
+        let (start, one) = (k.error(0.0), k.error(1.0));
+        // What is unbounded at the origin is so everywhere.
+        let grows = |i: usize| if start[i].is_finite() { (one[i] - start[i]) * UP } else { 0.0 };
+        Growing { start, growth: [grows(0), grows(1), grows(2)] }
+    }
+
+    #[inline(always)]
+    pub fn at(&self, size: f64) -> [f64; 3] {
+        let at = |i: usize| (self.start[i] + self.growth[i] * size) * UP;
+        [at(0), at(1), at(2)]
+    }
+}
+
 /// Proof that a `T` is nothing in memory but so many plain numbers side by side, so that machine code may
 /// work on them; only this layer can give it.
 #[derive(Debug)]

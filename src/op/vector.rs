@@ -1,6 +1,6 @@
 //! Functions of vectors, whose components are separate arguments.
 
-use crate::num::{Class, Combine, Form, Function, Interval, ROUNDOFF, Real};
+use crate::num::{Bounds, Class, Combine, Form, Function, Interval, Local, Point, ROUNDOFF, Real};
 
 /// `sqrt(x^2 + y^2 + z^2)`
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -38,6 +38,24 @@ impl Function<3> for Length {
     fn curvature(&self, x: &[Interval; 3]) -> Option<Interval> {
         let least = self.range(*x).lo;
         Some(Interval { lo: 0.0, hi: (Interval::point(1.0) / Interval::point(least)).hi })
+    }
+    /// With `n` the least length in the ball, second derivatives are at most `1 / n` and third ones, along a unit
+    /// vector at an angle of cosine `c` to the point, `3 c (1 - c^2) / n^2`, which is at most `2 / sqrt(3) n^2`.
+    #[inline(always)]
+    fn around(&self, at: [f64; 3], radius: f64) -> Option<(Local, [f64; 3])> {
+        let value = self.value(at);
+        let nearest = value - radius - 8.0 * ROUNDOFF * (value + radius);
+        let inverse = if nearest > 1e-140 { (1.0 + 4.0 * ROUNDOFF) / nearest } else { f64::INFINITY };
+        let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = self.hess(at);
+        let jet = Point { value, grad: self.grad(at), hess: [xx, yy, zz, xy, xz, yz] };
+        let bounds = Bounds {
+            range: (value + radius) * (1.0 + 16.0 * ROUNDOFF),
+            lipschitz: 1.0,
+            hessian: inverse,
+            third: 1.154_701 * inverse * inverse,
+        };
+        let error = [8.0 * ROUNDOFF * value, 32.0 * ROUNDOFF, 64.0 * ROUNDOFF * inverse];
+        Some((Local::uniform(jet, bounds), error))
     }
     /// The gradient is a unit vector.
     fn steepness(&self, _: &[Interval; 3], _: &[f64; 3], jacobian: f64) -> f64 {

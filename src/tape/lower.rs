@@ -6,7 +6,7 @@ use crate::expr::{Graph, Input, Node, NodeId};
 use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
 use crate::num::Kernel;
-use crate::op::Op;
+use crate::op::{self, Op};
 use crate::shape::Shape;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -115,6 +115,15 @@ impl Tape {
     /// Number of outputs.
     pub fn outputs(&self) -> usize {
         self.outputs.len()
+    }
+
+    /// The tape with its outputs negated: of a solid, that of its complement.
+    pub fn negated(&self) -> Tape {
+        let mut code = self.code.clone();
+        let first = code.len() as u32;
+        code.extend(self.outputs.iter().map(|&o| Instr::Op(Op::Neg(op::Neg), [o, 0, 0, 0, 0, 0])));
+        let outputs = (first..code.len() as u32).collect();
+        Tape::of(code, outputs)
     }
 
     /// How much work there is in the tape.

@@ -13,7 +13,7 @@
 
 use super::batch::Parabolas;
 use super::{CHARGE, Parabola, ROUND_UP, TINY, choose, pick};
-use crate::num::number::Jets;
+use crate::num::number::{Growing, Jets};
 use crate::num::simd::widest;
 use crate::num::{Interval, Kernel, Local, Order, Point};
 
@@ -47,27 +47,6 @@ impl Reach {
 #[inline(always)]
 fn norm([x, y, z]: [f64; 3]) -> f64 {
     (x * x + y * y + z * z).sqrt() * ROUND_UP
-}
-
-/// The rounding of a kernel's jets, which grows with the size of the point like `a + b size`.
-struct Growing {
-    start: [f64; 3],
-    growth: [f64; 3],
-}
-
-impl Growing {
-    fn new<K: Kernel + ?Sized>(k: &K) -> Self {
-        let (start, one) = (k.error(0.0), k.error(1.0));
-        // What is unbounded at the origin is so everywhere.
-        let grows = |i: usize| if start[i].is_finite() { (one[i] - start[i]) * ROUND_UP } else { 0.0 };
-        Growing { start, growth: [grows(0), grows(1), grows(2)] }
-    }
-
-    #[inline(always)]
-    fn at(&self, size: f64) -> [f64; 3] {
-        let at = |i: usize| (self.start[i] + self.growth[i] * size) * ROUND_UP;
-        [at(0), at(1), at(2)]
-    }
 }
 
 /// Largest coordinate.

@@ -77,7 +77,7 @@ fn split(x: Interval) -> [f64; 2] {
 /// Middle and radius of what was computed as `x` and may be off by this many roundoffs of its size.
 /// Sizes of which squares or reciprocals are not represented as well are no numbers here.
 #[inline(always)]
-fn known(x: f64, roundoffs: f64) -> [f64; 2] {
+pub(in crate::num) fn known(x: f64, roundoffs: f64) -> [f64; 2] {
     let size = x.abs();
     let ordinary = (size == 0.0) | ((size > 1e-140) & (size < 1e140));
     [x, choose(ordinary, 1.01 * roundoffs * ROUNDOFF * size, f64::NAN)]

@@ -34,6 +34,7 @@ mod sign;
 use super::interval::{choose, pick};
 use super::{Interval, ROUNDOFF};
 pub use batch::Parabolas;
+pub(super) use lift::known;
 pub use sign::Half;
 
 /// A quantity along a piece of a line; see the module text.

@@ -1,0 +1,281 @@
+//! Kernels at expansions.
+//!
+//! A kernel `N` is known by its jet at the centre of the argument, and by bounds `A`, `L`, `M2`, `M3` on its
+//! derivatives. Within `d` of the centre each order is bounded by the next one over that distance or by its own
+//! range, whichever is less:
+//!
+//! ```text
+//! |N - N_c - g.y| <= M2 d^2 / 2      |grad N - g| <= M2 d          |H - H_c| <= M3 d
+//! |N - quadratic| <= M3 d^3 / 6      |grad N - g - H y| <= M3 d^2 / 2
+//! ```
+//!
+//! Where `M3 d` is more than twice `M2` the Hessian says nothing of the ball, and is replaced by zero, which
+//! is at most `M2` off; likewise the gradient and the value. So the fine octaves of a sum do not blur what is known of
+//! the coarse ones. The argument's own expansion enters by the chain rule, as for functions (`lift.rs`),
+//! with vectors and matrices for the three arguments together.
+
+use super::batch::Taylors;
+use super::{ROUND_UP, Taylor, least, length, spectral};
+use crate::num::interval::choose;
+use crate::num::jet::matrix;
+use crate::num::number::{Growing, Jets};
+use crate::num::simd::widest;
+use crate::num::{Bounds, Function, Interval, Kernel, Local, Order, PAIRS, Point, ROUNDOFF};
+
+/// Covers the rounding of sums of up to thirty products of four, whose sizes add up to at most nine times the
+/// product of norms (Frobenius norms are no more than the root of three times spectral ones, and sums of nine sizes no
+/// more than three times those).
+const SUMS: f64 = 400.0;
+
+/// The three arguments together.
+#[derive(Clone, Copy)]
+struct Argument {
+    x: [Taylor; 3],
+    /// Norm of the Jacobian in the centre.
+    slope: f64,
+    /// Norms of what the expansions leave out.
+    bow: [f64; 2],
+    turn: [f64; 2],
+    twist: f64,
+    /// Norm of all second derivatives.
+    curved: f64,
+    /// How far the point goes.
+    far: f64,
+}
+
+impl Argument {
+    #[inline(always)]
+    fn new(x: [Taylor; 3]) -> Argument {
+        let slope = jacobian(&x);
+        let together = |part: [f64; 3]| length(part);
+        let bow = [0, 1].map(|k| together([x[0].bow[k], x[1].bow[k], x[2].bow[k]]));
+        let turn = [0, 1].map(|k| together([x[0].turn[k], x[1].turn[k], x[2].turn[k]]));
+        Argument {
+            slope,
+            bow,
+            turn,
+            twist: together([x[0].twist, x[1].twist, x[2].twist]),
+            curved: together([spectral(x[0].hess), spectral(x[1].hess), spectral(x[2].hess)]),
+            far: (slope + bow[0]) * ROUND_UP,
+            x,
+        }
+    }
+}
+
+/// Bound on the spectral norm of the matrix whose rows are the gradients: the root of the largest row sum of
+/// `J J^T`, which is exact where the rows are perpendicular and alike.
+#[inline(always)]
+fn jacobian(x: &[Taylor; 3]) -> f64 {
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let [a, b, c] = [x[0].grad, x[1].grad, x[2].grad];
+    let [ab, ac, bc] = [dot(a, b).abs(), dot(a, c).abs(), dot(b, c).abs()];
+    let rows = [dot(a, a) + ab + ac, ab + dot(b, b) + bc, ac + bc + dot(c, c)];
+    let larger = |a: f64, b: f64| choose(a > b, a, b);
+    larger(larger(rows[0], rows[1]), rows[2]).sqrt() * ROUND_UP
+}
+
+/// What is known of a kernel within a distance.
+struct Known {
+    value: f64,
+    grad: [f64; 3],
+    hess: [f64; 6],
+    /// How far it may be from these: values, to first and second order in the place, gradients likewise, and
+    /// Hessians.
+    bow: [f64; 2],
+    turn: [f64; 2],
+    twist: f64,
+    range: Interval,
+}
+
+impl Known {
+    /// From the jet in the centre, of which each order may be off by `error`.
+    #[inline(always)]
+    fn new(local: &Local, error: [f64; 3], far: f64) -> Known {
+        let Local { jet, bounds: b, bow } = local;
+        let is_value = jet.value.is_finite() & (b.lipschitz * far < 2.0 * b.range);
+        let grad_sum = jet.grad[0] + jet.grad[1] + jet.grad[2] + error[1];
+        let is_grad = is_value & grad_sum.is_finite() & (b.hessian * far < 2.0 * b.lipschitz);
+        let mut hess_sum = error[2];
+        for k in 0..6 {
+            hess_sum += jet.hess[k];
+        }
+        let is_hess = is_grad & hess_sum.is_finite() & (b.third * far < 2.0 * b.hessian);
+        let value = choose(is_value, jet.value, 0.0);
+        let (mut grad, mut hess) = ([0.0; 3], [0.0; 6]);
+        for k in 0..3 {
+            grad[k] = choose(is_grad, jet.grad[k], 0.0);
+        }
+        for k in 0..6 {
+            hess[k] = choose(is_hess, jet.hess[k], 0.0);
+        }
+        let [e0, e1, e2] = error;
+        let twist = choose(is_hess, b.third * far + e2, b.hessian);
+        let first = choose(is_grad, b.hessian * far + e1, b.lipschitz);
+        let second = choose(is_hess, 0.5 * b.third * far * far + e1 + e2 * far, first);
+        // Values: the Lipschitz bound where the gradient is left out, the range where the value is.
+        let flat = choose(is_value, b.lipschitz * far + e0, b.range);
+        let tilted = e0 + e1 * far + least(0.5 * b.hessian * far * far, bow.mag());
+        let curved = e0 + far * (e1 + e2 * far + b.third * far * far / 6.0);
+        let tilted = choose(is_grad, tilted, flat);
+        let cone = Interval::around(value, flat * ROUND_UP);
+        Known {
+            value,
+            grad,
+            hess,
+            bow: [tilted * ROUND_UP, choose(is_hess, curved, tilted) * ROUND_UP],
+            turn: [first * ROUND_UP, second * ROUND_UP],
+            twist: twist * ROUND_UP,
+            range: cone.meet(Interval::radius(b.range)),
+        }
+    }
+}
+
+impl<const B: usize> Taylors<B> {
+    /// The image of a point under a kernel.
+    pub(super) fn image<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
+        if k.is_uniform() || Self::are_blind(&k.bounds(), p) {
+            Self::uniform(k, p)
+        } else {
+            Self::local(k, p)
+        }
+    }
+
+    /// Whether all balls are so large that only the range of the kernel counts.
+    fn are_blind(bounds: &Bounds, p: [&Self; 3]) -> bool {
+        let mut blind = true;
+        for i in 0..B {
+            let half = |axis: usize| 0.5 * (p[axis].range[1][i] - p[axis].range[0][i]);
+            let wide = half(0).max(half(1)).max(half(2));
+            blind &= bounds.lipschitz * wide * (1.0 - 1e-9) >= 2.0 * bounds.range;
+        }
+        blind
+    }
+
+    /// The image under a kernel of which the jets and the bounds are all there is to say.
+    fn uniform<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
+        let bounds = k.bounds();
+        let (mut value, mut grad, mut hess) = ([0.0; B], [[0.0; B]; 3], [[0.0; B]; 6]);
+        if !Self::are_blind(&bounds, p) {
+            let out = Jets {
+                value: &mut value,
+                grad: Some(grad.each_mut().map(|g| &mut g[..])),
+                hess: Some(hess.each_mut().map(|h| &mut h[..])),
+            };
+            k.jets([&p[0].value, &p[1].value, &p[2].value], out);
+        }
+        let error = Growing::new(k);
+        Self::written(|out| {
+            widest(
+                #[inline(always)]
+                || {
+                    out.fill(
+                        #[inline(always)]
+                        |i| {
+                            let x = Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
+                            let mut jet = Point {
+                                value: value[i],
+                                grad: [grad[0][i], grad[1][i], grad[2][i]],
+                                hess: [0.0; 6],
+                            };
+                            for k in 0..6 {
+                                jet.hess[k] = hess[k][i];
+                            }
+                            let error = error.at(size(&x));
+                            Taylor::composed(&Known::new(&Local::uniform(jet, bounds), error, x.far), &x)
+                        },
+                    );
+                },
+            );
+        })
+    }
+
+    /// The image of three numbers under a function that knows as much of a ball as a kernel does; says whether it is
+    /// one.
+    #[inline(always)]
+    pub(super) fn around<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N], out: &mut Self) -> bool {
+        let [a, b, c] = x[..] else { return false };
+        if f.around([1.0; N], 0.0).is_none() {
+            return false;
+        }
+        out.fill(
+            #[inline(always)]
+            |i| {
+                let argument = Argument::new([a.lane(i), b.lane(i), c.lane(i)]);
+                let mut at = [0.0; N];
+                for k in 0..N {
+                    at[k] = x[k].value[i];
+                }
+                match f.around(at, argument.far) {
+                    Some((local, error)) => {
+                        Taylor::composed(&Known::new(&local, error, argument.far), &argument)
+                    }
+                    None => Taylor::constant(f64::NAN),
+                }
+            },
+        );
+        true
+    }
+
+    /// The image under a kernel that knows more about a small ball than about all of space.
+    fn local<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
+        Self::written(|out| {
+            for i in 0..B {
+                let x = Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
+                let local = k.local(Order::Hessian, [p[0].value[i], p[1].value[i], p[2].value[i]], x.far);
+                let known = Known::new(&local, k.error(size(&x)), x.far);
+                out.set(i, &Taylor::composed(&known, &x));
+            }
+        })
+    }
+}
+
+/// Largest coordinate in the centre.
+#[inline(always)]
+fn size(x: &Argument) -> f64 {
+    let larger = |a: f64, b: f64| choose(a > b, a, b);
+    larger(larger(x.x[0].value.abs(), x.x[1].value.abs()), x.x[2].value.abs())
+}
+
+impl Taylor {
+    /// The chain rule for a kernel.
+    #[inline(always)]
+    fn composed(n: &Known, x: &Argument) -> Taylor {
+        let mut out = Taylor::constant(n.value);
+        let h = matrix(n.hess);
+        // Rows of `H_N J`.
+        let mut bent = [[0.0; 3]; 3];
+        for i in 0..3 {
+            for axis in 0..3 {
+                out.grad[axis] += n.grad[i] * x.x[i].grad[axis];
+                for j in 0..3 {
+                    bent[i][axis] += h[i][j] * x.x[j].grad[axis];
+                }
+            }
+        }
+        for pair in 0..6 {
+            let (row, column) = PAIRS[pair];
+            for i in 0..3 {
+                out.hess[pair] += n.grad[i] * x.x[i].hess[pair] + x.x[i].grad[row] * bent[i][column];
+            }
+        }
+        let (g, h) = (length(n.grad), spectral(n.hess));
+        let steep = (x.slope + x.turn[0]) * ROUND_UP;
+        out.bow = [
+            (n.bow[0] + g * x.bow[0]) * ROUND_UP,
+            (n.bow[1] + g * x.bow[1] + 0.5 * h * x.bow[0] * (x.far + x.slope)) * ROUND_UP,
+        ];
+        out.turn = [
+            (n.turn[0] * steep + g * x.turn[0]) * ROUND_UP,
+            (steep * (n.turn[1] + h * x.bow[0]) + g * x.turn[1] + x.turn[0] * h * x.slope) * ROUND_UP,
+        ];
+        out.twist = (n.twist * steep * steep
+            + h * x.turn[0] * (steep + x.slope)
+            + g * x.twist
+            + n.turn[0] * (x.curved + x.twist))
+            * ROUND_UP;
+        // Entries are sums of products whose sizes the norms bound.
+        let rounding = SUMS * ROUNDOFF;
+        out.blur([0.0, rounding * g * x.slope, rounding * (h * x.slope * x.slope + g * x.curved)]);
+        out.narrowed(n.range)
+    }
+}
