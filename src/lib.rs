@@ -45,9 +45,9 @@
 //! | [`expr`] [`exchange`] | expression graphs; files of other programs |
 //! | [`tape`] [`scene`] | straight-line code; scenes as plain data |
 //! | [`field`] | values, derivatives and bounds of an expression |
-//! | [`script`] [`cast`] [`mesh`] [`analysis`] | the script host; ray casters; meshes of solids; statistics and spectra of noises |
+//! | [`script`] [`cast`] [`topology`] [`mesh`] [`analysis`] | the script host; ray casters; components of solids; meshes of solids; statistics and spectra of noises |
 //! | [`render`] | pictures |
-//! | [`session`] | scripts to pictures, meshes, grids and maps of heights, with cancellation and caching |
+//! | [`session`] | scripts to pictures, meshes, components, grids and maps of heights, with cancellation and caching |
 //! | [`cli`] | the commands |
 
 // Module documentation is for readers of the source too, who can follow links to private items.
@@ -73,4 +73,5 @@ pub mod script;
 pub mod session;
 pub mod shape;
 pub mod tape;
+pub mod topology;
 pub mod world;

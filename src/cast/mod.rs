@@ -14,14 +14,20 @@
 //!
 //! [`Kind::Beam`] (`beam/`) has rays of one origin share what is certain of all of them; their hits
 //! depend on the group, within the tolerance.
+//!
+//! [`Sifted`] wraps any of them and passes by the parts of a solid that a [`Judge`] rejects.
 
 mod along;
 mod beam;
 mod group;
 mod handover;
+mod passage;
 mod pieces;
 mod segment;
+mod sifted;
 mod sphere;
+
+pub use sifted::{Judge, Sifted};
 
 use crate::field::{Field, lipschitz_outside};
 use crate::num::{Affine, Interval, ROUNDOFF, Reduced};
@@ -131,6 +137,10 @@ pub struct CastStats {
     /// Of these, the ones that were given up after too many pieces; the others came by places where
     /// the field is not known to be finite.
     pub given_up: u64,
+    /// Places that a [`Judge`] was asked about.
+    pub judged: u64,
+    /// Of these, the ones that it rejected, so that the rays went on.
+    pub rejected: u64,
 }
 
 impl std::ops::AddAssign for CastStats {
@@ -145,6 +155,8 @@ impl std::ops::AddAssign for CastStats {
         self.backtracks += o.backtracks;
         self.uncertified += o.uncertified;
         self.given_up += o.given_up;
+        self.judged += o.judged;
+        self.rejected += o.rejected;
     }
 }
 

@@ -1,0 +1,249 @@
+//! What lies within a few tolerances of a hit: on which side of the surface, and whether that is all.
+//!
+//! A hit is in front of the surface by less than the tolerance, and so is where a ray leaves a solid.
+//! Whoever goes on from there needs a place that *is* on the other side, so the field is looked at a few
+//! places ahead. To know that the piece of the ray up to that place was not the way through something
+//! thinner still, it is cut into parts of which each is proven to be one of these:
+//!
+//! | over the whole part | then at its end |
+//! |---|---|
+//! | `f > 0` | the ray is outside; it must not have been inside before |
+//! | `f < 0` | it is inside |
+//! | the ray's derivative of `f` is below zero | it is inside if it was; it may have got there |
+//! | the derivative is above zero | it is outside if it was; else nothing is known |
+//!
+//! A piece that can be cut so has the surface in it once at most: the ray came from outside, and is inside
+//! from there on. So whatever is inside belongs to the place at its end. Of the complement the same is true
+//! with all signs turned.
+
+use super::group::LANES;
+use super::{CastStats, Ray};
+use crate::num::{Interval, Many, ROUNDOFF, Slope};
+use crate::tape::{Cells, Evaluator};
+use std::sync::Arc;
+
+/// Places that are looked at, in tolerances behind a hit. The hit itself is not the first: it may be so
+/// close to the surface that a ray that goes on from there would not get away from it.
+const RUNGS: [f64; 5] = [0.5, 1.0, 0.0, 2.0, 4.0];
+
+/// Times that a piece is halved for the sake of a proof.
+const CUTS: u32 = 5;
+
+/// A side of the surface.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Side {
+    Inside,
+    Outside,
+}
+
+impl Side {
+    /// Turns values so that this side is where they are below zero.
+    fn sign(self) -> f64 {
+        match self {
+            Side::Inside => 1.0,
+            Side::Outside => -1.0,
+        }
+    }
+}
+
+/// A place ahead on a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Ahead {
+    /// One on the other side of the surface.
+    Crossed(f64),
+    /// None of the places up to `end` is. At `closest`, within the tolerance, the field is closest to it.
+    Along { closest: f64, end: f64 },
+}
+
+/// What is known of a ray at some place on it, for a surface that it is to cross once.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Known {
+    /// It has not crossed it.
+    Before,
+    /// The field has been falling ever since it had not, or from the beginning.
+    Falling,
+    /// It has.
+    Behind,
+}
+
+/// Looks at the field close to hits.
+pub(super) struct Passage {
+    cells: Arc<Cells>,
+    points: Evaluator<Many<f64, LANES>>,
+    slopes: Evaluator<Slope>,
+}
+
+impl Passage {
+    pub(super) fn new(cells: Arc<Cells>) -> Passage {
+        let tape = || cells.tape().clone();
+        Passage { points: Evaluator::new(tape()), slopes: Evaluator::new(tape()), cells }
+    }
+
+    /// The same with memory of its own.
+    pub(super) fn again(&self) -> Passage {
+        Passage::new(self.cells.clone())
+    }
+
+    /// For each hit, given as a ray and `t`, a place on a side at or behind it. `count` is told of every
+    /// evaluation and what it was for.
+    pub(super) fn look(
+        &mut self,
+        side: Side,
+        hits: &[(&Ray, f64)],
+        stats: &mut CastStats,
+        mut count: impl FnMut(usize),
+    ) -> Vec<Ahead> {
+        let mut found: Vec<Ahead> = hits
+            .iter()
+            .map(|&(ray, t)| Ahead::Along { closest: t, end: rung(ray, t, RUNGS.len() - 1) })
+            .collect();
+        let mut least = vec![f64::INFINITY; hits.len()];
+        let mut open: Vec<usize> = (0..hits.len()).collect();
+        for k in 0..RUNGS.len() {
+            let places: Vec<[f64; 3]> =
+                open.iter().map(|&i| hits[i].0.at(rung(hits[i].0, hits[i].1, k)).to_array()).collect();
+            let values = self.values(&places, stats);
+            for (&i, value) in open.iter().zip(values) {
+                count(i);
+                let (at, value) = (rung(hits[i].0, hits[i].1, k), side.sign() * value);
+                // Where a field has no value there is nothing, which is outside.
+                if value < 0.0 || (side == Side::Outside && (value == 0.0 || value.is_nan())) {
+                    found[i] = Ahead::Crossed(at);
+                } else if value < least[i] && RUNGS[k] <= 1.0 {
+                    least[i] = value;
+                    if let Ahead::Along { closest, .. } = &mut found[i] {
+                        *closest = at;
+                    }
+                }
+            }
+            open.retain(|&i| matches!(found[i], Ahead::Along { .. }));
+        }
+        found
+    }
+
+    /// The field at points.
+    fn values(&mut self, places: &[[f64; 3]], stats: &mut CastStats) -> Vec<f64> {
+        let mut values = vec![f64::NAN; places.len()];
+        let order = self.cells.tapes_around(places.iter().enumerate().map(|(i, &at)| (i, at, 0.0)));
+        for batch in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)).flat_map(|same| same.chunks(LANES)) {
+            let at = |lane: usize| places[batch[lane.min(batch.len() - 1)].1];
+            let p = std::array::from_fn(|axis| Many(std::array::from_fn(|lane| at(lane)[axis])));
+            let answers = self.points.turn_to(batch[0].0).eval(&p);
+            for (lane, &(_, i)) in batch.iter().enumerate() {
+                values[i] = answers.0[lane];
+            }
+            stats.evaluations += batch.len() as u64;
+            stats.work += batch[0].0.work() * LANES as u64;
+        }
+        values
+    }
+
+    /// Whether a ray is proven to get to a side once and for all between `from` and `to`, where it is on
+    /// that side.
+    pub(super) fn crosses_once(
+        &mut self,
+        side: Side,
+        ray: &Ray,
+        (from, to): (f64, f64),
+        look: &mut Looks<'_>,
+    ) -> bool {
+        from == to || self.follow(side, ray, (from, to), CUTS, Known::Falling, look).is_some()
+    }
+
+    /// Whether a ray is proven not to get to a side between `from`, where it is not on it, and `to`.
+    pub(super) fn stays_off(
+        &mut self,
+        side: Side,
+        ray: &Ray,
+        (from, to): (f64, f64),
+        look: &mut Looks<'_>,
+    ) -> bool {
+        self.follow(side, ray, (from, to), CUTS, Known::Before, look) == Some(Known::Before)
+    }
+
+    /// What is known at the end of a piece of a ray, given what is at its beginning, unless it may be more
+    /// than a crossing.
+    fn follow(
+        &mut self,
+        side: Side,
+        ray: &Ray,
+        (from, to): (f64, f64),
+        cuts: u32,
+        known: Known,
+        looks: &mut Looks<'_>,
+    ) -> Option<Known> {
+        let next = self.enclose(side, ray, (from, to), looks).and_then(|(f, along)| known.after(f, along));
+        if next.is_some() || cuts == 0 {
+            return next;
+        }
+        let mid = from + 0.5 * (to - from);
+        let known = self.follow(side, ray, (from, mid), cuts - 1, known, looks)?;
+        self.follow(side, ray, (mid, to), cuts - 1, known, looks)
+    }
+
+    /// The field and its derivative along a piece of a ray, turned so that a side is below zero; nothing
+    /// where it may have no value.
+    fn enclose(
+        &mut self,
+        side: Side,
+        ray: &Ray,
+        (from, to): (f64, f64),
+        Looks { stats, cost }: &mut Looks<'_>,
+    ) -> Option<(Interval, Interval)> {
+        let (a, b, blur) = (ray.at(from), ray.at(to), ray.rounding(to));
+        let region: [Interval; 3] =
+            std::array::from_fn(|axis| Interval::new(a[axis], b[axis]) + Interval::radius(blur));
+        let reach = region.iter().map(|x| x.rad()).fold(0.0, f64::max);
+        let tape = self.cells.tape_around(region.map(Interval::mid), reach);
+        stats.evaluations += 1;
+        stats.work += tape.work();
+        **cost += 1.0;
+        if !self.cells.is_defined() && !tape.is_defined(&region) {
+            return None;
+        }
+        // Coordinates of which the first runs along the ray.
+        let zero = Interval::point(0.0);
+        let p = std::array::from_fn(|axis| Slope {
+            value: region[axis],
+            grad: [Interval::point(ray.direction[axis]), zero, zero],
+            norm: f64::INFINITY,
+        });
+        let slope = self.slopes.turn_to(tape).eval(&p);
+        Some((slope.value * side.sign(), slope.grad[0] * side.sign()))
+    }
+
+    /// Whether the field is known to have a value everywhere along a piece of a ray.
+    pub(super) fn is_defined(&self, ray: &Ray, (from, to): (f64, f64)) -> bool {
+        let (a, b, blur) = (ray.at(from), ray.at(to), ray.rounding(to));
+        let region = std::array::from_fn(|axis| Interval::new(a[axis], b[axis]) + Interval::radius(blur));
+        self.cells.is_defined() || self.cells.tape().is_defined(&region)
+    }
+}
+
+/// Where the cost of looks at a ray is added.
+pub(super) struct Looks<'a> {
+    pub stats: &'a mut CastStats,
+    /// Evaluations for the ray.
+    pub cost: &'a mut f64,
+}
+
+impl Known {
+    /// What is known behind a part over which the field and its derivative are these.
+    fn after(self, f: Interval, along: Interval) -> Option<Known> {
+        match self {
+            Known::Before | Known::Falling if f.lo > 0.0 => Some(Known::Before),
+            // The way back.
+            Known::Behind if f.lo > 0.0 => None,
+            _ if f.hi < 0.0 => Some(Known::Behind),
+            _ if along.hi < 0.0 => Some(if self == Known::Behind { self } else { Known::Falling }),
+            Known::Before if along.lo > 0.0 => Some(self),
+            _ => None,
+        }
+    }
+}
+
+/// A place ahead; no less than the numbers can tell apart, and not beyond the ray.
+fn rung(ray: &Ray, t: f64, k: usize) -> f64 {
+    let step = ray.tolerance.at(t).max(ROUNDOFF * 16.0 * (ray.origin.abs().max_element() + t.abs()));
+    (t + RUNGS[k] * step).min(ray.far).max(t)
+}

@@ -1,0 +1,389 @@
+//! Casting that passes by what a judge rejects: floating crumbs of a solid, and their shadows.
+//!
+//! A ray goes through a solid from side to side, and somebody else knows which parts of it count:
+//!
+//! ```text
+//!   outside          inside                outside          inside
+//! ----------> hit t, judged at q ... exit e, on from r ----------> hit, judged: kept
+//!                  rejected
+//! ```
+//!
+//! 1. The solid's own caster finds where the ray enters. A hit lies in front of the surface, so the judge is
+//!    asked about a place `q` behind it that is inside (`passage.rs`). All rays of a group are judged together.
+//! 2. If it is rejected, a cast of the complement, whose field is `-f`, from `q` finds where the ray leaves
+//!    it. Nothing is asked there: up to the exit all is one part of the solid. The ray goes on from a place
+//!    `r` behind the exit that is outside. The complement is always cast by affine arithmetic: it needs no
+//!    bounds, and rays that leave a crumb begin too close to the surface to have anything in common.
+//! 3. And so on, until something is kept or the ray ends.
+//!
+//! A ray that only grazes the solid may find no place inside. Then the closest place within the tolerance is
+//! judged: what a caster calls a hit is one as long as it is not rejected. Likewise a gap may be too thin to be
+//! outside anywhere: then what is behind it is judged as if the ray had entered it there.
+//!
+//! *What is certain.* Casters prove that there is nothing on the way to a hit, and nothing but solid on the
+//! way to an exit. What is left are the pieces `[t, q]` and `[e, r]`, a few tolerances long, of which
+//! `passage.rs` proves that the ray crosses the surface in them once. Then all that the ray met was judged,
+//! or is joined along the ray to what was. So a certified hit is the first of what is kept, at most four
+//! tolerances in front of it, as far as the judge is right. Where that cannot be proven, the ray goes on, so
+//! that nothing is lost that the casters see, but its answer is not certified. A ray of which nothing is
+//! rejected has the very hit that the caster without a judge would give it.
+
+use super::group::Group;
+use super::passage::{Ahead, Looks, Passage, Side};
+use super::pieces::{Pieces, Seek};
+use super::{CastStats, Caster, Hit, Ray};
+use crate::num::Reduced;
+use crate::scene::Aabb;
+use crate::tape::Cells;
+use glam::DVec3;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Says which parts of a solid count.
+pub trait Judge: Send {
+    /// Sets for each point whether what it belongs to is kept. Points are inside the solid, at most four
+    /// tolerances behind its surface; where a ray only grazes the solid, they may be outside by less than the
+    /// tolerance. A judge that cannot tell decides as it sees fit, but always alike. `kept` has as many
+    /// entries as there are points.
+    fn judge(&mut self, points: &[DVec3], kept: &mut [bool]);
+
+    /// The same judge with memory of its own, for another thread.
+    fn clone_box(&self) -> Box<dyn Judge>;
+}
+
+/// Parts that a ray may pass by before it is given up.
+const PARTS: u32 = 1000;
+
+/// A caster that passes by what a judge rejects; see the module text.
+pub struct Sifted {
+    solid: Box<dyn Caster>,
+    complement: Group<Pieces<Reduced<1>>>,
+    passage: Passage,
+    judge: Box<dyn Judge>,
+    costs: Vec<f64>,
+}
+
+impl Sifted {
+    /// Passes by what `judge` rejects of the solid that `solid` casts within a region, of which the cells
+    /// are at hand.
+    pub fn new(solid: Box<dyn Caster>, cells: &Arc<Cells>, region: &Aabb, judge: Box<dyn Judge>) -> Sifted {
+        // Which parts of the region are free of the complement is another question than which are free of
+        // the solid, so it has cells of its own.
+        let complement = Cells::new(Arc::new(cells.tape().negated()), &region.intervals());
+        Sifted {
+            solid,
+            complement: Group::new(Pieces::trimming(Seek::First), Arc::new(complement)),
+            passage: Passage::new(cells.clone()),
+            judge,
+            costs: Vec::new(),
+        }
+    }
+}
+
+/// A ray under way.
+#[derive(Clone, Copy)]
+struct Going {
+    /// Of the group.
+    ray: usize,
+    /// Whether nothing that counts was missed so far, and if not, whether that is for want of a proof.
+    certified: bool,
+    given_up: bool,
+    place: Place,
+}
+
+/// Where a ray is.
+#[derive(Clone, Copy)]
+enum Place {
+    /// Outside, or at its beginning; nothing before this counts.
+    Free(f64),
+    /// At a hit at `t`, which is to be judged by the place `at`.
+    Met { t: f64, at: f64, how: How },
+    /// Inside what was rejected.
+    Rejected(f64),
+}
+
+/// How a ray met something.
+#[derive(Clone, Copy)]
+enum How {
+    /// It is inside.
+    Entered,
+    /// It may not be; all that is close enough to matter ends here.
+    Grazed { end: f64 },
+    /// It was inside of something else, and no gap was found.
+    Stayed,
+}
+
+/// Rays on their way to their hits.
+struct Sifting<'a> {
+    rays: &'a [Ray],
+    out: &'a mut [Hit],
+    going: Vec<Going>,
+    /// All that was counted, each cast for itself.
+    stats: CastStats,
+    /// Rays given up here.
+    given_up: u64,
+}
+
+impl Sifting<'_> {
+    fn ray(&self, going: &Going) -> &Ray {
+        &self.rays[going.ray]
+    }
+
+    /// A ray has its answer.
+    fn settle(&mut self, going: Going, hit: Hit, total: &mut CastStats) {
+        let hit = Hit { certified: hit.certified && going.certified, ..hit };
+        self.out[going.ray] = hit;
+        total.hits += u64::from(hit.is_hit());
+        total.uncertified += u64::from(!hit.certified);
+        self.given_up += u64::from(going.given_up);
+    }
+}
+
+impl Going {
+    fn new(ray: usize, near: f64, certified: bool) -> Going {
+        Going { ray, certified, given_up: false, place: Place::Free(near) }
+    }
+
+    /// Goes on, with or without a proof.
+    fn at(self, place: Place, proven: bool) -> Going {
+        Going { place, certified: self.certified && proven, given_up: self.given_up || !proven, ..self }
+    }
+}
+
+impl Sifted {
+    /// Sends all rays on until they have their answers.
+    fn sift(&mut self, work: &mut Sifting<'_>, total: &mut CastStats, cancel: &AtomicBool) {
+        let mut going = std::mem::take(&mut work.going);
+        for _ in 0..PARTS {
+            going = self.enter(going, work, total, cancel);
+            if going.is_empty() || cancel.load(Ordering::Relaxed) {
+                return;
+            }
+            going = self.judge(going, work, total);
+            going = self.leave(going, work, total, cancel);
+            if going.is_empty() || cancel.load(Ordering::Relaxed) {
+                return;
+            }
+        }
+        for ray in going {
+            let (Place::Free(t) | Place::Met { t, .. } | Place::Rejected(t)) = ray.place;
+            work.settle(ray.at(ray.place, false), Hit { t, certified: false }, total);
+        }
+    }
+
+    /// Casts free rays to what they meet, and finds the places to be judged by. Nothing that was cast counts
+    /// once the job is cancelled: some hits are not hits.
+    fn enter(
+        &mut self,
+        going: Vec<Going>,
+        work: &mut Sifting<'_>,
+        total: &mut CastStats,
+        cancel: &AtomicBool,
+    ) -> Vec<Going> {
+        let (free, mut next): (Vec<Going>, Vec<Going>) =
+            going.into_iter().partition(|g| matches!(g.place, Place::Free(_)));
+        let (free, hits) = cast(&mut *self.solid, free, work, &mut self.costs, cancel);
+        if cancel.load(Ordering::Relaxed) {
+            return Vec::new();
+        }
+        let mut met = Vec::new();
+        for (ray, hit) in free.into_iter().zip(hits) {
+            if hit.is_hit() {
+                met.push((Going { certified: ray.certified && hit.certified, ..ray }, hit.t));
+            } else {
+                work.settle(ray, hit, total);
+            }
+        }
+        let (rays, costs) = (work.rays, &mut self.costs);
+        let places: Vec<(&Ray, f64)> = met.iter().map(|(ray, t)| (&rays[ray.ray], *t)).collect();
+        let ahead = self.passage.look(Side::Inside, &places, &mut work.stats, |i| costs[met[i].0.ray] += 1.0);
+        next.extend(met.iter().zip(ahead).map(|(&(ray, t), ahead)| {
+            let (at, how) = match ahead {
+                Ahead::Crossed(at) => (at, How::Entered),
+                Ahead::Along { closest, end } => (closest, How::Grazed { end }),
+            };
+            Going { place: Place::Met { t, at, how }, ..ray }
+        }));
+        next
+    }
+
+    /// Judges what rays have met; those that have met what is rejected go on.
+    fn judge(&mut self, going: Vec<Going>, work: &mut Sifting<'_>, total: &mut CastStats) -> Vec<Going> {
+        let place = |ray: &Going| match ray.place {
+            Place::Met { at, .. } | Place::Free(at) | Place::Rejected(at) => work.ray(ray).at(at),
+        };
+        let points: Vec<DVec3> = going.iter().map(place).collect();
+        let mut kept = vec![true; points.len()];
+        self.judge.judge(&points, &mut kept);
+        work.stats.judged += points.len() as u64;
+        let mut next = Vec::new();
+        for (ray, kept) in going.into_iter().zip(kept) {
+            let Place::Met { t, at, how } = ray.place else { continue };
+            if kept {
+                work.settle(ray, Hit { t, certified: true }, total);
+                continue;
+            }
+            work.stats.rejected += 1;
+            let own = &work.rays[ray.ray];
+            let mut looks = Looks { stats: &mut work.stats, cost: &mut self.costs[ray.ray] };
+            let (place, proven) = match how {
+                How::Entered => {
+                    let once = self.passage.crosses_once(Side::Inside, own, (t, at), &mut looks);
+                    (Place::Rejected(at), once)
+                }
+                How::Grazed { end } => {
+                    (Place::Free(end), self.passage.stays_off(Side::Inside, own, (t, end), &mut looks))
+                }
+                How::Stayed => {
+                    (Place::Rejected(at), self.passage.stays_off(Side::Outside, own, (t, at), &mut looks))
+                }
+            };
+            let ray = ray.at(place, proven);
+            match place {
+                Place::Free(end) if end >= own.far => work.settle(ray, Hit::MISS, total),
+                _ => next.push(ray),
+            }
+        }
+        next
+    }
+
+    /// Takes rays out of what was rejected.
+    fn leave(
+        &mut self,
+        going: Vec<Going>,
+        work: &mut Sifting<'_>,
+        total: &mut CastStats,
+        cancel: &AtomicBool,
+    ) -> Vec<Going> {
+        let (within, mut next): (Vec<Going>, Vec<Going>) =
+            going.into_iter().partition(|g| matches!(g.place, Place::Rejected(_)));
+        let (within, exits) = cast(&mut self.complement, within, work, &mut self.costs, cancel);
+        if cancel.load(Ordering::Relaxed) {
+            return Vec::new();
+        }
+        let mut left = Vec::new();
+        for (ray, exit) in within.into_iter().zip(exits) {
+            let Place::Rejected(from) = ray.place else { continue };
+            let own = work.ray(&ray);
+            // What is undefined is empty: of neither the solid nor, for its caster, the complement.
+            let is_whole = self.passage.is_defined(own, (from, exit.t.min(own.far)));
+            let ray = Going { certified: ray.certified && exit.certified && is_whole, ..ray };
+            if exit.is_hit() {
+                left.push((ray, exit.t));
+            } else {
+                work.settle(ray, Hit::MISS, total);
+            }
+        }
+        let (rays, costs) = (work.rays, &mut self.costs);
+        let places: Vec<(&Ray, f64)> = left.iter().map(|(ray, t)| (&rays[ray.ray], *t)).collect();
+        let ahead =
+            self.passage.look(Side::Outside, &places, &mut work.stats, |i| costs[left[i].0.ray] += 1.0);
+        for ((ray, t), ahead) in left.into_iter().zip(ahead) {
+            let own = &work.rays[ray.ray];
+            match ahead {
+                Ahead::Crossed(to) => {
+                    let mut looks = Looks { stats: &mut work.stats, cost: &mut self.costs[ray.ray] };
+                    let once = self.passage.crosses_once(Side::Outside, own, (t, to), &mut looks);
+                    let ray = ray.at(Place::Free(to), once);
+                    if to >= own.far {
+                        work.settle(ray, Hit::MISS, total);
+                    } else {
+                        next.push(ray);
+                    }
+                }
+                Ahead::Along { end, .. } => {
+                    next.push(Going { place: Place::Met { t, at: end, how: How::Stayed }, ..ray });
+                }
+            }
+        }
+        next
+    }
+}
+
+/// Casts rays from where they are; returns them with their hits.
+fn cast(
+    caster: &mut dyn Caster,
+    going: Vec<Going>,
+    work: &mut Sifting<'_>,
+    costs: &mut [f64],
+    cancel: &AtomicBool,
+) -> (Vec<Going>, Vec<Hit>) {
+    if going.is_empty() {
+        return (going, Vec::new());
+    }
+    let from = |ray: &Going| match ray.place {
+        Place::Free(near) | Place::Rejected(near) | Place::Met { t: near, .. } => {
+            Ray { near, ..*work.ray(ray) }
+        }
+    };
+    let rays: Vec<Ray> = going.iter().map(from).collect();
+    let mut hits = vec![Hit::MISS; rays.len()];
+    caster.first_hits(&rays, &mut hits, &mut work.stats, cancel);
+    for (ray, cost) in going.iter().zip(caster.costs()) {
+        costs[ray.ray] += cost;
+    }
+    (going, hits)
+}
+
+impl Sifted {
+    /// Sifts rays, and counts each once.
+    fn run(&mut self, mut work: Sifting<'_>, stats: &mut CastStats, cancel: &AtomicBool) {
+        let mut total = CastStats { rays: work.rays.len() as u64, ..CastStats::default() };
+        // Those that are not under way have missed.
+        total.uncertified = work.stats.uncertified;
+        self.sift(&mut work, &mut total, cancel);
+        // A ray may be given up more than once.
+        total.given_up = (work.given_up + work.stats.given_up).min(total.uncertified);
+        work.stats = CastStats { rays: 0, hits: 0, uncertified: 0, given_up: 0, ..work.stats };
+        *stats += work.stats;
+        *stats += total;
+    }
+}
+
+impl Caster for Sifted {
+    fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
+        self.costs.clear();
+        self.costs.resize(rays.len(), 0.0);
+        let going = rays.iter().enumerate().map(|(i, ray)| Going::new(i, ray.near, true)).collect();
+        let work = Sifting { rays, out, going, stats: CastStats::default(), given_up: 0 };
+        self.run(work, stats, cancel);
+    }
+
+    /// Rays that meet nothing at all are settled by the solid's caster alone, in whichever way is quickest
+    /// for it. Of the others a first hit that is kept is needed.
+    fn any_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
+        let mut hits = vec![Hit::MISS; rays.len()];
+        let mut own = CastStats::default();
+        self.solid.any_hits(rays, &mut hits, &mut own, cancel);
+        self.costs.clear();
+        self.costs.extend_from_slice(self.solid.costs());
+        let mut going = Vec::new();
+        if !cancel.load(Ordering::Relaxed) {
+            own.uncertified = 0;
+            for (i, &hit) in hits.iter().enumerate() {
+                if hit.is_hit() {
+                    // All before it is free.
+                    going.push(Going::new(i, hit.t, hit.certified));
+                } else {
+                    out[i] = hit;
+                    own.uncertified += u64::from(!hit.certified);
+                }
+            }
+        }
+        self.run(Sifting { rays, out, going, stats: own, given_up: 0 }, stats, cancel);
+    }
+
+    fn costs(&self) -> &[f64] {
+        &self.costs
+    }
+
+    fn clone_box(&self) -> Box<dyn Caster> {
+        Box::new(Sifted {
+            solid: self.solid.clone_box(),
+            complement: self.complement.again(),
+            passage: self.passage.again(),
+            judge: self.judge.clone_box(),
+            costs: Vec::new(),
+        })
+    }
+}

@@ -1,0 +1,61 @@
+//! Boxes that a search cuts up.
+
+use crate::scene::Aabb;
+use glam::DVec3;
+
+/// A box, by its middle and half its extents.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// The middle.
+    pub centre: DVec3,
+    /// Half its extents.
+    pub half: DVec3,
+}
+
+/// Cells are taken to be larger than they are by this share, so that what lies on a face lies in the cells on
+/// both sides of it, however their middles are rounded.
+const OVERLAP: f64 = 1e-9;
+
+/// Where octant number `i` lies: one of `(-1, -1, -1)` to `(1, 1, 1)`.
+pub fn side(i: usize) -> DVec3 {
+    let side = |bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
+    DVec3::new(side(1), side(2), side(4))
+}
+
+impl Cell {
+    /// The box as nearly cubic cells.
+    pub fn of(region: &Aabb) -> Vec<Cell> {
+        let extent = region.max - region.min;
+        let least = extent.min_element();
+        let count = (extent / least).round().max(DVec3::ONE);
+        let half = 0.5 * extent / count;
+        let [nx, ny, nz] = count.to_array().map(|n| n as usize);
+        let at = |i: usize, j: usize, k: usize| {
+            let steps = DVec3::new(i as f64, j as f64, k as f64) * 2.0 + 1.0;
+            Cell { centre: region.min + steps * half, half }
+        };
+        let places = (0..nx).flat_map(|i| (0..ny).flat_map(move |j| (0..nz).map(move |k| (i, j, k))));
+        places.map(|(i, j, k)| at(i, j, k)).collect()
+    }
+
+    /// The eight halves.
+    pub fn octants(&self) -> [Cell; 8] {
+        let half = 0.5 * self.half;
+        std::array::from_fn(|i| Cell { centre: self.centre + half * side(i), half })
+    }
+
+    /// Radius of a ball around the middle that holds the cell and a little more.
+    pub fn radius(&self) -> f64 {
+        self.half.length() * (1.0 + 2.0 * OVERLAP)
+    }
+
+    /// Half the extents in units of that radius, and a little more.
+    pub fn share(&self) -> DVec3 {
+        self.half * ((1.0 + OVERLAP) / self.radius())
+    }
+
+    /// Whether a point lies in the cell, or a little beside it.
+    pub fn holds(&self, p: DVec3, margin: f64) -> bool {
+        (p - self.centre).abs().cmple(self.half * (1.0 + OVERLAP) + margin).all()
+    }
+}

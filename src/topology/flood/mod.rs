@@ -1,0 +1,353 @@
+//! Components of a solid, certified without derivatives of second order.
+//!
+//! Which parts of a solid `f < 0` are joined to one another? Critical points tell where `f` is smooth. Here
+//! enclosures of value and gradient over boxes tell, of any field that has them: also where it has creases, as
+//! ridged and cellular noises do, and the minimum and maximum of solids.
+//!
+//! # Proof
+//!
+//! A region is cut into the cells of an octree. A closed cell is *out* if `f > 0` is proven everywhere in it, *in*
+//! if `f < 0` is, else *mixed*. Everything below is about the part of the solid in the region.
+//!
+//! 1. In cells that touch, if only in a point, are of one component, since that point is solid. A *set* is what
+//!    is joined like this.
+//! 2. Suppose that `f` is proven to fall along an axis everywhere in a mixed cell: the enclosure of the
+//!    derivative excludes zero. (Of a field with creases it holds the slopes of both sides and all between, hence
+//!    Clarke's gradient, so that this is true of every Lipschitz `f`.) A solid point of the cell can go down along
+//!    the axis: `f` only gets smaller, so it stays solid, until it gets to the face of the cell, and so into one of
+//!    the neighbours there. So the solid of the cell belongs where that of these neighbours belongs: an out
+//!    neighbour cannot be come to, an in neighbour is of some set, and of a mixed one the same is asked. Where all
+//!    these ways down end, a cell has a *home*: nothing, if all its neighbours there are out, so that it has no
+//!    solid either; one set; or several, if some of its solid may belong to one and some to another. Cells whose
+//!    ways go round in a circle have none. Directions across the axes do as well: then the point leaves by one of
+//!    the up to three faces that they point to.
+//! 3. An in cell that touches a cell with one home is of that home: the point where they touch is solid, and in both.
+//! 4. A path in the solid never meets an out cell, nor one whose home is nothing. It goes from cell to cell that
+//!    touch. So it never leaves the cells whose home is one set, if none of these touches a cell of another home or
+//!    of none.
+//!
+//! In that case, by 4 no component reaches beyond these cells, and by 2 every solid point of them is joined to the set:
+//! *the solid in them is one component*. It is certified. Otherwise the set and what it may be joined to are a
+//! *cluster*, of which those cells are cut that keep it from being understood: the ones without a way down; if there are
+//! none, the ones without a home; and if all have one, the ones of several homes and those that touch a cell of
+//! another home. That comes to an end unless two parts only just touch, or a crease is where no direction leads
+//! down; such cells are given back when the limits are reached, and only the sets in their cluster are uncertified.
+//!
+//! What belongs to a set is certain in any case: [`Components::label`] is right wherever it gives a component,
+//! except that two components of one uncertified cluster may turn out to be one.
+//!
+//! Labels depend on nothing but the field, the region and the limits; cells of a round are bounded in parallel,
+//! and their results are used in their order.
+
+mod bounds;
+mod joins;
+mod tree;
+
+use crate::field::{Stopped, Watch};
+use crate::num::Interval;
+use crate::scene::Aabb;
+use crate::tape::{Cells, Tape};
+use glam::DVec3;
+use joins::{Home, Joins, Sets, has_way};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use tree::{State, Tree};
+
+/// How long to look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Cells of the tree, at most.
+    pub cells: usize,
+    /// Times that the region is cut, at most 30.
+    pub depth: u8,
+    /// Times that it is cut along the surface in any case, for the sake of boxes and volumes.
+    pub least: u8,
+}
+
+/// Times that a region can be cut.
+const DEEPEST: u8 = 30;
+
+impl Default for Limits {
+    fn default() -> Limits {
+        Limits { cells: 1 << 23, depth: 24, least: 5 }
+    }
+}
+
+/// A part of the solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Component {
+    /// A point in it.
+    pub inside: DVec3,
+    /// A box that holds it.
+    pub bounds: Aabb,
+    /// Encloses its volume.
+    pub volume: Interval,
+    /// The volume that its cells show.
+    pub shown: f64,
+    /// Whether it is proven to be one component, all of it, and joined to no other within the region.
+    pub certified: bool,
+    /// Whether it may go on beyond the region, where parts of it may be joined.
+    pub cut: bool,
+}
+
+/// What a place belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Label {
+    /// All that is solid there, or in the same cell, belongs to the component of this number.
+    Component(usize),
+    /// There is nothing.
+    Outside,
+    /// It is not known, or the place is not in the region.
+    Undecided,
+}
+
+/// The components of a solid in a region.
+#[derive(Clone, Debug)]
+pub struct Components {
+    /// The largest first.
+    pub list: Vec<Component>,
+    /// Cells of which it is not known where their solid belongs, if they have any. They may hold components that
+    /// are in no list.
+    pub undecided: Vec<Aabb>,
+    /// Cells that were looked at.
+    pub cells: usize,
+    /// Times that the region was cut where that was necessary.
+    pub depth: u8,
+    tree: Tree,
+    /// Of the nodes of the tree.
+    labels: Vec<Label>,
+}
+
+impl Components {
+    /// What a point belongs to.
+    pub fn label(&self, p: DVec3) -> Label {
+        self.tree.leaf_at(p).map_or(Label::Undecided, |leaf| self.labels[leaf as usize])
+    }
+
+    /// Whether everything is proven.
+    pub fn is_certified(&self) -> bool {
+        self.undecided.is_empty() && self.list.iter().all(|c| c.certified)
+    }
+}
+
+/// Finds the components of a solid in a region; its field is the only output of the tape. What is undefined is
+/// empty.
+///
+/// # Errors
+/// When stopped.
+pub fn components(
+    tape: &Arc<Tape>,
+    region: &Aabb,
+    limits: Limits,
+    watch: &Watch<'_>,
+) -> Result<Components, Stopped> {
+    let cells = Cells::new(tape.clone(), &region.intervals());
+    let (mut tree, mut joins) = (Tree::new(*region), Joins::default());
+    let (mut cut, mut fresh) = (Vec::new(), vec![0]);
+    loop {
+        watch.check()?;
+        let boxes: Vec<Aabb> = fresh.iter().map(|&n| tree.cell(n)).collect();
+        for (&n, known) in fresh.iter().zip(bounds::bound(&cells, &boxes)) {
+            tree.nodes[n as usize].known = known;
+        }
+        joins.learn(&mut tree, &cut, &fresh);
+        let clusters = Clusters::new(&tree, &mut joins);
+        (watch.progress)(clusters.settled(&tree));
+        cut = clusters.to_cut(&tree, limits);
+        if cut.is_empty() {
+            cut = coarse(&tree, limits);
+        }
+        cut.sort_unstable_by_key(|&n| (tree.nodes[n as usize].level, n));
+        cut.truncate(limits.cells.saturating_sub(tree.nodes.len()) / 8);
+        if cut.is_empty() {
+            return Ok(clusters.finish(tree, joins));
+        }
+        let first = tree.nodes.len() as u32;
+        cut.iter().for_each(|&n| tree.cut(n));
+        fresh = (first..tree.nodes.len() as u32).collect();
+    }
+}
+
+/// Cells that may hold surface and are larger than what volumes and boxes are to be measured by.
+fn coarse(tree: &Tree, limits: Limits) -> Vec<u32> {
+    let least = limits.least.min(limits.depth).min(DEEPEST);
+    let is_coarse = |&n: &u32| {
+        let node = &tree.nodes[n as usize];
+        node.known.state == State::Mixed && node.level < least
+    };
+    tree.leaves().filter(is_coarse).collect()
+}
+
+/// Sets that may be joined to one another, by cells that are not understood.
+#[derive(Default)]
+struct Cluster {
+    sets: BTreeSet<u32>,
+    /// Cells without a way down, others without a home, and others that keep sets apart from being joined
+    /// or parted.
+    blind: Vec<u32>,
+    homeless: Vec<u32>,
+    between: BTreeSet<u32>,
+}
+
+impl Cluster {
+    /// The cells that are not understood.
+    fn open(&self) -> impl Iterator<Item = u32> + '_ {
+        self.blind.iter().chain(&self.homeless).chain(&self.between).copied()
+    }
+}
+
+/// All clusters, by their first members. Sets that are in none are components.
+struct Clusters(BTreeMap<u32, Cluster>);
+
+impl Clusters {
+    fn new(tree: &Tree, joins: &mut Joins) -> Clusters {
+        let pairs = joins.differing();
+        let Joins { sets, homes, open, .. } = joins;
+        // A cell with a home stands for its set.
+        let mut member = |n: u32| if let Home::One(home) = homes[n as usize] { sets.of(home) } else { n };
+        let mut near = Sets::default();
+        near.grow(tree.nodes.len());
+        for pair in pairs.iter() {
+            near.join(member(pair.a), member(pair.b));
+        }
+        let mut clusters: BTreeMap<u32, Cluster> = BTreeMap::new();
+        for pair in pairs.iter() {
+            let cluster = clusters.entry(near.of(member(pair.a))).or_default();
+            let known = [pair.a, pair.b].map(|n| homes[n as usize]);
+            for (n, home) in [pair.a, pair.b].into_iter().zip(known) {
+                if let Home::One(_) = home {
+                    cluster.sets.insert(member(n));
+                    let is_mixed = tree.nodes[n as usize].known.state == State::Mixed;
+                    if is_mixed && known.iter().all(|home| *home != Home::Unknown) {
+                        cluster.between.insert(n);
+                    }
+                }
+            }
+        }
+        for &n in open.iter() {
+            let cluster = clusters.entry(near.of(n)).or_default();
+            match homes[n as usize] {
+                Home::Unknown if has_way(&tree.nodes[n as usize]) => cluster.homeless.push(n),
+                Home::Unknown => cluster.blind.push(n),
+                _ => {
+                    cluster.between.insert(n);
+                }
+            }
+        }
+        Clusters(clusters)
+    }
+
+    /// The cells that are worth cutting.
+    fn to_cut(&self, tree: &Tree, limits: Limits) -> Vec<u32> {
+        let can = |n: &u32| tree.nodes[*n as usize].level < limits.depth.min(DEEPEST);
+        let mut cut = Vec::new();
+        for Cluster { blind, homeless, between, .. } in self.0.values() {
+            let before = cut.len();
+            cut.extend(blind.iter().copied().filter(can));
+            if cut.len() == before {
+                cut.extend(homeless.iter().copied().filter(can));
+            }
+            if cut.len() == before {
+                cut.extend(between.iter().copied().filter(can));
+            }
+        }
+        cut
+    }
+
+    /// The share of the region that is understood.
+    fn settled(&self, tree: &Tree) -> f64 {
+        let share = |n: u32| libm::ldexp(1.0, -3 * i32::from(tree.nodes[n as usize].level));
+        1.0 - self.0.values().flat_map(Cluster::open).map(share).sum::<f64>().min(1.0)
+    }
+
+    /// What all that comes to.
+    fn finish(self, tree: Tree, mut joins: Joins) -> Components {
+        let mut sets: BTreeMap<u32, Measure> = BTreeMap::new();
+        for n in tree.leaves() {
+            if let Home::One(home) = joins.homes[n as usize] {
+                sets.entry(joins.sets.of(home)).or_default().add(&tree, n);
+            }
+        }
+        let mut found: Vec<(u32, Component)> =
+            sets.iter().map(|(&set, measure)| (set, measure.component(true))).collect();
+        for cluster in self.0.values() {
+            // Any of it may be all of it.
+            let mut all = Measure::default();
+            cluster.sets.iter().filter_map(|set| sets.get(set)).for_each(|measure| all.include(measure));
+            cluster.open().for_each(|n| all.add(&tree, n));
+            for (set, component) in found.iter_mut().filter(|(set, _)| cluster.sets.contains(set)) {
+                let least = sets.get(set).map_or(0.0, |measure| measure.full.lo);
+                let Component { inside, shown, .. } = *component;
+                *component = Component { inside, shown, ..all.component(false) };
+                component.volume = Interval::new(least, component.volume.hi);
+            }
+        }
+        found.sort_by(|a, b| b.1.volume.lo.total_cmp(&a.1.volume.lo).then(a.0.cmp(&b.0)));
+        let numbers: BTreeMap<u32, usize> = found.iter().enumerate().map(|(i, &(set, _))| (set, i)).collect();
+        let mut label = |home: &Home| match *home {
+            Home::Nothing => Label::Outside,
+            Home::One(home) => {
+                numbers.get(&joins.sets.of(home)).map_or(Label::Undecided, |&i| Label::Component(i))
+            }
+            Home::Unknown | Home::Several => Label::Undecided,
+        };
+        Components {
+            labels: joins.homes.iter().map(&mut label).collect(),
+            list: found.into_iter().map(|(_, component)| component).collect(),
+            undecided: self.0.values().flat_map(Cluster::open).map(|n| tree.cell(n)).collect(),
+            cells: tree.nodes.len(),
+            depth: tree.nodes.iter().map(|node| node.level).max().unwrap_or(0),
+            tree,
+        }
+    }
+}
+
+/// What cells measure together.
+struct Measure {
+    bounds: Aabb,
+    /// The volume of the full ones, and of all.
+    full: Interval,
+    all: Interval,
+    /// The largest full one, by its level and number, and its middle.
+    heart: Option<((u8, u32), DVec3)>,
+    /// Whether any is at the end of the region.
+    cut: bool,
+}
+
+impl Default for Measure {
+    fn default() -> Measure {
+        let bounds = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+        Measure { bounds, full: Interval::point(0.0), all: Interval::point(0.0), heart: None, cut: false }
+    }
+}
+
+impl Measure {
+    fn add(&mut self, tree: &Tree, n: u32) {
+        let (cell, node) = (tree.cell(n), &tree.nodes[n as usize]);
+        let [x, y, z] =
+            [0, 1, 2].map(|axis| Interval::point(cell.max[axis]) - Interval::point(cell.min[axis]));
+        let volume = x * y * z;
+        let is_full = node.known.state == State::In;
+        let full = if is_full { volume } else { Interval::point(0.0) };
+        let heart = is_full.then(|| ((node.level, n), 0.5 * (cell.min + cell.max)));
+        let cut = (0..3).any(|axis| node.ends(axis, -1) || node.ends(axis, 1));
+        self.include(&Measure { bounds: cell, full, all: volume, heart, cut });
+    }
+
+    fn include(&mut self, o: &Measure) {
+        self.bounds = Aabb { min: self.bounds.min.min(o.bounds.min), max: self.bounds.max.max(o.bounds.max) };
+        self.full = self.full + o.full;
+        self.all = self.all + o.all;
+        self.heart = match (self.heart, o.heart) {
+            (Some(own), Some(other)) => Some(if other.0 < own.0 { other } else { own }),
+            (own, other) => own.or(other),
+        };
+        self.cut |= o.cut;
+    }
+
+    fn component(&self, certified: bool) -> Component {
+        let volume = Interval::new(self.full.lo, self.all.hi);
+        let inside = self.heart.map_or(DVec3::NAN, |heart| heart.1);
+        Component { inside, bounds: self.bounds, volume, shown: volume.mid(), certified, cut: self.cut }
+    }
+}

@@ -1,0 +1,100 @@
+//! Symmetric 3x3 matrices as six numbers xx, yy, zz, xy, xz, yz.
+
+use glam::{DMat3, DVec3};
+
+/// The matrix.
+pub fn matrix([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> DMat3 {
+    DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz])
+}
+
+/// Eigenvalues in increasing order with unit eigenvectors, by Jacobi's rotations: each makes one entry beside the
+/// diagonal zero, and the squares of these shrink until rounding is all that is left.
+pub fn eigen(h: [f64; 6]) -> ([f64; 3], [DVec3; 3]) {
+    let (mut a, mut v) = (matrix(h), DMat3::IDENTITY);
+    let off = |a: &DMat3| a.y_axis.x.abs() + a.z_axis.x.abs() + a.z_axis.y.abs();
+    let size = a.x_axis.x.abs() + a.y_axis.y.abs() + a.z_axis.z.abs() + off(&a);
+    for _ in 0..24 {
+        let left = off(&a);
+        if left <= 1e-16 * size || left.is_nan() {
+            break;
+        }
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            let apq = a.col(q)[p];
+            if apq == 0.0 {
+                continue;
+            }
+            let theta = (a.col(q)[q] - a.col(p)[p]) / (2.0 * apq);
+            let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+            let c = 1.0 / (t * t + 1.0).sqrt();
+            let mut turn = DMat3::IDENTITY;
+            turn.col_mut(p)[p] = c;
+            turn.col_mut(q)[q] = c;
+            turn.col_mut(q)[p] = t * c;
+            turn.col_mut(p)[q] = -t * c;
+            a = turn.transpose() * a * turn;
+            v *= turn;
+        }
+    }
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| a.col(i)[i].total_cmp(&a.col(j)[j]));
+    (order.map(|i| a.col(i)[i]), order.map(|i| v.col(i)))
+}
+
+/// Lower bound on the smallest eigenvalue, by Gershgorin's discs.
+pub fn least_eigenvalue([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> f64 {
+    let (xy, xz, yz) = (xy.abs(), xz.abs(), yz.abs());
+    (xx - xy - xz).min(yy - xy - yz).min(zz - xz - yz)
+}
+
+/// Lower bound on the smallest absolute eigenvalue, and the inverse, where the matrix has one: an inverse `Y`
+/// that was computed has `|I - Y H| <= e < 1`, so that the smallest singular value of `H` is at least
+/// `(1 - e) / |Y|`. Returns the inverse, that bound, and `e`.
+pub fn inverse(h: &DMat3) -> Option<(DMat3, f64, f64)> {
+    let y = h.inverse();
+    let norm = spectral(&y);
+    // Products of three with sums of three, and the norms of both, are off by less than this.
+    let rounding = 32.0 * f64::EPSILON * norm * spectral(h);
+    let defect = spectral(&(DMat3::IDENTITY - y * *h)) + rounding;
+    let least = (1.0 - defect) / norm;
+    (least > 0.0 && least.is_finite()).then_some((y, least * (1.0 - 1e-14), defect))
+}
+
+/// Bound on the spectral norm: the Frobenius norm, or the root of the largest row sum times the largest column
+/// sum.
+pub fn spectral(m: &DMat3) -> f64 {
+    let (a, t) = (m.to_cols_array_2d(), m.transpose().to_cols_array_2d());
+    let largest = |a: &[[f64; 3]; 3]| a.iter().map(|c| c.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max);
+    let frobenius = m.to_cols_array().iter().map(|x| x * x).sum::<f64>();
+    frobenius.min(largest(&a) * largest(&t)).sqrt() * (1.0 + 1e-14)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng, rngs::StdRng};
+
+    #[test]
+    fn eigenvectors_make_the_matrix_diagonal() {
+        let mut rng = StdRng::seed_from_u64(3);
+        for _ in 0..200 {
+            let h: [f64; 6] = std::array::from_fn(|_| rng.random_range(-2.0..2.0));
+            let (values, vectors) = eigen(h);
+            assert!(values[0] <= values[1] && values[1] <= values[2]);
+            for (value, vector) in values.into_iter().zip(vectors) {
+                assert!((matrix(h) * vector - value * vector).length() < 1e-13);
+                assert!((vector.length() - 1.0).abs() < 1e-14);
+            }
+            if let Some((_, least, _)) = inverse(&matrix(h)) {
+                assert!(
+                    least <= values.map(f64::abs).into_iter().fold(f64::INFINITY, f64::min) * (1.0 + 1e-9)
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn singular_matrices_have_no_inverse() {
+        assert!(inverse(&matrix([1.0, 1.0, 0.0, 1.0, 0.0, 0.0])).is_none());
+        assert!(inverse(&matrix([f64::NAN; 6])).is_none());
+    }
+}

@@ -1,0 +1,284 @@
+//! The search for critical points: cells are cut up until each is free of them or holds one that is proven.
+//!
+//! Cells are looked at [`LANES`] at a time, with one evaluation each ([`verdict`](super::verdict)). One that
+//! can hold no more than one critical point is handed to Newton's method ([`polish`](super::polish)), which
+//! finds it, proves that there is one, or sends the cell back to be cut. Cells are closed: a point on a face
+//! is found from both sides, and reports whose error balls meet are one (it is proven that they are).
+//!
+//! The search ends where 0 is a regular value of the gradient, which is to say for Morse functions. Cells that
+//! are tiny and still undecided are gathered and reported with where they are.
+
+use super::cell::Cell;
+use super::isolated::isolated;
+use super::point::CriticalPoint;
+use super::polish::polish;
+use super::verdict::{Verdict, is_free, judge};
+use crate::field::Watch;
+use crate::num::{Number, Taylors};
+use crate::scene::Aabb;
+use crate::tape::{Evaluator, Tape};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::ops::AddAssign;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// Cells looked at together.
+pub(super) const LANES: usize = 16;
+
+/// Where critical points are looked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Search {
+    /// The box.
+    pub region: Aabb,
+    /// Whether only those where the field is not positive are wanted.
+    pub solid: bool,
+}
+
+/// What a search did.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
+pub struct SearchStats {
+    /// Cells looked at.
+    pub cells: u64,
+    /// Of these, proven to be outside of the solid.
+    pub outside: u64,
+    /// Proven to have no critical point.
+    pub regular: u64,
+    /// Proven to have no more than one, and handed to Newton's method.
+    pub single: u64,
+    /// Evaluations of Newton's method.
+    pub newton: u64,
+}
+
+impl AddAssign for SearchStats {
+    fn add_assign(&mut self, o: Self) {
+        self.cells += o.cells;
+        self.outside += o.outside;
+        self.regular += o.regular;
+        self.single += o.single;
+        self.newton += o.newton;
+    }
+}
+
+/// What a search found.
+#[derive(Clone, Debug, Default)]
+pub struct Critical {
+    /// Critical points in increasing order of their values. All of them, if nothing is `open`.
+    pub points: Vec<CriticalPoint>,
+    /// Boxes in which nothing was decided: degenerate critical points, or where the field is not smooth.
+    pub open: Vec<Aabb>,
+    /// Whether there were so many undecided cells that critical points are not isolated.
+    pub crowded: bool,
+    /// What it took.
+    pub stats: SearchStats,
+}
+
+/// Parts into which the region is cut for threads, at least.
+const PARTS: usize = 512;
+
+/// Cells are given up when they are so small, as a share of the region,
+const SMALLEST: f64 = 1e-10;
+
+/// and a part of the region when it has so many cells that are nearly so small.
+const CROWD: u64 = 100_000;
+
+/// Share of the region below which cells count towards a crowd. Few cells are that small about an isolated
+/// critical point, since every level has but those around it.
+const SMALL: f64 = 1e-5;
+
+/// Finds the critical points of a tape's first output; nothing if it was cancelled.
+pub fn search(tape: &Arc<Tape>, search: &Search, watch: &Watch<'_>) -> Option<Critical> {
+    let mut parts = Cell::of(&search.region);
+    while parts.len() < PARTS {
+        parts = parts.iter().flat_map(Cell::octants).collect();
+    }
+    let (done, total) = (AtomicUsize::new(0), parts.len());
+    let found: Vec<Part> = parts
+        .par_iter()
+        .map_init(
+            || Balls::new(tape),
+            |field, cell| {
+                let part = Part::search(field, *cell, search, watch.cancel);
+                (watch.progress)((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64);
+                part
+            },
+        )
+        .collect();
+    if watch.cancel.load(Ordering::Relaxed) {
+        return None;
+    }
+    let mut out = Critical::default();
+    let mut open = Vec::new();
+    for part in found {
+        out.stats += part.stats;
+        out.points.extend(part.points);
+        open.extend(part.open);
+        out.crowded |= part.crowded;
+    }
+    let (mut points, twins) = merged(out.points);
+    let mut field = Balls::new(tape);
+    for place in clusters(open.into_iter().chain(twins).collect()) {
+        match isolated(&mut field, &place) {
+            Some(point) if !out.crowded => {
+                points.retain(|p| p.position.distance(point.position) > point.error);
+                if !search.solid || point.is_inside() != Some(false) {
+                    points.push(point);
+                }
+            }
+            _ => out.open.push(place),
+        }
+    }
+    points.sort_by(by_value);
+    out.points = points;
+    Some(out)
+}
+
+/// What one part of the region comes to.
+#[derive(Default)]
+struct Part {
+    points: Vec<CriticalPoint>,
+    open: Vec<Aabb>,
+    crowded: bool,
+    stats: SearchStats,
+}
+
+impl Part {
+    fn search(field: &mut Balls, root: Cell, search: &Search, cancel: &AtomicBool) -> Part {
+        let mut part = Part::default();
+        let diagonal = search.region.diagonal();
+        let (mut stack, mut small) = (vec![root], 0);
+        let mut single: Vec<Cell> = Vec::new();
+        while !(cancel.load(Ordering::Relaxed) || stack.is_empty() && single.is_empty()) {
+            if single.len() >= LANES || stack.is_empty() {
+                let batch: Vec<Cell> = single.drain(single.len().saturating_sub(LANES)..).collect();
+                part.polish(field, &batch, search, &mut stack);
+                continue;
+            }
+            let from = stack.len().saturating_sub(LANES);
+            let batch: Vec<Cell> = stack.drain(from..).collect();
+            let values = field.eval(batch.iter().map(|cell| (cell.centre, cell.radius())));
+            part.stats.cells += batch.len() as u64;
+            for (i, cell) in batch.iter().enumerate() {
+                let f = values.lane(i);
+                match judge(&f, cell.share(), search.solid) {
+                    Verdict::Outside => part.stats.outside += 1,
+                    Verdict::Regular => part.stats.regular += 1,
+                    Verdict::Single => {
+                        part.stats.single += 1;
+                        single.push(*cell);
+                    }
+                    Verdict::Open => {
+                        let size = cell.radius() / diagonal;
+                        small += u64::from(size < SMALL);
+                        part.crowded |= small > CROWD;
+                        if size < SMALLEST || part.crowded {
+                            part.open.push(bounds(cell));
+                        } else {
+                            let share = 0.5 * cell.share();
+                            let octants = cell.octants().into_iter().enumerate();
+                            let open = octants.filter(|(i, _)| !is_free(&f, share, *i, search.solid));
+                            stack.extend(open.map(|(_, octant)| octant));
+                        }
+                    }
+                }
+            }
+        }
+        part
+    }
+
+    /// Runs Newton's method in cells with at most one critical point; those where it fails are cut.
+    fn polish(&mut self, field: &mut Balls, cells: &[Cell], search: &Search, stack: &mut Vec<Cell>) {
+        for (cell, outcome) in cells.iter().zip(polish(field, cells, &mut self.stats.newton)) {
+            match outcome {
+                None => stack.extend(cell.octants()),
+                Some(point) => {
+                    let wanted = !search.solid || point.is_inside() != Some(false);
+                    if wanted && cell.holds(point.position, point.error) {
+                        self.points.push(point);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A field to be evaluated over balls, with the memory for a batch of them.
+#[derive(Clone, Debug)]
+pub struct Balls {
+    field: Evaluator<Taylors<LANES>>,
+    at: [Taylors<LANES>; 3],
+}
+
+impl Balls {
+    pub fn new(tape: &Arc<Tape>) -> Self {
+        let field = Evaluator::new(tape.clone());
+        Balls { field, at: std::array::from_fn(|_| Taylors::constant(0.0)) }
+    }
+
+    /// The field over as many balls as there are lanes, at most, by their centres and radii. What idle lanes hold
+    /// is of no interest.
+    pub fn eval(&mut self, balls: impl Iterator<Item = (DVec3, f64)>) -> &Taylors<LANES> {
+        for (lane, (centre, radius)) in balls.take(LANES).enumerate() {
+            Taylors::set_ball(&mut self.at, lane, centre.to_array(), radius);
+        }
+        self.field.eval(&self.at)
+    }
+}
+
+fn bounds(cell: &Cell) -> Aabb {
+    Aabb { min: cell.centre - cell.half, max: cell.centre + cell.half }
+}
+
+/// Each critical point once, and boxes around those of which it is not proven
+/// that they are one or two.
+fn merged(mut points: Vec<CriticalPoint>) -> (Vec<CriticalPoint>, Vec<Aabb>) {
+    points.sort_by(|a, b| order(a.position, b.position));
+    let widest = points.iter().map(|p| p.error).fold(0.0, f64::max);
+    let mut kept: Vec<CriticalPoint> = Vec::with_capacity(points.len());
+    let mut twins = Vec::new();
+    for point in points {
+        let near = kept.iter().rev().take_while(|k| point.position.x - k.position.x <= 2.0 * widest);
+        let twin = near.copied().find(|k| k.position.distance(point.position) <= k.error + point.error);
+        match twin {
+            Some(k)
+                if k.position.distance(point.position) + k.error + point.error < k.alone.max(point.alone) => {
+            }
+            Some(k) => twins.push(Aabb {
+                min: k.position.min(point.position) - k.error - point.error,
+                max: k.position.max(point.position) + k.error + point.error,
+            }),
+            None => kept.push(point),
+        }
+    }
+    (kept, twins)
+}
+
+fn by_value(a: &CriticalPoint, b: &CriticalPoint) -> std::cmp::Ordering {
+    a.value.total_cmp(&b.value).then(order(a.position, b.position))
+}
+
+fn order(a: DVec3, b: DVec3) -> std::cmp::Ordering {
+    a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+}
+
+/// Boxes around boxes that meet.
+fn clusters(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
+    boxes.sort_by(|a, b| order(a.min, b.min));
+    let mut out: Vec<Aabb> = Vec::new();
+    for b in boxes {
+        let mut whole = b;
+        // A box that grows may meet others.
+        while let Some(i) = out.iter().position(|o| meet(o, &whole)) {
+            let o = out.swap_remove(i);
+            whole = Aabb { min: o.min.min(whole.min), max: o.max.max(whole.max) };
+        }
+        out.push(whole);
+    }
+    out.sort_by(|a, b| order(a.min, b.min));
+    out
+}
+
+fn meet(a: &Aabb, b: &Aabb) -> bool {
+    let margin = 0.5 * (a.diagonal().min(b.diagonal()));
+    (a.min - margin).cmple(b.max).all() && (b.min - margin).cmple(a.max).all()
+}
