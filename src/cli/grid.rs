@@ -5,8 +5,8 @@ use super::report::{Failure, Outcome, Terminal, err, plural, seconds};
 use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::exchange::{grid as file, image};
+use crate::field::Watch;
 use crate::grid::Samples;
-use crate::mesh::Watch;
 use crate::session::{self, Lattice};
 use crate::world::atomic::{self, FileSet, WriteError};
 use std::fs::File;
@@ -60,6 +60,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     form.check(&args.output, 1)?;
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
+    work::warn_of_components(&scene, &loaded, terminal);
     let lattice = Lattice::over(&scene, args.size).map_err(|e| work::failure(e, &loaded, terminal))?;
     let [x, y, z] = lattice.frame().size;
     form.check(&args.output, y)?;

@@ -4,7 +4,7 @@ use super::options::{self, ScriptOptions};
 use super::report::{Failure, Outcome, Terminal, count, err, plural, seconds};
 use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
-use crate::mesh::Watch;
+use crate::field::Watch;
 use crate::render::Format;
 use crate::scene::Film;
 use crate::session;
@@ -113,6 +113,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     }
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
+    work::warn_of_components(&scene, &loaded, terminal);
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let mapped = session::on_threads(args.threads, || map_heights(&scene, &mapping, &args.output, &watch));
     progress.finish();

@@ -5,7 +5,8 @@ use super::report::{Failure, Outcome, Terminal, count, err, plural, seconds};
 use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::exchange::mesh::{self as file, Format};
-use crate::mesh::{FINEST, Fineness, Meshed, Watch};
+use crate::field::Watch;
+use crate::mesh::{FINEST, Fineness, Meshed};
 use crate::session;
 use crate::shape::{Census, creased};
 use crate::world::atomic;
@@ -80,6 +81,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let start = Instant::now();
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
+    work::warn_of_components(&scene, &loaded, terminal);
     let fineness = Fineness { resolution: args.resolution, tolerance: args.tolerance };
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let meshed = session::on_threads(args.threads, || session::polygonise(&scene, &fineness, &watch));

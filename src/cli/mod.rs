@@ -23,6 +23,7 @@ mod render;
 mod repl;
 mod report;
 mod stats;
+mod topology;
 mod watch;
 mod work;
 
@@ -42,6 +43,7 @@ Examples:
   orogen mesh rock.rhai -o rock.glb  a mesh of triangles, for other programs
   orogen heights planet.rhai -o planet.png
                                      a map of its heights
+  orogen topology rock.rhai          what it is connected with
   orogen repl rock.rhai              asks questions about its fields
   orogen noise gradient -o figures   what a noise is like: pictures, spectrum, verdicts
 
@@ -71,6 +73,7 @@ enum Command {
     Mesh(mesh::Args),
     Grid(grid::Args),
     Heights(heights::Args),
+    Topology(topology::Args),
     Check(check::Args),
     Repl(repl::Args),
     New(new::Args),
@@ -110,6 +113,7 @@ impl Command {
             Command::Mesh(args) => mesh::run(&args, terminal),
             Command::Grid(args) => grid::run(&args, terminal),
             Command::Heights(args) => heights::run(&args, terminal),
+            Command::Topology(args) => topology::run(&args, terminal),
             Command::Check(args) => check::run(&args, terminal),
             Command::Repl(args) => repl::run(&args, terminal),
             Command::New(args) => new::run(&args),

@@ -1,7 +1,7 @@
 //! Everything that can be done, and can go wrong, before the first ray.
 
 use super::view::{View, tolerance};
-use super::{Probe, RenderError, Settings};
+use super::{Painter, Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId};
@@ -25,6 +25,8 @@ pub struct Prepared {
     pub cells: Arc<Cells>,
     /// Code of the three colour channels; the solid is grey without it.
     pub color: Option<Arc<Tape>>,
+    /// Changes the colours of what is met, if anybody does.
+    pub painter: Option<Box<dyn Painter>>,
     /// How far a hit may lie in front of the surface.
     pub tolerance: Tolerance,
     /// The camera.
@@ -63,6 +65,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
         cells: Arc::new(Cells::new(tape.clone(), &settings.bounds.intervals())),
         tape,
         color,
+        painter: None,
         tolerance,
         view,
         sun,

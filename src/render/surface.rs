@@ -1,6 +1,6 @@
 //! Normals and colours of hits, a batch at a time.
 
-use super::Prepared;
+use super::{Painter, Prepared};
 use crate::num::{Dual, Many};
 use crate::tape::{Cells, Evaluator};
 use glam::DVec3;
@@ -33,6 +33,7 @@ pub(super) struct Surface {
     cells: Arc<Cells>,
     field: Evaluator<Many<Dual, LANES>>,
     color: Option<Evaluator<Many<f64, LANES>>>,
+    painter: Option<Box<dyn Painter>>,
 }
 
 impl Surface {
@@ -41,11 +42,23 @@ impl Surface {
             cells: scene.cells.clone(),
             field: Evaluator::new(scene.tape.clone()),
             color: scene.color.clone().map(Evaluator::new),
+            painter: scene.painter.clone(),
         }
     }
 
     /// Describes the solid at points, each seen along a direction; `out` gets a patch for each.
     pub(super) fn patches(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>) {
+        self.describe(seen, out);
+        if let Some(painter) = &mut self.painter {
+            let points: Vec<DVec3> = out.iter().map(|patch| patch.position).collect();
+            let mut colors: Vec<DVec3> = out.iter().map(|patch| patch.albedo).collect();
+            painter.paint(&points, &mut colors);
+            out.iter_mut().zip(colors).for_each(|(patch, color)| patch.albedo = color);
+        }
+    }
+
+    /// The same by the expressions alone.
+    fn describe(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>) {
         out.clear();
         if self.cells.is_uniform() {
             for batch in seen.chunks(LANES) {

@@ -100,7 +100,7 @@ impl Build {
     fn scene(self, field: NodeId) -> Scene {
         Scene {
             graph: Arc::new(self.0),
-            surface: Surface { field, color: None },
+            surface: Surface { field, color: None, keep: None },
             camera: Camera { eye: DVec3::new(0.0, 0.0, 4.0), target: DVec3::ZERO, up: DVec3::Y, fov: 35.0 },
             sun: Sun { direction: DVec3::X, ..Sun::default() },
             sky: Sky { background: DVec3::ZERO, ..Sky::default() },

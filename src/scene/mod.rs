@@ -42,6 +42,28 @@ pub struct Surface {
     pub field: NodeId,
     /// Linear red, green, blue in [0, 1] as fields; a neutral grey where `None`.
     pub color: Option<[NodeId; 3]>,
+    /// Which of its components are there; all where `None`.
+    pub keep: Option<Keep>,
+}
+
+/// Which components of a solid are kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Keep {
+    /// The largest.
+    Most(Measure),
+    /// Those that are at least this share of the one with the most minima, by minima.
+    Share(f64),
+    /// The one that holds a point.
+    Holding(DVec3),
+}
+
+/// What makes one component larger than another.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Measure {
+    /// How many minima it has; its volume if the field is not smooth.
+    Minima,
+    /// Its volume.
+    Volume,
 }
 
 impl Surface {
@@ -52,7 +74,7 @@ impl Surface {
 }
 
 /// An axis-parallel box.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Aabb {
     /// Smallest coordinates.
     pub min: DVec3,

@@ -47,7 +47,7 @@ use crate::world::World;
 use diagnose::Explainer;
 use engine::Setup;
 use host::Host;
-use library::SceneValue;
+use library::{Corrected, SceneValue};
 use rhai::{Dynamic, EvalAltResult};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -250,6 +250,9 @@ fn scene_value(setup: &Setup, value: &Dynamic) -> Result<SceneValue, Box<Diagnos
     if let Some(scene) = value.read_lock::<SceneValue>() {
         return Ok(scene.clone());
     }
+    if let Some(Corrected { field, keep }) = value.read_lock::<Corrected>().map(|c| *c) {
+        return Ok(SceneValue { keep: Some(keep), ..SceneValue::new(field) });
+    }
     let field = match value::Value::of(&setup.host, value) {
         Ok(Some(value::Value::Scalar(value::Scalar::Field(node), color))) => Some(Field { node, color }),
         _ => None,
@@ -278,7 +281,7 @@ fn finish(host: &Host, value: &SceneValue) -> fault::Outcome<Scene> {
     let color = color.transpose()?;
     Ok(Scene {
         graph: Arc::new(host.graph.borrow().clone()),
-        surface: Surface { field, color },
+        surface: Surface { field, color, keep: value.keep },
         camera: value.camera,
         sun: value.sun,
         sky: value.sky,

@@ -19,11 +19,12 @@ mod reads;
 mod samples;
 mod solid;
 mod stage;
+pub mod topology;
 
 pub use preview::{COARSENESS, preview};
 pub use samples::Lattice;
 pub use solid::polygonise;
-pub use stage::{Order, bounds, on_threads, render, settings};
+pub use stage::{Order, bounds, on_threads, render, settings, stopped};
 
 use crate::diag::{Diagnostic, Place, Sources};
 use crate::scene::Scene;

@@ -3,8 +3,8 @@
 use super::stage;
 use crate::diag::Diagnostic;
 use crate::field::Field;
+use crate::field::Watch;
 use crate::grid::{Edge, Frame, Samples};
-use crate::mesh::Watch;
 use crate::num::Many;
 use crate::scene::{Aabb, Scene, Spacing};
 use crate::tape::{Evaluator, Tape};

@@ -3,8 +3,9 @@
 use super::stage;
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId, TooLarge};
+use crate::field::Watch;
 use crate::field::{self, Extent, Field};
-use crate::mesh::{self, Fineness, Meshed, Solid, Watch};
+use crate::mesh::{self, Fineness, Meshed, Solid};
 use crate::op::{Abs, Max, Op, Sub};
 use crate::scene::{Aabb, Scene, Spacing};
 use crate::tape::Tape;

@@ -1,9 +1,10 @@
 //! From a scene to a picture of it: finds the bounds, chooses a caster, and renders.
 
-use crate::cast::{self, Kind};
+use super::topology;
+use crate::cast::{self, Judge, Kind, Sifted};
 use crate::diag::Diagnostic;
-use crate::field::{self, Extent, Field};
-use crate::render::{self, Job, Picture, Settings};
+use crate::field::{self, Extent, Field, Watch};
+use crate::render::{self, Job, Painter, Picture, Settings, View};
 use crate::scene::{Aabb, Scene};
 use std::num::NonZeroUsize;
 
@@ -45,14 +46,42 @@ pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic
 /// # Errors
 /// A diagnostic where no picture can be made, before any ray is cast.
 pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
-    let prepared = render::prepare(scene, &settings(scene, order)?).map_err(|e| Box::new(e.diagnostic()))?;
+    let watch = Watch { cancel: job.cancel, progress: &|_| () };
+    let judge = scene.surface.keep.as_ref().map(|keep| topology::judge(scene, keep, order.threads, &watch));
+    let touch = Touch { judge: judge.transpose()?, painter: None };
+    Ok(render_touched(scene, order, touch, job)?.0)
+}
+
+/// What a picture shows otherwise than the scene says.
+#[derive(Default)]
+pub(super) struct Touch {
+    /// Which parts of the solid are there.
+    pub judge: Option<Box<dyn Judge>>,
+    /// What colours they have.
+    pub painter: Option<Box<dyn Painter>>,
+}
+
+/// The same as [`render`] with such a touch, whatever the scene keeps; and how it is seen.
+pub(super) fn render_touched(
+    scene: &Scene,
+    order: &Order,
+    touch: Touch,
+    job: &Job<'_>,
+) -> Result<(Picture, View), Box<Diagnostic>> {
+    let mut prepared =
+        render::prepare(scene, &settings(scene, order)?).map_err(|e| Box::new(e.diagnostic()))?;
+    prepared.painter = touch.painter;
+    let view = prepared.view;
     let mut field = Field::new(&prepared.graph, prepared.field);
     let Settings { bounds, .. } = prepared.settings;
-    let caster =
+    let mut caster =
         cast::caster_in(order.caster, &mut field, &bounds, &prepared.cells, &prepared.typical_rays())
             .map_err(no_caster)?;
+    if let Some(judge) = touch.judge {
+        caster = Box::new(Sifted::new(caster, &prepared.cells, &bounds, judge));
+    }
     let work = move || render::render(&prepared, caster.as_ref(), job).map_err(|e| Box::new(e.diagnostic()));
-    on_threads(order.threads, work)?
+    Ok((on_threads(order.threads, work)??, view))
 }
 
 /// Does something on so many threads; as many as there are cores where `None`.
@@ -93,7 +122,7 @@ pub(super) fn region(scene: &Scene, field: &mut Field) -> Aabb {
 }
 
 /// Why nothing came of a job that was stopped.
-pub(super) fn stopped() -> Box<Diagnostic> {
+pub fn stopped() -> Box<Diagnostic> {
     Box::new(Diagnostic::error("stopped before it was finished").hint("no file was written"))
 }
 

@@ -157,11 +157,12 @@ mod tests {
         assert_eq!(unseen.into_iter().collect::<Vec<_>>().join(" "), UNSEEN);
     }
 
-    /// Functions that come to numbers, settings or files.
+    /// Functions that come to numbers, settings or files, and those that leave out components of a solid.
     const UNSEEN: &str = ".. affine at bounds class_of \
-        color::blend color::ramp color_of degrees enclosure film fitted hessian \
-        interval is_colored is_field is_nan is_number is_vector lipschitz load_expression \
+        color::blend color::ramp color_of component_of degrees enclosure film fitted hessian \
+        interval is_colored is_field is_nan is_number is_vector largest_component lipschitz load_expression \
         load_grid load_heightfield load_mesh metres options::of param \
         planet::extent radians range region rgb round show slope stats \
-        terrain::alpine to_float to_int vec3 vector_noise warp::fold_by_flow warp::fold_by_noise";
+        terrain::alpine to_float to_int vec3 vector_noise warp::fold_by_flow warp::fold_by_noise \
+        without_specks";
 }

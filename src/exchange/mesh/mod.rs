@@ -34,6 +34,7 @@ mod ply;
 mod polygon;
 mod stl;
 
+pub use gltf::{Network, write_network};
 pub use ply::Encoding as Ply;
 pub use stl::Encoding as Stl;
 

@@ -7,6 +7,7 @@
 mod algebra;
 mod camera;
 mod color;
+mod components;
 mod fields;
 mod files;
 mod grid;
@@ -19,6 +20,7 @@ mod scene;
 mod shape;
 mod vectors;
 
+pub use components::Corrected;
 pub use grid::GridValue;
 pub use mesh::MeshValue;
 pub use numbers::unused;
@@ -69,7 +71,7 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 14] = [
+    let groups: [(&'static str, Group); 15] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -82,6 +84,7 @@ pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<
         ("Files", files::register),
         ("Files", grid_files::register),
         ("Colour", color::register),
+        ("Components", components::register),
         ("Cameras", camera::register),
         ("Scenes", scene::register),
     ];

@@ -1,7 +1,8 @@
 //! Light, sky, film, and the scene that holds everything.
 
+use super::components::Corrected;
 use super::{Call, Library, fields};
-use crate::scene::{self, Aabb, Air, Camera, Film, Sky, Sun};
+use crate::scene::{self, Aabb, Air, Camera, Film, Keep, Sky, Sun};
 use crate::script::fault::{Fault, Outcome};
 use crate::script::options::Options;
 use crate::script::value::{Field, number};
@@ -23,13 +24,15 @@ pub struct SceneValue {
     pub film: Film,
     /// Where it is, if the script says.
     pub bounds: Option<Aabb>,
+    /// Which of its components are there.
+    pub keep: Option<Keep>,
 }
 
 impl SceneValue {
     /// A field seen by default.
     pub fn new(surface: Field) -> Self {
         let (camera, sun, sky, film) = (Camera::default(), Sun::default(), Sky::default(), Film::default());
-        SceneValue { surface, camera, sun, sky, film, bounds: None }
+        SceneValue { surface, camera, sun, sky, film, bounds: None, keep: None }
     }
 }
 
@@ -106,7 +109,12 @@ fn film(c: &Call<'_>) -> Outcome<Dynamic> {
 
 fn build(c: &Call<'_>) -> Outcome<Dynamic> {
     let mut o = Options::new(c, 0)?;
-    let default = SceneValue::new(o.field("surface")?);
+    let corrected = o.get("surface").and_then(|v| v.read_lock::<Corrected>().map(|c| *c));
+    let (surface, keep) = match corrected {
+        Some(Corrected { field, keep }) => (field, Some(keep)),
+        None => (o.field("surface")?, None),
+    };
+    let default = SceneValue { keep, ..SceneValue::new(surface) };
     let scene = SceneValue {
         camera: o.typed("camera", "a camera such as orbit(#{ ... })", default.camera)?,
         sun: o.typed("sun", "sun(#{ ... })", default.sun)?,

@@ -18,7 +18,7 @@ pub use sounding::Tally;
 use super::stage;
 use crate::diag::Diagnostic;
 use crate::exchange::image::{self, Rows, Sheet};
-use crate::mesh::Watch;
+use crate::field::Watch;
 use crate::render::Format;
 use crate::scene::Scene;
 use crate::world::atomic::{self, FileSet, WriteError};

@@ -9,7 +9,7 @@ use super::{Globe, go_on};
 use crate::cast::{self, CastStats, Caster, Hit, Kind, Ray, Tolerance};
 use crate::diag::Diagnostic;
 use crate::field::Field;
-use crate::mesh::Watch;
+use crate::field::Watch;
 use crate::render::{self, Rect, RenderError};
 use crate::scene::{Aabb, Scene, Spacing};
 use crate::session::stage;

@@ -14,9 +14,11 @@
 
 mod data;
 mod json;
+mod network;
 mod scene;
 mod write;
 
+pub use network::{Network, write_network};
 pub use write::write;
 
 use crate::exchange::fault::{Fault, Place};

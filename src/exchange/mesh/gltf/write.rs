@@ -8,22 +8,22 @@ use std::io::{self, Write};
 
 /// Codes of OpenGL: kinds of number, and what bytes are for.
 const U16: u32 = 5123;
-const U32: u32 = 5125;
-const F32: u32 = 5126;
-const POINTS: u32 = 34962;
-const CORNERS: u32 = 34963;
+pub(super) const U32: u32 = 5125;
+pub(super) const F32: u32 = 5126;
+pub(super) const POINTS: u32 = 34962;
+pub(super) const CORNERS: u32 = 34963;
 
 /// What goes into the file, and how much room it takes: points, normals, colours, then corners.
 #[derive(Default)]
-struct Layout {
-    accessors: Vec<Value>,
-    views: Vec<Value>,
-    bytes: u64,
+pub(super) struct Layout {
+    pub accessors: Vec<Value>,
+    pub views: Vec<Value>,
+    pub bytes: u64,
 }
 
 impl Layout {
     /// Adds some items of `size` bytes, and gives the number of their accessor.
-    fn add(&mut self, mut accessor: Value, count: usize, size: u64, target: u32) -> usize {
+    pub fn add(&mut self, mut accessor: Value, count: usize, size: u64, target: u32) -> usize {
         let length = count as u64 * size;
         let view = json!({ "buffer": 0, "byteOffset": self.bytes, "byteLength": length, "target": target });
         accessor["bufferView"] = self.views.len().into();
@@ -46,20 +46,9 @@ pub fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
     // The largest index of a width means no point.
     let narrow = mesh.points.len() <= usize::from(u16::MAX);
     let (text, bytes) = text(mesh, !normals.is_empty(), narrow);
-    let text = text.to_string();
-    let padding = text.len().next_multiple_of(4) - text.len();
-    let text_length = (text.len() + padding) as u64;
-    let length = 20 + text_length + if bytes == 0 { 0 } else { 8 + bytes };
-    let small = |x: u64| u32::try_from(x).map_err(|_| unfit("glTF files have 4 GiB at most; write .ply"));
-    let mut words = |words: &[u32]| words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()));
-    words(&[u32::from_le_bytes(*b"glTF"), 2, small(length)?, small(text_length)?, JSON])?;
-    out.write_all(text.as_bytes())?;
-    out.write_all(&b"   "[..padding])?;
+    begin(&text, bytes, out)?;
     if bytes == 0 {
         return Ok(());
-    }
-    for word in [small(bytes)?, BIN] {
-        out.write_all(&word.to_le_bytes())?;
     }
     let mut three = |three: [f32; 3]| {
         let [x, y, z] = three.map(f32::to_le_bytes);
@@ -76,6 +65,25 @@ pub fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
     }
     let odd = narrow && mesh.triangles.len() % 2 == 1;
     out.write_all(if odd { &[0; 2] } else { &[] })
+}
+
+/// Writes a file up to its bytes.
+pub(super) fn begin(text: &Value, bytes: u64, out: &mut dyn Write) -> io::Result<()> {
+    let text = text.to_string();
+    let padding = text.len().next_multiple_of(4) - text.len();
+    let text_length = (text.len() + padding) as u64;
+    let length = 20 + text_length + if bytes == 0 { 0 } else { 8 + bytes };
+    let small = |x: u64| u32::try_from(x).map_err(|_| unfit("glTF files have 4 GiB at most; write .ply"));
+    let mut words = |words: &[u32]| words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()));
+    words(&[u32::from_le_bytes(*b"glTF"), 2, small(length)?, small(text_length)?, JSON])?;
+    out.write_all(text.as_bytes())?;
+    out.write_all(&b"   "[..padding])?;
+    if bytes > 0 {
+        for word in [small(bytes)?, BIN] {
+            out.write_all(&word.to_le_bytes())?;
+        }
+    }
+    Ok(())
 }
 
 /// The JSON text, and how many bytes follow.

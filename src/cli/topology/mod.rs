@@ -1,0 +1,215 @@
+//! `orogen topology`: what a solid is connected with.
+
+mod report;
+
+use super::interrupt::Flag;
+use super::options::{self, PictureOptions, ScriptOptions};
+use super::progress::Progress;
+use super::report::{Failure, Outcome, Terminal, err, out, plural, seconds};
+use super::work::{self, Conversion};
+use crate::diag::{Diagnostic, Severity};
+use crate::exchange::mesh::{Network, write_network};
+use crate::field::Watch;
+use crate::render::{self, Job, Metadata};
+use crate::scene::{Keep, Measure, Scene};
+use crate::session::topology::{ARCS, Analysis, COLORS, Show, analyse, kept, picture};
+use crate::session::{self, Order};
+use crate::topology::separatrices;
+use crate::world::atomic;
+use report::Report;
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Find out what a script's solid is connected with
+///
+/// Finds every critical point inside of the solid (minima, saddles and maxima of its field), joins the minima along
+/// the separatrices of 1-saddles, and reports the components: how many critical points each has, its Euler
+/// characteristic, and its genus where that follows. All of it is proven, or the report says what is not. The
+/// field must be C2. What was found is kept on disk, so that the next time takes no time.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  orogen topology rock.rhai                            the report
+  orogen topology rock.rhai --json rock.json           for programs; - for standard output
+  orogen topology rock.rhai --complex rock.glb         the network as lines, or as .json
+  orogen topology rock.rhai -o parts.png               a picture, each component in a colour
+  orogen topology rock.rhai -o rock.png --show network critical points and separatrices over the solid
+  orogen topology rock.rhai -o rock.png --show triptych
+
+In networks minima are yellow, 1-saddles blue; lines that join components are pale yellow, lines that only close
+rings blue. Analyses are kept in the folder OROGEN_CACHE, else in ~/.cache/orogen.")]
+pub struct Args {
+    /// Script of the solid
+    #[arg(value_name = "SCRIPT")]
+    script: PathBuf,
+
+    /// Writes the report as JSON; - for standard output
+    #[arg(long, value_name = "FILE.json")]
+    json: Option<PathBuf>,
+
+    /// Writes critical points and separatrices: .json with all that is known, or .glb with lines and points
+    #[arg(long, value_name = "FILE")]
+    complex: Option<PathBuf>,
+
+    /// What the picture shows: components, specks (red), kept, network, or triptych (plain, specks, kept)
+    #[arg(long, value_name = "WHAT", default_value = "components", hide_possible_values = true)]
+    #[arg(requires = "output")]
+    show: What,
+
+    /// Components in the table
+    #[arg(long, value_name = "N", default_value = "10")]
+    top: usize,
+
+    /// Searches anew, even if the result is on disk
+    #[arg(long)]
+    fresh: bool,
+
+    #[command(flatten)]
+    picture: PictureOptions,
+
+    #[command(flatten)]
+    scripting: ScriptOptions,
+}
+
+/// What a picture shows, by its name.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum What {
+    Components,
+    Specks,
+    Kept,
+    Network,
+    Triptych,
+}
+
+impl What {
+    fn show(self) -> Show {
+        match self {
+            What::Components => Show::Components,
+            What::Specks => Show::Specks,
+            What::Kept => Show::Kept,
+            What::Network => Show::Network,
+            What::Triptych => Show::Triptych,
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
+    let start = Instant::now();
+    check(args)?;
+    let Conversion { loaded, scene, progress, flag } =
+        Conversion::begin(&args.script, &args.scripting, &args.script, terminal)?;
+    let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
+    let found = session::on_threads(args.picture.threads, || analyse(&scene, args.fresh, &watch));
+    progress.finish();
+    let analysis = found.and_then(|a| a).map_err(|error| work::failure(error, &loaded, terminal))?;
+    let elapsed = start.elapsed().as_secs_f64();
+    let keep = scene.surface.keep.unwrap_or(Keep::Most(Measure::Minima));
+    let kept = kept(&analysis, &keep).map_err(|error| work::failure(error, &loaded, terminal))?;
+    let report = Report::new(&analysis, &analysis.sizes(), &kept, elapsed);
+    match args.json.as_deref() {
+        Some(path) if path == Path::new("-") => out(json(&report)?),
+        Some(path) => {
+            let text = json(&report)?;
+            write(path, |f| writeln!(f, "{text}"))?;
+        }
+        None => report.print(args.top),
+    }
+    if args.json.is_none() {
+        let source = if analysis.remembered { ", partly from disk" } else { "" };
+        let cells = plural(report.cells(), "cell");
+        err(format!("{}: {}, {cells}{source}", args.script.display(), seconds(elapsed)));
+    }
+    if let Some(rough) = &analysis.rough {
+        let warning = Diagnostic { severity: Severity::Warning, ..(**rough).clone() };
+        terminal.diagnostic(&warning, &loaded.sources);
+    }
+    if let Some(path) = &args.complex {
+        export(path, &analysis)?;
+    }
+    if args.picture.output.is_some() {
+        let progress = Progress::new(terminal, "picture");
+        let made = paint(args, &scene, &analysis, &keep, (&progress, &flag));
+        progress.finish();
+        made.map_err(|error| work::failure(error, &loaded, terminal))?;
+    }
+    report.doubts().iter().for_each(|d| terminal.diagnostic(d, &loaded.sources));
+    Ok(())
+}
+
+/// That everything can be written.
+fn check(args: &Args) -> Result<(), Failure> {
+    if let Some(path) = &args.complex
+        && !["json", "glb"].iter().any(|e| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e)))
+    {
+        let hint = format!("for example: --complex {}", path.with_extension("glb").display());
+        return Err(Failure::usage(format!("`{}` does not end in .json or .glb", path.display()), hint));
+    }
+    let picture = args.picture.output.clone().map(options::picture_path).transpose()?;
+    let json = args.json.clone().filter(|path| path != Path::new("-"));
+    if let Some(path) =
+        json.as_ref().filter(|p| !p.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")))
+    {
+        let hint = format!("for example: --json {}", path.with_extension("json").display());
+        return Err(Failure::usage(format!("`{}` does not end in .json", path.display()), hint));
+    }
+    if json.is_some() && json == args.complex {
+        let hint = "for example: --json report.json --complex complex.json";
+        return Err(Failure::usage("report and complex would be the same file", hint));
+    }
+    for path in [picture, json, args.complex.clone()].into_iter().flatten() {
+        atomic::check(&path).map_err(|e| Diagnostic::error(e.to_string()))?;
+    }
+    Ok(())
+}
+
+fn write(
+    path: &Path,
+    fill: impl FnOnce(&mut std::io::BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
+) -> Result<(), Failure> {
+    Ok(atomic::write(path, fill).map_err(|e| Diagnostic::error(e.to_string()))?)
+}
+
+fn json(value: &impl Serialize) -> Result<String, Failure> {
+    let text = serde_json::to_string_pretty(value);
+    Ok(text.map_err(|e| Diagnostic::error(format!("cannot write the report ({e})")))?)
+}
+
+/// Writes the complex.
+fn export(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
+    let Some(complex) = analysis.complex() else {
+        let hint = "see the warning above for what is not smooth";
+        return Err(Failure::error("a field that is not smooth has no critical points to write", hint));
+    };
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
+        return write(path, |f| Ok(serde_json::to_writer(f, complex)?));
+    }
+    let lines = separatrices(&analysis.tape, complex).into_iter().zip(&complex.arcs);
+    let network = Network {
+        lines: lines.map(|(line, arc)| (line, ARCS[usize::from(!arc.joins)])).collect(),
+        dots: complex.points.iter().map(|p| (p.position, COLORS[p.kind as usize])).collect(),
+    };
+    write(path, |f| write_network(&network, f))
+}
+
+/// Makes the picture.
+fn paint(
+    args: &Args,
+    scene: &Scene,
+    analysis: &Analysis,
+    keep: &Keep,
+    (progress, flag): (&Progress, &Flag),
+) -> Result<(), Box<Diagnostic>> {
+    let Some(path) = &args.picture.output else { return Ok(()) };
+    let PictureOptions { size, samples, caster, threads, .. } = &args.picture;
+    let size = size.map(|size| (size.width, size.height));
+    let order = Order { size, samples: *samples, caster: *caster, threads: *threads };
+    let told = |p: render::Progress| progress.set(p.done as f64 / p.total as f64);
+    let job = Job { progress: &told, ..Job::unwatched(flag) };
+    let made = picture(scene, &order, analysis, (args.show.show(), keep), &job)?;
+    if !made.finished {
+        return Err(session::stopped());
+    }
+    render::save(path, &made, &Metadata::default()).map_err(|e| Box::new(Diagnostic::error(e.to_string())))
+}

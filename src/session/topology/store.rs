@@ -1,0 +1,96 @@
+//! Analyses on disk, so that frames of an animation and renderings of a scene from other sides share one.
+//!
+//! They lie in a folder for such things: `OROGEN_CACHE` if it is set, else `orogen` in `XDG_CACHE_HOME` or in
+//! `.cache` at home. A file is named after the expression and the region, and holds both their hash and the version of
+//! the program: one that does not match, or cannot be read, is as if it were not there. Files may be removed at
+//! any time.
+
+use crate::expr::{Graph, Node, NodeId};
+use crate::scene::Aabb;
+use crate::topology::Complex;
+use crate::world::atomic;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::env::var_os;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// What an analysis is of.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Key(u64);
+
+impl Key {
+    /// An expression within a region. Equal expressions have equal keys whatever graphs they are nodes of.
+    pub fn new(graph: &Graph, root: NodeId, region: &Aabb) -> Key {
+        let mut hasher = DefaultHasher::new();
+        let nodes = graph.reachable(&[root]);
+        let place: HashMap<NodeId, u32> = nodes.iter().copied().zip(0..).collect();
+        let number = |id: &NodeId| NodeId(place.get(id).copied().unwrap_or(u32::MAX));
+        for id in &nodes {
+            renumbered(graph.node(*id), number).hash(&mut hasher);
+        }
+        for corner in [region.min, region.max] {
+            corner.to_array().map(f64::to_bits).hash(&mut hasher);
+        }
+        Key(hasher.finish())
+    }
+}
+
+/// A node whose arguments have other names.
+fn renumbered(node: &Node, name: impl Fn(&NodeId) -> NodeId) -> Node {
+    let point = |p: &[NodeId; 3]| p.each_ref().map(&name);
+    match node {
+        Node::Const(_) | Node::Input(_) => node.clone(),
+        Node::Op(op, args) => Node::Op(*op, args.iter().map(&name).collect()),
+        Node::Noise(noise, p) => Node::Noise(*noise, point(p)),
+        Node::Fractal(f, p, footprint, hurst) => {
+            Node::Fractal(f.clone(), point(p), name(footprint), hurst.as_ref().map(&name))
+        }
+        Node::Grid(grid, p) => Node::Grid(grid.clone(), point(p)),
+        Node::Shape(shape, p) => Node::Shape(shape.clone(), point(p)),
+    }
+}
+
+/// Raised when analyses of old must not be taken for those of now.
+const REVISION: u32 = 1;
+
+/// What a file holds.
+#[derive(Serialize, Deserialize)]
+struct Stored<C> {
+    revision: u32,
+    version: String,
+    key: u64,
+    complex: C,
+}
+
+fn file(key: Key) -> Option<PathBuf> {
+    let named = |name: &str| var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let folder = named("OROGEN_CACHE")
+        .or_else(|| Some(named("XDG_CACHE_HOME")?.join("orogen")))
+        .or_else(|| Some(named("HOME")?.join(".cache/orogen")))?;
+    Some(folder.join("topology").join(format!("{:016x}.json", key.0)))
+}
+
+/// The analysis that was saved last, if there is one.
+pub fn load(key: Key) -> Option<Complex> {
+    let bytes = std::fs::read(file(key)?).ok()?;
+    let stored: Stored<Complex> = serde_json::from_slice(&bytes).ok()?;
+    let is_ours = stored.revision == REVISION && stored.version == env!("CARGO_PKG_VERSION");
+    (is_ours && stored.key == key.0).then_some(stored.complex)
+}
+
+/// Saves an analysis where that is possible; that it could not be is no harm.
+pub fn save(key: Key, complex: &Complex) {
+    let Some(path) = file(key) else { return };
+    let version = env!("CARGO_PKG_VERSION").to_owned();
+    let Ok(text) = serde_json::to_vec(&Stored { revision: REVISION, version, key: key.0, complex }) else {
+        return;
+    };
+    if let Some(folder) = path.parent()
+        && std::fs::create_dir_all(folder).is_ok()
+    {
+        // Next time it is found anew.
+        let _ = atomic::write(&path, |f| f.write_all(&text));
+    }
+}
