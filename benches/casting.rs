@@ -56,7 +56,7 @@ fn whole_picture(root: NodeId, b: common::Build) {
     let camera = Camera { eye: DVec3::new(0.0, 0.0, -4.0), target: DVec3::ZERO, up: DVec3::Y, fov: 47.2 };
     let scene = Scene {
         graph: Arc::new(b.0),
-        surface: Surface { field: root, color: None },
+        surface: Surface { field: root, color: None, keep: None },
         camera,
         sun: Sun { direction: direction(140.0, 35.0), ..Sun::default() },
         sky: Sky::default(),

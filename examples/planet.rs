@@ -36,7 +36,7 @@ fn planet(graph: &mut Graph) -> Result<Surface, Box<dyn Error>> {
         graph.op(Op::Mix(op::Mix), &[ends[0], ends[1], pale])
     };
     let color = [mix(0.20, 0.75)?, mix(0.13, 0.70)?, mix(0.09, 0.66)?];
-    Ok(Surface { field, color: Some(color) })
+    Ok(Surface { field, color: Some(color), keep: None })
 }
 
 fn scaled(graph: &mut Graph, node: NodeId, by: f64) -> Result<NodeId, TooLarge> {

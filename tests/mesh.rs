@@ -1,7 +1,8 @@
 //! Meshes of solids whose shape and topology are known.
 
 use orogen::field::Field;
-use orogen::mesh::{Fineness, Meshed, Watch};
+use orogen::field::Watch;
+use orogen::mesh::{Fineness, Meshed};
 use orogen::script::{Request, compile};
 use orogen::session::polygonise;
 use orogen::shape::Census;

@@ -4,7 +4,7 @@ use crate::memory::peak;
 use exr::prelude::read_first_flat_layer_from_file;
 use glam::DVec3;
 use orogen::exchange::image::{self as pictures, Sheet};
-use orogen::mesh::Watch;
+use orogen::field::Watch;
 use orogen::scene::Scene;
 use orogen::script::{Request, compile};
 use orogen::session;

@@ -1,0 +1,423 @@
+//! Critical points and components of solids whose topology is known, or counted on a grid.
+
+use glam::{DMat3, DVec3};
+use orogen::expr::NodeId;
+use orogen::field::Watch;
+use orogen::num::{Jet, Many, Number, Taylor, Taylors};
+use orogen::render::{Job, Picture};
+use orogen::scene::{Aabb, Scene};
+use orogen::script::{Request, compile};
+use orogen::session::{self, Order};
+use orogen::tape::{Evaluator, Tape};
+use orogen::topology::{Complex, CriticalPoint, Kind, Locator, Search, search};
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+fn scene(script: &str) -> Scene {
+    let compiled = compile(&Request::text(script));
+    compiled.scene.unwrap_or_else(|| panic!("{script}: {:?}", compiled.diagnostics))
+}
+
+fn tape(script: &str) -> Arc<Tape> {
+    let scene = scene(script);
+    let root: NodeId = scene.surface.field;
+    Arc::new(Tape::new(&scene.graph, &[root]))
+}
+
+fn analysed(tape: &Arc<Tape>, region: Aabb) -> Complex {
+    let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+    let what = Search { region, solid: true };
+    let found = search(tape, &what, &watch).expect("it is not cancelled");
+    Complex::new(tape, &what, found, &watch).expect("it is not cancelled")
+}
+
+fn complex(script: &str, half: f64) -> Complex {
+    analysed(&tape(script), Aabb::cube(half))
+}
+
+#[test]
+fn expansions_hold_all_that_they_say() {
+    let fields = [
+        "length(p) - 1.0",
+        "length(vec3(x, 2.0 * y, z)) * sin(3.0 * x) + exp(y)",
+        "sqrt(2.0 + x * y) / (1.5 + z * z)",
+        "powi(x, 3) - square(y) * cos(z) + atan(x * z)",
+        "smooth_union(sphere(0.7), sphere(0.6).translate([0.8, 0, 0]), 0.3)",
+        "0.6 * gradient(7).scaled(4.0) + sphere(1.0)",
+        "0.3 * sparse(2).scaled(3.0) * simplex(4).scaled(2.0)",
+        "gradient(3).scaled(2.0).at(vec3(x + 0.3 * sin(y), y * z, exp(x)))",
+        "plus(1.0 - length(p), 3) + norm(x, y, 4) + mix(x, y * z, z)",
+    ];
+    let mut rng = StdRng::seed_from_u64(11);
+    for script in fields {
+        let tape = tape(script);
+        let mut balls = Evaluator::<Taylors<16>>::new(tape.clone());
+        let mut jets = Evaluator::<Jet>::new(tape);
+        for round in 0..40 {
+            let mut at: [Taylors<16>; 3] = std::array::from_fn(|_| Taylors::constant(0.0));
+            let centres: Vec<DVec3> = (0..16)
+                .map(|_| DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.1..1.1))))
+                .collect();
+            let radii: Vec<f64> = (0..16).map(|i| 0.7 / f64::from(1 << (i / 2 + round % 3))).collect();
+            (0..16).for_each(|i| Taylors::set_ball(&mut at, i, centres[i].to_array(), radii[i]));
+            let found = *balls.eval(&at);
+            for i in 0..16 {
+                for _ in 0..12 {
+                    let u = loop {
+                        let u = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+                        if u.length() < 1.0 {
+                            break u;
+                        }
+                    };
+                    let p = (centres[i] + radii[i] * u).to_array();
+                    let jet = *jets.eval(&std::array::from_fn(|axis| Jet::coordinate(p[axis], axis)));
+                    holds(script, &found.lane(i), u, radii[i], &jet);
+                }
+            }
+        }
+    }
+}
+
+/// That an expansion over a ball of this radius holds a jet at the place `u` in it.
+fn holds(script: &str, f: &Taylor, u: DVec3, radius: f64, jet: &Jet) {
+    let matrix =
+        |[xx, yy, zz, xy, xz, yz]: [f64; 6]| DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
+    let (g, h) = (DVec3::from_array(f.grad), matrix(f.hess));
+    let slope = radius * DVec3::from_array(jet.grad);
+    let bend = radius * radius * matrix(jet.hess);
+    let size = 1.0 + jet.value.abs() + slope.length();
+    // A bound that is no number bounds nothing.
+    let within = |what: &str, off: f64, bound: f64| {
+        assert!(
+            bound.is_nan() || off <= bound * (1.0 + 1e-9) + 1e-11 * size,
+            "{script}: {what} is off by {off}, not {bound}"
+        );
+    };
+    assert!(
+        f.range.lo <= jet.value + 1e-12 * size && jet.value <= f.range.hi + 1e-12 * size,
+        "{script}: range"
+    );
+    within("the value", (jet.value - f.value - g.dot(u)).abs(), f.bow[0]);
+    within(
+        "the value to second order",
+        (jet.value - f.value - g.dot(u) - 0.5 * u.dot(h * u)).abs(),
+        f.bow[1],
+    );
+    within("the gradient", (slope - g).length(), f.turn[0]);
+    within("the gradient to second order", (slope - g - h * u).length(), f.turn[1]);
+    // The spectral norm is at least what any vector shows.
+    for v in [DVec3::X, DVec3::Y, DVec3::Z, u.normalize()] {
+        within("the Hessian", ((bend - h) * v).length(), f.twist);
+    }
+}
+
+/// A solid on a grid of samples.
+struct Grid {
+    n: usize,
+    inside: Vec<bool>,
+}
+
+impl Grid {
+    fn new(tape: &Arc<Tape>, half: f64, n: usize) -> Grid {
+        let mut field = Evaluator::<Many<f64, 32>>::new(tape.clone());
+        let at = |i: usize| half * (2.0 * (i as f64 + 0.5) / n as f64 - 1.0);
+        let mut inside = vec![false; n * n * n];
+        let line: Vec<f64> = (0..n).map(at).collect();
+        let mut values = vec![0.0; n];
+        for z in 0..n {
+            for y in 0..n {
+                field.eval_all([&line, &vec![at(y); n], &vec![at(z); n]], &mut values);
+                let row = &mut inside[(z * n + y) * n..][..n];
+                row.iter_mut().zip(&values).for_each(|(inside, value)| *inside = *value < 0.0);
+            }
+        }
+        Grid { n, inside }
+    }
+
+    fn at(&self, x: usize, y: usize, z: usize) -> bool {
+        let n = self.n;
+        x < n && y < n && z < n && self.inside[(z * n + y) * n + x]
+    }
+
+    /// Euler characteristics when samples inside are joined to those beside them along the axes, and along the
+    /// diagonals that cut cubes into tetrahedra (Kuhn): the simplices above a sample are chains of corners of
+    /// its cube.
+    fn euler(&self) -> [i64; 2] {
+        let (mut axes, mut kuhn) = (0, 0);
+        for (z, y, x) in self.places() {
+            if !self.at(x, y, z) {
+                continue;
+            }
+            let corner: Vec<bool> =
+                (0..8).map(|c| self.at(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2))).collect();
+            for face in 0..8_usize {
+                // All corners whose axes are among those of the face.
+                let whole = (0..8).filter(|c| c & !face == 0).all(|c| corner[c]);
+                axes += i64::from(whole) * if face.count_ones() % 2 == 0 { 1 } else { -1 };
+            }
+            kuhn += chains(&corner, 0);
+        }
+        [axes, kuhn]
+    }
+
+    /// Components, with samples joined as in the second of these.
+    fn components(&self) -> usize {
+        let (n, mut label) = (self.n, vec![false; self.inside.len()]);
+        let mut count = 0;
+        for (z, y, x) in self.places() {
+            let start = (z * n + y) * n + x;
+            if label[start] || !self.inside[start] {
+                continue;
+            }
+            count += 1;
+            label[start] = true;
+            let mut stack = vec![[x, y, z]];
+            while let Some([x, y, z]) = stack.pop() {
+                for c in 1..8_usize {
+                    let step = [c & 1, c >> 1 & 1, c >> 2];
+                    let up = [x + step[0], y + step[1], z + step[2]];
+                    let down = [x.wrapping_sub(step[0]), y.wrapping_sub(step[1]), z.wrapping_sub(step[2])];
+                    for [x, y, z] in [up, down] {
+                        if self.at(x, y, z) && !label[(z * n + y) * n + x] {
+                            label[(z * n + y) * n + x] = true;
+                            stack.push([x, y, z]);
+                        }
+                    }
+                }
+            }
+        }
+        count
+    }
+
+    fn places(&self) -> impl Iterator<Item = (usize, usize, usize)> + use<> {
+        let n = self.n;
+        (0..n).flat_map(move |z| (0..n).flat_map(move |y| (0..n).map(move |x| (z, y, x))))
+    }
+}
+
+/// Chains of corners that begin with this one, even ones counted as 1, odd ones as -1.
+fn chains(corner: &[bool], first: usize) -> i64 {
+    let longer = (first + 1..8).filter(|c| c & first == first && corner[*c]);
+    1 - longer.map(|c| chains(corner, c)).sum::<i64>()
+}
+
+#[test]
+fn known_solids() {
+    // Script, counts by index, components, Euler characteristic.
+    let known: [(&str, [usize; 4], usize, i64); 7] = [
+        ("x * x + y * y + z * z - 1.0", [1, 0, 0, 0], 1, 1),
+        // The tip of a cone, and a flat minimum.
+        ("sphere(1.0) + 0.3 * x", [1, 0, 0, 0], 1, 1),
+        ("(x * x + y * y + z * z) ** 2 - 0.1", [1, 0, 0, 0], 1, 1),
+        ("(sqrt(x * x + y * y) - 1.0) ** 2 + z * z - 0.09 + 0.02 * x", [1, 1, 0, 0], 1, 0),
+        ("(x * x + y * y + z * z - 1.0) ** 2 - 0.1 + 0.03 * x", [1, 0, 1, 0], 1, 2),
+        (
+            "0.5 - exp(-3.0 * ((x - 1.0) ** 2 + y * y + z * z)) - exp(-3.0 * ((x + 1.0) ** 2 + y * y + z * z))",
+            [2, 0, 0, 0],
+            2,
+            2,
+        ),
+        (
+            "0.05 - exp(-3.0 * ((x - 1.0) ** 2 + y * y + z * z)) - exp(-3.0 * ((x + 1.0) ** 2 + y * y + z * z))",
+            [2, 1, 0, 0],
+            1,
+            1,
+        ),
+    ];
+    for (script, counts, components, euler) in known {
+        let found = complex(script, 2.0);
+        assert!(found.is_certified(), "{script}: {found:?}");
+        assert_eq!(
+            (found.counts(), found.components.len(), found.euler()),
+            (counts, components, euler),
+            "{script}"
+        );
+    }
+}
+
+#[test]
+fn what_is_found_is_there() {
+    let tape = tape("sphere(1.0) + 0.5 * gradient(3).scaled(3.0) + 0.0");
+    let found = analysed(&tape, Aabb::cube(1.9));
+    let mut field = Evaluator::<Jet>::new(tape);
+    assert!(found.is_certified() && found.points.len() > 50);
+    for point in &found.points {
+        let p = point.position.to_array();
+        let jet = field.eval(&std::array::from_fn(|axis| Jet::coordinate(p[axis], axis)));
+        let steepest = point.eigenvalues[2].abs().max(point.eigenvalues[0].abs());
+        assert!(DVec3::from_array(jet.grad).length() <= 1e-9 + 2.0 * steepest * point.error, "{point:?}");
+        assert!((jet.value - point.value).abs() <= point.value_error + 1e-12, "{point:?}");
+        assert_eq!(point.eigenvalues.iter().filter(|l| **l < 0.0).count(), point.kind as usize);
+        assert!(point.error < 1e-9 && point.alone > point.error);
+    }
+}
+
+/// Samples along an edge of the finest grid.
+const FINEST: usize = 440;
+
+/// Sums of a sphere and one octave of some noise.
+fn hypertexture(seed: u32) -> String {
+    let mut rng = StdRng::seed_from_u64(u64::from(seed));
+    let noise = ["gradient", "simplex", "sparse"][seed as usize % 3];
+    let amplitude = rng.random_range(0.2..0.6) * if noise == "sparse" { 0.4 } else { 1.0 };
+    let frequency = rng.random_range(2.0..3.2);
+    format!("sphere(1.0) + {amplitude} * {noise}({seed}).scaled({frequency})")
+}
+
+#[test]
+fn alternating_sums_are_euler_characteristics() {
+    let mut decided = 0;
+    for seed in 0..30 {
+        let script = hypertexture(seed);
+        let (tape, half) = (tape(&script), 2.4);
+        let found = analysed(&tape, Aabb::cube(half));
+        assert!(
+            found.is_certified(),
+            "{script}: open {:?}, level {}, lost {}, beyond {}",
+            found.open,
+            found.level.len(),
+            found.lost,
+            found.beyond
+        );
+        let whole: usize = found.components.iter().map(|c| c.counts.iter().sum::<usize>()).sum();
+        assert_eq!(whole, found.points.len());
+        // A grid may be too coarse for a crumb or a neck; then a finer one decides.
+        let agrees = |&n: &usize| {
+            let grid = Grid::new(&tape, half, n);
+            let [axes, kuhn] = grid.euler();
+            axes == kuhn && (found.euler(), found.components.len()) == (kuhn, grid.components())
+        };
+        if [128, 256, FINEST].iter().any(agrees) {
+            decided += 1;
+            continue;
+        }
+        // What the finest cannot see is about as wide as its spacing: around a critical value so close to zero.
+        let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+        let all = search(&tape, &Search { region: Aabb::cube(half), solid: false }, &watch).expect("points");
+        let spacing = 2.0 * half / FINEST as f64;
+        let is_fine = |p: &CriticalPoint| {
+            let steepest = p.eigenvalues[0].abs().max(p.eigenvalues[2].abs());
+            p.value.abs() < 0.5 * steepest * 3.0 * spacing * spacing
+        };
+        assert!(all.points.iter().any(is_fine), "{script}: {} {}", found.euler(), found.components.len());
+    }
+    assert!(decided >= 20, "{decided}");
+}
+
+#[test]
+fn points_on_faces_count_once_and_places_do_not_matter() {
+    let script = |shift: f64| {
+        format!("(sphere(1.0) + 0.5 * gradient(7).scaled(3.0)).translate([{shift}, {shift}, {shift}])")
+    };
+    let here = complex(&script(0.0), 2.0);
+    for shift in [0.1, 0.2718281828, 0.3141592653] {
+        let there = complex(&script(shift), 2.6);
+        assert_eq!(here.counts(), there.counts(), "{shift}");
+        assert_eq!(here.components.len(), there.components.len());
+    }
+    // A minimum in the corner of eight cells, and on the faces of cells of many sizes.
+    for offset in [0.0, 0.25, 0.5, 0.03125] {
+        let found = complex(&format!("(x - {offset}) ** 2 + y * y + 2.0 * z * z - 0.1"), 1.0);
+        assert_eq!(found.counts(), [1, 0, 0, 0], "{offset}");
+    }
+}
+
+#[test]
+fn degenerate_points_are_reported() {
+    // Neither a minimum nor a saddle, and a circle of minima.
+    let flat = complex("x ** 3 + y * y + z * z - 0.1", 1.0);
+    assert!(!flat.is_certified() && !flat.open.is_empty());
+    assert!(flat.open.iter().any(|b| b.min.abs().max_element() < 1e-3));
+    let ring = complex("(sqrt(x * x + y * y) - 1.0) ** 2 + z * z - 0.09", 1.5);
+    assert!(!ring.is_certified() && !ring.open.is_empty());
+}
+
+#[test]
+fn a_bridge_of_a_millionth_joins() {
+    let blobs = |level: f64| {
+        format!(
+            "{level:?} - exp(-3.0 * ((x - 1.0) ** 2 + y * y + z * z)) - exp(-3.0 * ((x + 1.0) ** 2 + y * y + z * z))"
+        )
+    };
+    // The saddle is in the middle, where the field of level 0 has this value.
+    let wide = complex(&blobs(0.05), 2.0);
+    let saddle = wide.points.iter().find(|p| p.kind == Kind::Saddle1).expect("a saddle");
+    let level = 0.05 - saddle.value;
+    // Half a millionth from the axis the field is higher by this.
+    let rise = 0.5 * saddle.eigenvalues[2] * 0.25e-12;
+    let (joined, apart) = (complex(&blobs(level - rise), 2.0), complex(&blobs(level + rise), 2.0));
+    assert_eq!((joined.components.len(), apart.components.len()), (1, 2), "{rise:e}");
+    assert!(joined.is_certified() && apart.is_certified());
+}
+
+#[test]
+fn an_island_is_a_component_of_its_own() {
+    let base = "sphere(0.8) + 0.4 * gradient(5).scaled(3.0)";
+    let before = complex(base, 2.0);
+    let island = format!("({base}) - 2.0 * exp(-40.0 * ((x - 1.6) ** 2 + (y - 0.1) ** 2 + (z - 0.2) ** 2))");
+    let after = complex(&island, 2.5);
+    assert_eq!(after.components.len(), before.components.len() + 1);
+    assert_eq!(after.euler(), before.euler() + 1);
+    let mut locator = Locator::new(&tape(&island), &after);
+    let at = DVec3::new(1.6, 0.1, 0.2);
+    let alone = locator.component_inside(at).expect("inside");
+    assert_eq!(after.components[alone].counts, [1, 0, 0, 0]);
+    assert_ne!(locator.component_inside(DVec3::ZERO), Some(alone));
+}
+
+#[test]
+fn rough_fields_have_no_complex_and_a_culprit() {
+    let script = "let rock = sphere(1.0) + 0.3 * gradient(1);\nmin(rock, 1.0 + x)";
+    let scene = scene(script);
+    let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+    let analysis =
+        session::topology::analyse(&scene, true, &watch).unwrap_or_else(|e| panic!("{}", e.message));
+    let rough = analysis.rough.as_ref().expect("a reason");
+    assert!(analysis.complex().is_none() && rough.message.contains("`min`"), "{}", rough.message);
+    assert_eq!(rough.place.as_ref().expect("a place").line, 2);
+}
+
+#[test]
+fn rough_fields_have_components_all_the_same() {
+    let script = "min(sphere(1.0), sphere(0.3).translate([1.8, 0, 0]))";
+    let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+    let analysis = session::topology::analyse(&scene(script), true, &watch).expect("components");
+    let sizes: Vec<f64> = analysis.sizes().iter().map(|size| size.volume).collect();
+    assert!(analysis.flood.is_certified() && sizes.len() == 2 && sizes[0] > 10.0 * sizes[1], "{sizes:?}");
+    let pixels = |script: &str| rendered(script).pixels.iter().filter(|p| p.depth.is_finite()).count();
+    let [whole, large, ball] = [script, &format!("largest_component({script})"), "sphere(1.0)"]
+        .map(|script| pixels(&format!("scene(#{{ surface: {script}, bounds: 2.5 }})")));
+    assert!(whole > ball && large == ball, "{whole} {large} {ball}");
+}
+
+fn rendered(script: &str) -> Picture {
+    let order = Order { size: Some((96, 72)), samples: Some(1), ..Order::default() };
+    session::render(&scene(script), &order, &Job::unwatched(&AtomicBool::new(false))).expect("a picture")
+}
+
+#[test]
+fn corrected_pictures_have_neither_specks_nor_their_shadows() {
+    // The crumb hangs between the sun and the ball, in sight of the camera.
+    let ball = "0.4 - exp(-(x * x + y * y + z * z))";
+    let crumb = "exp(-60.0 * ((x - 0.9) ** 2 + (y - 1.1) ** 2 + (z - 0.9) ** 2))";
+    let show = |surface: &str| {
+        format!(
+            "scene(#{{ surface: {surface}, bounds: 2.5, sun: sun(#{{ azimuth: 45.0, elevation: 40.0 }}) }})"
+        )
+    };
+    let alone = rendered(&show(ball));
+    let both = rendered(&show(&format!("({ball}) - {crumb}")));
+    let light = |p: &Picture, i: usize| p.pixels[i].color.map(f64::from);
+    let differing = |p: &Picture| {
+        let apart = |i: &usize| (0..3).any(|c| (light(p, *i)[c] - light(&alone, *i)[c]).abs() > 0.02);
+        (0..p.pixels.len()).filter(apart).count()
+    };
+    assert!(differing(&both) > 100, "{}", differing(&both));
+    for keep in ["largest_component(F, \"volume\")", "component_of(F, [0, 0, 0])"] {
+        let surface = keep.replace('F', &format!("({ball}) - {crumb}"));
+        let corrected = rendered(&show(&surface));
+        assert!(differing(&corrected) <= 3, "{keep}: {}", differing(&corrected));
+        assert!(corrected.stats.primary.rejected > 0 && corrected.stats.shadow.rejected > 0);
+    }
+}
