@@ -5,8 +5,8 @@
 #     scripts/figures/make.sh gradient 3.14a   some of them
 #
 # Figures of a noise are made by `orogen noise` and share a folder, a picture is made by `orogen render`
-# of the script with its number, a curve of a formula by examples/profiles.rs. Figures that need what
-# this version does not have are named and left out.
+# of the script with its number, or by `orogen topology` if it shows what a solid is connected with, a curve of
+# a formula by examples/profiles.rs. Figures that need what this version does not have are named and left out.
 set -u
 cd "$(dirname "$0")/../.."
 orogen=${OROGEN:-target/release/orogen}
@@ -39,6 +39,17 @@ picture() {
     "$orogen" render "$script" -o "$out/$number.png" "$@" || left_out "$number"
 }
 
+# topology NUMBER SCRIPT WHAT OPTION...
+topology() {
+    number=$1
+    script=scripts/figures/$2.rhai
+    what=$3
+    shift 3
+    is_wanted "$number" || return 0
+    echo "$number: orogen topology $script --show $what $*"
+    "$orogen" topology "$script" --show "$what" -o "$out/$number.png" "$@" > /dev/null || left_out "$number"
+}
+
 # Chapter 2: algebraic, blobby, distance and convolution surfaces; hypertexture, constructive geometry,
 # deformation, metamorphosis; a terrain by displacement, and with a hypertexture on it.
 picture 2.04 2.04
@@ -69,6 +80,16 @@ picture 5.6a 5.6 --set noise=1
 picture 5.6b 5.6 --set noise=2
 picture 5.6c 5.6 --set noise=3
 picture 5.10 5.10
+
+# Chapter 8: a sphere that falls to pieces; what the pieces are connected with; the pieces in red, and gone. Of
+# three octaves there are 7000 minima to find, and two or three minutes to wait.
+picture 8.1a 8.1 --set amplitude=0.1
+picture 8.1b 8.1 --set amplitude=0.3
+picture 8.1c 8.1 --set amplitude=0.8
+topology 8.7 8.7 network
+topology 8.8a 8.8 triptych --set octaves=1
+topology 8.8b 8.8 triptych --set octaves=2
+topology 8.8c 8.8 triptych --set octaves=3 --samples 4
 
 # The kernels: 4.4 the quintic fade, 4.9 the kernels of sparse convolution.
 if is_wanted 4.04 || is_wanted 4.09; then
