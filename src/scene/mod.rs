@@ -55,6 +55,13 @@ pub enum Keep {
     Share(f64),
     /// The one that holds a point.
     Holding(DVec3),
+    /// The same, of a solid whose smallest features are of this size, with no more found out than rays ask for.
+    Near {
+        /// The point.
+        core: DVec3,
+        /// The size.
+        feature: f64,
+    },
 }
 
 /// What makes one component larger than another.

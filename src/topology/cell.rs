@@ -1,4 +1,7 @@
 //! Boxes that a search cuts up.
+//!
+//! A box may be flat. Then the search is for critical points of the field on its plane or line, with the
+//! coordinates held that do not vary there.
 
 use crate::scene::Aabb;
 use glam::DVec3;
@@ -38,10 +41,17 @@ impl Cell {
         places.map(|(i, j, k)| at(i, j, k)).collect()
     }
 
-    /// The eight halves.
-    pub fn octants(&self) -> [Cell; 8] {
-        let half = 0.5 * self.half;
-        std::array::from_fn(|i| Cell { centre: self.centre + half * side(i), half })
+    /// The halves by their numbers: eight, four of a flat cell, two of one that is flat along two axes.
+    pub fn octants(&self) -> impl Iterator<Item = (usize, Cell)> + use<> {
+        let Cell { centre, half } = *self;
+        let flat = (0..3).filter(|&axis| half[axis] == 0.0).map(|axis| 1 << axis).sum::<usize>();
+        let octant = move |i: usize| Cell { centre: centre + 0.5 * half * side(i), half: 0.5 * half };
+        (0..8).filter(move |i| i & flat == 0).map(move |i| (i, octant(i)))
+    }
+
+    /// Whether the field varies in the cell along each axis.
+    pub fn is_free(&self) -> [bool; 3] {
+        self.half.to_array().map(|half| half > 0.0)
     }
 
     /// Radius of a ball around the middle that holds the cell and a little more.

@@ -12,7 +12,7 @@
 //! can close off a void, so that one without them has as many handles as that says.
 
 use super::basin::{Basin, Basins, widest};
-use super::descent::{End, Start, descend};
+use super::descent::{End, Place, Start, descend};
 use super::point::{CriticalPoint, Kind};
 use super::search::{Balls, Critical, Search, SearchStats};
 use crate::field::Watch;
@@ -102,7 +102,7 @@ impl Complex {
         let basins = Basins::new(found.clone());
         // Two paths from a 1-saddle; one from a point higher up, which is enough to know its component.
         let others: Vec<usize> = (0..points.len()).filter(|&i| points[i].kind != Kind::Minimum).collect();
-        let ends: Vec<[End; 2]> = others
+        let ends: Vec<[End<usize>; 2]> = others
             .par_chunks(PATHS)
             .map_init(|| Balls::new(tape), |field, some| both_ends(field, &points, some, &basins, &region))
             .flatten()
@@ -110,7 +110,7 @@ impl Complex {
         if watch.cancel.load(Ordering::Relaxed) {
             return None;
         }
-        let count = |what: End| ends.iter().filter(|pair| pair.contains(&what)).count();
+        let count = |what: End<usize>| ends.iter().filter(|pair| pair.contains(&what)).count();
         let mut out = Complex {
             region,
             component: vec![None; points.len()],
@@ -216,7 +216,7 @@ fn of_kind(points: &[CriticalPoint], kind: Kind) -> Vec<usize> {
 }
 
 /// The minimum that a path has found.
-fn minimum(minima: &[usize], end: End) -> Option<usize> {
+fn minimum(minima: &[usize], end: End<usize>) -> Option<usize> {
     match end {
         End::At(i) => Some(minima[i]),
         End::Beyond | End::Lost => None,
@@ -230,21 +230,21 @@ fn both_ends(
     some: &[usize],
     basins: &Basins,
     region: &Aabb,
-) -> Vec<[End; 2]> {
+) -> Vec<[End<usize>; 2]> {
     let mut starts: Vec<Start> = Vec::with_capacity(2 * some.len());
     for &i in some {
         let [back, forth] = sides(field, &points[i], 0.125 * region.diagonal());
         starts.push(back);
         starts.extend((points[i].kind == Kind::Saddle1).then_some(forth));
     }
-    let arrival = |p: DVec3| basins.find(p);
+    let arrival = |_, place: &Place| basins.find(place.at);
     let mut ends = descend(field, arrival, region, &starts).into_iter();
     let mut next = || ends.next().unwrap_or(End::Lost);
     let mut pair = |&i: &usize| {
         let end = next();
         [end, if points[i].kind == Kind::Saddle1 { next() } else { end }]
     };
-    let mut pairs: Vec<[End; 2]> = some.iter().map(&mut pair).collect();
+    let mut pairs: Vec<[End<usize>; 2]> = some.iter().map(&mut pair).collect();
     // Where one path is enough, the other side may serve as well.
     for (&i, ends) in some.iter().zip(&mut pairs) {
         if points[i].kind != Kind::Saddle1 && ends[0] == End::Lost {
@@ -349,9 +349,10 @@ impl Locator {
     ) -> Vec<Option<usize>> {
         let radius = 1e-3 * self.region.diagonal();
         let starts: Vec<Start> = points.iter().map(|&at| Start { at, radius }).collect();
-        let arrival = |p: DVec3| shortcut(p).or_else(|| self.component[self.basins.find(p)?]);
+        let arrival =
+            |_, place: &Place| shortcut(place.at).or_else(|| self.component[self.basins.find(place.at)?]);
         let ends = descend(&mut self.field, arrival, &self.region, &starts);
-        let component = |end: End| if let End::At(component) = end { Some(component) } else { None };
+        let component = |end: End<usize>| if let End::At(component) = end { Some(component) } else { None };
         ends.into_iter().map(component).collect()
     }
 }

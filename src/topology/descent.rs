@@ -12,7 +12,7 @@
 //! damped so that it stays in the ball: `(H + mu I) d = -g`. Balls grow while they serve and shrink where they
 //! do not, and the path ends in the [basin](super::basin) of a minimum.
 
-use super::matrix::{least_eigenvalue, matrix};
+use super::matrix::{eigen, least_eigenvalue, matrix};
 use super::search::{Balls, LANES};
 use crate::num::Taylor;
 use crate::scene::Aabb;
@@ -27,12 +27,30 @@ pub struct Start {
     pub radius: f64,
 }
 
+/// Where a path is.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    pub at: DVec3,
+    /// How far it could see last.
+    pub radius: f64,
+    /// Whether it has settled.
+    pub settled: Option<Settled>,
+}
+
+/// That a path is in a ball in which the field is convex and has a minimum, so that a straight line leads down to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Settled {
+    /// The middle of the ball.
+    pub centre: DVec3,
+    /// How far from there the minimum may be.
+    pub within: f64,
+}
+
 /// Where a path ends.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum End {
-    /// At what is known by this number.
-    At(usize),
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum End<T> {
+    /// At what is known by this name.
+    At(T),
     /// Beyond the region.
     Beyond,
     /// Nowhere: it came to a halt, or went on for too long.
@@ -45,18 +63,17 @@ const STEPS: u32 = 4000;
 /// A path under way.
 struct Path {
     index: usize,
-    at: DVec3,
-    radius: f64,
+    place: Place,
     steps: u32,
 }
 
-/// Follows paths downhill until `arrival` knows where they are.
-pub fn descend(
+/// Follows paths downhill until `arrival` knows where they are, from their numbers and their places.
+pub fn descend<T: Copy>(
     field: &mut Balls,
-    arrival: impl Fn(DVec3) -> Option<usize>,
+    mut arrival: impl FnMut(usize, &Place) -> Option<T>,
     region: &Aabb,
     starts: &[Start],
-) -> Vec<End> {
+) -> Vec<End<T>> {
     let mut ends = vec![End::Lost; starts.len()];
     let mut waiting = starts.iter().enumerate();
     let mut active: Vec<Path> = Vec::with_capacity(LANES);
@@ -64,13 +81,14 @@ pub fn descend(
     loop {
         let free = LANES - active.len();
         let next = waiting.by_ref().take(free);
-        active.extend(next.map(|(index, s)| Path { index, at: s.at, radius: s.radius, steps: 0 }));
+        active.extend(next.map(|(index, s)| Path::new(index, s)));
         active.retain(|path| {
-            let outside = path.at.cmplt(region.min).any() || path.at.cmpgt(region.max).any();
-            let end = match arrival(path.at) {
-                Some(number) => Some(End::At(number)),
+            let at = path.place.at;
+            let outside = at.cmplt(region.min).any() || at.cmpgt(region.max).any();
+            let end = match arrival(path.index, &path.place) {
+                Some(name) => Some(End::At(name)),
                 None if outside => Some(End::Beyond),
-                None => (path.steps > STEPS || path.radius < least).then_some(End::Lost),
+                None => (path.steps > STEPS || path.place.radius < least).then_some(End::Lost),
             };
             ends[path.index] = end.unwrap_or(End::Lost);
             end.is_none()
@@ -81,7 +99,7 @@ pub fn descend(
             }
             continue;
         }
-        let values = field.eval(active.iter().map(|path| (path.at, path.radius)));
+        let values = field.eval(active.iter().map(|path| (path.place.at, path.place.radius)));
         for (i, path) in active.iter_mut().enumerate() {
             path.step(&values.lane(i));
         }
@@ -89,32 +107,38 @@ pub fn descend(
 }
 
 impl Path {
+    fn new(index: usize, start: &Start) -> Path {
+        Path { index, place: Place { at: start.at, radius: start.radius, settled: None }, steps: 0 }
+    }
+
     /// Walks as far as the ball around the point allows.
     fn step(&mut self, f: &Taylor) {
         self.steps += 1;
         let (h, g) = (matrix(f.hess), DVec3::from_array(f.grad));
         let slope = g.length();
         let least = least_eigenvalue(f.hess);
+        self.place.settled = settled(f, slope)
+            .map(|within| Settled { centre: self.place.at, within: self.place.radius * within });
         // Then no eigenvalue is below |g|, and the direction is no longer than the ball is wide.
         let damping = (slope - least).max(0.0);
         let direction = (h + DMat3::from_diagonal(DVec3::splat(damping))).inverse() * -g;
         let reach = direction.length();
         if !(reach > 0.0 && reach.is_finite()) {
-            self.radius *= 0.25;
+            self.place.radius *= 0.25;
             return;
         }
         let direction = if reach > 1.0 { direction / reach } else { direction };
         let reach = reach.min(1.0);
         let speed = -(g.dot(direction) + f.turn[1] * reach * (1.0 + 1e-9));
-        let bend = direction.dot(h * direction);
-        // The slope is `bend s - speed`; what rounding makes of it is far less than a millionth of it.
-        let far = if bend > 0.0 { (speed / bend).min(1.0) } else { 1.0 };
+        let curve = direction.dot(h * direction);
+        // The slope is `curve s - speed`; what rounding makes of it is far less than a millionth of it.
+        let far = if curve > 0.0 { (speed / curve).min(1.0) } else { 1.0 };
         if speed <= 1e-6 * slope * reach || speed.is_nan() {
-            self.radius *= 0.25;
+            self.place.radius *= 0.25;
             return;
         }
-        self.at += self.radius * far * direction;
-        self.radius *= if reach < 0.25 {
+        self.place.at += self.place.radius * far * direction;
+        self.place.radius *= if reach < 0.25 {
             0.5
         } else if far * reach > 0.5 {
             2.0
@@ -122,4 +146,19 @@ impl Path {
             1.0
         };
     }
+}
+
+/// How far from the middle of a ball the field's only minimum in it is at most, in units of the ball, if it is known to
+/// have one there: a convex field whose slope is `|g|` and that bends by at least `m` has it within `|g| / m`.
+fn settled(f: &Taylor, slope: f64) -> Option<f64> {
+    let within = |least: f64| {
+        let bend = least - f.twist * (1.0 + 1e-9);
+        let within = slope / bend * (1.0 + 1e-9);
+        (bend > 0.0 && within < 1.0).then_some(within)
+    };
+    let [xx, yy, zz, ..] = f.hess;
+    // No eigenvalue is less than the least on the diagonal.
+    within(xx.min(yy).min(zz))?;
+    let ([least, _, most], _) = eigen(f.hess);
+    within(least - 1e-13 * most.abs())
 }

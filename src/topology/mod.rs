@@ -11,6 +11,9 @@
 //! * **Flooding** ([`flood`]), for every field that has enclosures: an octree whose cells are in, out, or have a
 //!   proven way downhill. It needs no derivatives of second order, and gives no counts.
 //!
+//! Where there are too many critical points to find them all, as on planets, [`local`] finds those that a question
+//! is about.
+//!
 //! ```text
 //! search:   cells --one evaluation on a ball each--> free of critical points | at most one | cut in eight
 //! polish:   Newton's method, and the proof that there is one
@@ -27,6 +30,7 @@ mod complex;
 mod descent;
 pub mod flood;
 mod isolated;
+pub mod local;
 mod matrix;
 mod point;
 mod polish;

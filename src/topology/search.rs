@@ -76,8 +76,11 @@ pub struct Critical {
 /// Parts into which the region is cut for threads, at least.
 const PARTS: usize = 512;
 
-/// Cells are given up when they are so small, as a share of the region,
+/// Cells are given up when they are so small, as a share of the region
 const SMALLEST: f64 = 1e-10;
+
+/// or of the coordinates: there rounding is all that they differ by;
+const BLUR: f64 = 1024.0 * f64::EPSILON;
 
 /// and a part of the region when it has so many cells that are nearly so small.
 const CROWD: u64 = 100_000;
@@ -90,7 +93,7 @@ const SMALL: f64 = 1e-5;
 pub fn search(tape: &Arc<Tape>, search: &Search, watch: &Watch<'_>) -> Option<Critical> {
     let mut parts = Cell::of(&search.region);
     while parts.len() < PARTS {
-        parts = parts.iter().flat_map(Cell::octants).collect();
+        parts = parts.iter().flat_map(Cell::octants).map(|(_, octant)| octant).collect();
     }
     let (done, total) = (AtomicUsize::new(0), parts.len());
     let found: Vec<Part> = parts
@@ -98,7 +101,7 @@ pub fn search(tape: &Arc<Tape>, search: &Search, watch: &Watch<'_>) -> Option<Cr
         .map_init(
             || Balls::new(tape),
             |field, cell| {
-                let part = Part::search(field, *cell, search, watch.cancel);
+                let part = Part::search(field, vec![*cell], search, watch.cancel);
                 (watch.progress)((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64);
                 part
             },
@@ -107,30 +110,53 @@ pub fn search(tape: &Arc<Tape>, search: &Search, watch: &Watch<'_>) -> Option<Cr
     if watch.cancel.load(Ordering::Relaxed) {
         return None;
     }
+    let mut out = gathered(found);
+    isolate(&mut Balls::new(tape), &mut out, search.solid);
+    Some(out)
+}
+
+/// Takes open places that are minima or maxima all the same for such.
+pub(super) fn isolate(field: &mut Balls, found: &mut Critical, solid: bool) {
+    for place in std::mem::take(&mut found.open) {
+        match isolated(field, &place) {
+            Some(point) if !found.crowded => {
+                found.points.retain(|p| p.position.distance(point.position) > point.error);
+                if !solid || point.is_inside() != Some(false) {
+                    found.points.push(point);
+                }
+            }
+            _ => found.open.push(place),
+        }
+    }
+    found.points.sort_by(by_value);
+}
+
+/// Finds the critical points in a few cells, some of which may be flat; what is not smooth is left open.
+pub(super) fn search_cells(
+    field: &mut Balls,
+    cells: Vec<Cell>,
+    search: &Search,
+    cancel: &AtomicBool,
+) -> Critical {
+    gathered(vec![Part::search(field, cells, search, cancel)])
+}
+
+/// All that the parts found, each point once.
+fn gathered(parts: Vec<Part>) -> Critical {
     let mut out = Critical::default();
-    let mut open = Vec::new();
-    for part in found {
+    let (mut points, mut open) = (Vec::new(), Vec::new());
+    for part in parts {
         out.stats += part.stats;
-        out.points.extend(part.points);
+        points.extend(part.points);
         open.extend(part.open);
         out.crowded |= part.crowded;
     }
-    let (mut points, twins) = merged(out.points);
-    let mut field = Balls::new(tape);
-    for place in clusters(open.into_iter().chain(twins).collect()) {
-        match isolated(&mut field, &place) {
-            Some(point) if !out.crowded => {
-                points.retain(|p| p.position.distance(point.position) > point.error);
-                if !search.solid || point.is_inside() != Some(false) {
-                    points.push(point);
-                }
-            }
-            _ => out.open.push(place),
-        }
-    }
-    points.sort_by(by_value);
+    let (points, twins) = merged(points);
+    open.extend(twins);
     out.points = points;
-    Some(out)
+    out.open = clusters(open);
+    out.points.sort_by(by_value);
+    out
 }
 
 /// What one part of the region comes to.
@@ -143,15 +169,18 @@ struct Part {
 }
 
 impl Part {
-    fn search(field: &mut Balls, root: Cell, search: &Search, cancel: &AtomicBool) -> Part {
+    fn search(field: &mut Balls, roots: Vec<Cell>, search: &Search, cancel: &AtomicBool) -> Part {
         let mut part = Part::default();
         let diagonal = search.region.diagonal();
-        let (mut stack, mut small) = (vec![root], 0);
+        let Aabb { min, max } = search.region;
+        let blur = BLUR * min.abs().max(max.abs()).max_element();
+        let smallest = blur.max(SMALLEST * diagonal);
+        let (mut stack, mut small) = (roots, 0);
         let mut single: Vec<Cell> = Vec::new();
         while !(cancel.load(Ordering::Relaxed) || stack.is_empty() && single.is_empty()) {
             if single.len() >= LANES || stack.is_empty() {
                 let batch: Vec<Cell> = single.drain(single.len().saturating_sub(LANES)..).collect();
-                part.polish(field, &batch, search, &mut stack);
+                part.polish(field, &batch, (search, smallest), &mut stack);
                 continue;
             }
             let from = stack.len().saturating_sub(LANES);
@@ -159,7 +188,7 @@ impl Part {
             let values = field.eval(batch.iter().map(|cell| (cell.centre, cell.radius())));
             part.stats.cells += batch.len() as u64;
             for (i, cell) in batch.iter().enumerate() {
-                let f = values.lane(i);
+                let f = values.lane(i).on(cell.is_free());
                 match judge(&f, cell.share(), search.solid) {
                     Verdict::Outside => part.stats.outside += 1,
                     Verdict::Regular => part.stats.regular += 1,
@@ -168,15 +197,14 @@ impl Part {
                         single.push(*cell);
                     }
                     Verdict::Open => {
-                        let size = cell.radius() / diagonal;
-                        small += u64::from(size < SMALL);
+                        let size = cell.radius();
+                        small += u64::from(size < SMALL * diagonal);
                         part.crowded |= small > CROWD;
-                        if size < SMALLEST || part.crowded {
+                        if size < smallest || part.crowded {
                             part.open.push(bounds(cell));
                         } else {
                             let share = 0.5 * cell.share();
-                            let octants = cell.octants().into_iter().enumerate();
-                            let open = octants.filter(|(i, _)| !is_free(&f, share, *i, search.solid));
+                            let open = cell.octants().filter(|(i, _)| !is_free(&f, share, *i, search.solid));
                             stack.extend(open.map(|(_, octant)| octant));
                         }
                     }
@@ -187,10 +215,17 @@ impl Part {
     }
 
     /// Runs Newton's method in cells with at most one critical point; those where it fails are cut.
-    fn polish(&mut self, field: &mut Balls, cells: &[Cell], search: &Search, stack: &mut Vec<Cell>) {
+    fn polish(
+        &mut self,
+        field: &mut Balls,
+        cells: &[Cell],
+        (search, smallest): (&Search, f64),
+        stack: &mut Vec<Cell>,
+    ) {
         for (cell, outcome) in cells.iter().zip(polish(field, cells, &mut self.stats.newton)) {
             match outcome {
-                None => stack.extend(cell.octants()),
+                None if cell.radius() < smallest => self.open.push(bounds(cell)),
+                None => stack.extend(cell.octants().map(|(_, octant)| octant)),
                 Some(point) => {
                     let wanted = !search.solid || point.is_inside() != Some(false);
                     if wanted && cell.holds(point.position, point.error) {
@@ -220,6 +255,19 @@ impl Balls {
     pub fn eval(&mut self, balls: impl Iterator<Item = (DVec3, f64)>) -> &Taylors<LANES> {
         for (lane, (centre, radius)) in balls.take(LANES).enumerate() {
             Taylors::set_ball(&mut self.at, lane, centre.to_array(), radius);
+        }
+        self.field.eval(&self.at)
+    }
+
+    /// Whether the field is known to have a value everywhere in a box.
+    pub fn is_defined(&self, region: &Aabb) -> bool {
+        self.field.tape().is_defined(&region.intervals())
+    }
+
+    /// The field along as many straight lines, by their middles and by halves of them.
+    pub fn along(&mut self, lines: impl Iterator<Item = (DVec3, DVec3)>) -> &Taylors<LANES> {
+        for (lane, (middle, half)) in lines.take(LANES).enumerate() {
+            Taylors::set_line(&mut self.at, lane, middle.to_array(), half.to_array());
         }
         self.field.eval(&self.at)
     }

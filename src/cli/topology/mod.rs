@@ -1,5 +1,6 @@
 //! `orogen topology`: what a solid is connected with.
 
+mod local;
 mod report;
 
 use super::interrupt::Flag;
@@ -10,7 +11,7 @@ use super::work::{self, Conversion};
 use crate::diag::{Diagnostic, Severity};
 use crate::exchange::mesh::{Network, write_network};
 use crate::field::Watch;
-use crate::render::{self, Job, Metadata};
+use crate::render::{self, Job, Metadata, Picture};
 use crate::scene::{Keep, Measure, Scene};
 use crate::session::topology::{ARCS, Analysis, COLORS, Show, analyse, kept, picture};
 use crate::session::{self, Order};
@@ -100,6 +101,11 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     check(args)?;
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.script, terminal)?;
+    if let Some(Keep::Near { core, feature }) = scene.surface.keep {
+        let found = local::show(args, &scene, (core, feature), (&progress, &flag));
+        progress.finish();
+        return found?.map_err(|error| work::failure(error, &loaded, terminal));
+    }
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let found = session::on_threads(args.picture.threads, || analyse(&scene, args.fresh, &watch));
     progress.finish();
@@ -201,13 +207,21 @@ fn paint(
     keep: &Keep,
     (progress, flag): (&Progress, &Flag),
 ) -> Result<(), Box<Diagnostic>> {
+    save(args, (progress, flag), |order, job| picture(scene, order, analysis, (args.show.show(), keep), job))
+}
+
+/// Makes and saves the picture that was asked for.
+fn save(
+    args: &Args,
+    (progress, flag): (&Progress, &Flag),
+    make: impl FnOnce(&Order, &Job<'_>) -> Result<Picture, Box<Diagnostic>>,
+) -> Result<(), Box<Diagnostic>> {
     let Some(path) = &args.picture.output else { return Ok(()) };
     let PictureOptions { size, samples, caster, threads, .. } = &args.picture;
     let size = size.map(|size| (size.width, size.height));
     let order = Order { size, samples: *samples, caster: *caster, threads: *threads };
     let told = |p: render::Progress| progress.set(p.done as f64 / p.total as f64);
-    let job = Job { progress: &told, ..Job::unwatched(flag) };
-    let made = picture(scene, &order, analysis, (args.show.show(), keep), &job)?;
+    let made = make(&order, &Job { progress: &told, ..Job::unwatched(flag) })?;
     if !made.finished {
         return Err(session::stopped());
     }

@@ -26,6 +26,14 @@ impl<const B: usize> Taylors<B> {
         }
     }
 
+    /// Sets a lane of three coordinates to a straight line through a point, which reaches so far to either side. What
+    /// is computed from them is known along it: derivatives are the first ones, in units of half its length.
+    pub fn set_line(coordinates: &mut [Self; 3], lane: usize, middle: [f64; 3], half: [f64; 3]) {
+        for axis in 0..3 {
+            coordinates[axis].set(lane, &Taylor::along(middle[axis], half[axis]));
+        }
+    }
+
     #[inline(always)]
     fn all(x: &Taylor) -> Self {
         Self::written(|out| {

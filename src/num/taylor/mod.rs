@@ -95,6 +95,33 @@ impl Taylor {
         out
     }
 
+    /// The same on the disc or the diameter of the ball along these axes. Along others the quantity has a minimum in
+    /// the middle, as sharp as any of its bends: that makes its critical points, and what they are, those that
+    /// it has on the disc.
+    pub fn on(&self, free: [bool; 3]) -> Self {
+        let mut out = *self;
+        let held = |axis: usize| !free[axis];
+        for (i, [a, b]) in [[0, 1], [0, 2], [1, 2]].into_iter().enumerate() {
+            out.hess[3 + i] = choose(held(a) | held(b), 0.0, out.hess[3 + i]);
+        }
+        let sharp = 2.0 * self.curvature() + TINY;
+        for axis in 0..3 {
+            out.grad[axis] = choose(held(axis), 0.0, out.grad[axis]);
+            out.hess[axis] = choose(held(axis), sharp, out.hess[axis]);
+        }
+        out
+    }
+
+    /// A coordinate along a line through the middle, that goes so far along this axis, to either side: all that
+    /// varies is the first of the ball's coordinates. Lines that a few roundings part from it count as well.
+    #[inline(always)]
+    fn along(mid: f64, half: f64) -> Self {
+        let mut out = Taylor::constant(mid);
+        out.grad[0] = half;
+        out.range = Interval::around(mid, half.abs() + 4.0 * ROUNDOFF * mid.abs());
+        out.charged(4.0)
+    }
+
     /// Bound on the gradients' norm.
     #[inline(always)]
     pub fn steepness(&self) -> f64 {

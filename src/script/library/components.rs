@@ -3,6 +3,7 @@
 use super::{Call, Library};
 use crate::scene::{Keep, Measure};
 use crate::script::fault::{Fault, Outcome};
+use crate::script::options::Options;
 use crate::script::value::{Field, number};
 use rhai::Dynamic;
 
@@ -57,6 +58,22 @@ pub(super) fn register(lib: &mut Library<'_>) {
         |c| {
             let p = c.vec3(1)?;
             corrected(c, Keep::Holding(p))
+        },
+    );
+    lib.def(
+        "component_of(f, p, options)",
+        "The same, found out as rays need it: for planets, on which there is too much to find it all at once. Options: feature, the size of the smallest features of the field, which must be C2; of gradient(7).scaled(4e4) that is 1 / 4e4. What is known of a place is known faster the closer to p it is.",
+        "component_of(sphere(1.0) + 2e-4 * gradient(7).scaled(4e4), [0, 0, 0], #{ feature: 2.5e-5 })",
+        |c| {
+            let core = c.vec3(1)?;
+            let mut o = Options::new(c, 2)?;
+            let feature = o.number("feature", 1e-9..=1e3, 0.0)?;
+            o.finish()?;
+            if feature == 0.0 {
+                let fault = Fault::new("the size of the smallest features is missing");
+                return Err(fault.key("feature").hint("for example: #{ feature: 2.5e-5 }"));
+            }
+            corrected(c, Keep::Near { core, feature })
         },
     );
 }

@@ -5,6 +5,7 @@
 //! flood and of the complex have different numbers: a point of each of the former is followed down to learn which of
 //! the latter it is.
 
+use super::local::{Joined, local};
 use super::{Analysis, Parts, analyse};
 use crate::cast::Judge;
 use crate::diag::Diagnostic;
@@ -12,6 +13,7 @@ use crate::field::Watch;
 use crate::scene::{Keep, Measure, Scene};
 use crate::session::stage;
 use crate::topology::flood::{self, Label};
+use crate::topology::local::Seeker;
 use crate::topology::{Complex, Locator};
 use glam::DVec3;
 use std::num::NonZeroUsize;
@@ -93,6 +95,9 @@ pub fn judge(
     threads: Option<NonZeroUsize>,
     watch: &Watch<'_>,
 ) -> Result<Box<dyn Judge>, Box<Diagnostic>> {
+    if let Keep::Near { core, feature } = *keep {
+        return Ok(Box::new(Joined(Seeker::new(local(scene, core, feature)?))));
+    }
     let analysis = stage::on_threads(threads, || analyse(scene, false, watch))??;
     Ok(Box::new(Components::new(&analysis, keep)?))
 }
@@ -114,13 +119,13 @@ pub fn kept(analysis: &Analysis, keep: &Keep) -> Result<Vec<bool>, Box<Diagnosti
     // Of equal ones the first, which is the deepest.
     let main = sizes.iter().position(|size| *size == most);
     let holder = match keep {
-        Keep::Holding(p) => Some(holder(analysis, *p)?),
+        Keep::Holding(core) | Keep::Near { core, .. } => Some(holder(analysis, *core)?),
         Keep::Most(_) | Keep::Share(_) => None,
     };
     let is_kept = |(i, size): (usize, &f64)| match keep {
         Keep::Most(_) => Some(i) == main,
         Keep::Share(share) => *size >= share * most,
-        Keep::Holding(_) => Some(i) == holder,
+        Keep::Holding(_) | Keep::Near { .. } => Some(i) == holder,
     };
     Ok(sizes.iter().enumerate().map(is_kept).collect())
 }
@@ -137,10 +142,6 @@ fn measured(analysis: &Analysis, measure: Measure) -> Vec<f64> {
 
 /// The component that holds a point.
 fn holder(analysis: &Analysis, p: DVec3) -> Result<usize, Box<Diagnostic>> {
-    let outside = || {
-        let error = Diagnostic::error("the point of component_of is not certain to be inside of the solid");
-        Box::new(error.hint("the field must be negative there; see f.at(p)"))
-    };
     let found = match &analysis.parts {
         Parts::Complex(complex) => located(analysis, complex, p),
         Parts::Flood => match analysis.flood.label(p) {
@@ -149,6 +150,12 @@ fn holder(analysis: &Analysis, p: DVec3) -> Result<usize, Box<Diagnostic>> {
         },
     };
     found.ok_or_else(outside)
+}
+
+/// Why there is no component that holds a point.
+pub(super) fn outside() -> Box<Diagnostic> {
+    let error = Diagnostic::error("the point of component_of is not certain to be inside of the solid");
+    Box::new(error.hint("the field must be negative there; see f.at(p)"))
 }
 
 fn located(analysis: &Analysis, complex: &Complex, p: DVec3) -> Option<usize> {

@@ -1,11 +1,13 @@
 //! What a scene's solid is connected with, and pictures without what floats beside it.
 
 mod judge;
+mod local;
 mod picture;
 mod store;
 
 pub use judge::{Labels, judge, kept};
-pub use picture::{ARCS, COLORS, Show, picture};
+pub use local::local;
+pub use picture::{ARCS, COLORS, Show, local_picture, picture};
 
 use super::stage;
 use crate::diag::Diagnostic;

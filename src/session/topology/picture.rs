@@ -1,11 +1,14 @@
 //! Pictures of what a solid is connected with.
 
 use super::judge::Components;
+use super::local::{Apart, Joined};
 use super::{Analysis, Labels, Parts, kept};
+use crate::cast::Judge;
 use crate::diag::Diagnostic;
-use crate::render::{Job, Overlay, Painter, Picture};
+use crate::render::{Job, Overlay, Painter, Picture, View};
 use crate::scene::{Keep, Scene};
 use crate::session::stage::{Order, Touch, render_touched};
+use crate::topology::local::{Local, Seeker};
 use crate::topology::{CriticalPoint, Kind, separatrices};
 use glam::DVec3;
 use std::sync::Arc;
@@ -25,8 +28,9 @@ pub enum Show {
     Triptych,
 }
 
-/// Red, as the thesis has it.
+/// Red, as the thesis has it, and green on planets.
 const RED: DVec3 = DVec3::new(0.8, 0.03, 0.02);
+const GREEN: DVec3 = DVec3::new(0.05, 0.6, 0.04);
 
 /// Colours of minima, saddles of both kinds and maxima: linear.
 pub const COLORS: [[f32; 3]; 4] =
@@ -48,31 +52,80 @@ pub fn picture(
 ) -> Result<Picture, Box<Diagnostic>> {
     let labels = Labels::new(analysis);
     let kept: Arc<[bool]> = kept(analysis, keep)?.into();
-    let painted = |by: fn(usize, &[bool]) -> Option<DVec3>| -> Option<Box<dyn Painter>> {
-        Some(Box::new(Paint { labels: labels.again(), kept: kept.clone(), by }))
+    let painted = |by: fn(usize, &[bool]) -> Option<DVec3>| -> Box<dyn Painter> {
+        Box::new(Paint { labels: labels.again(), kept: kept.clone(), by })
     };
-    let shown = |touch: Touch| render_touched(scene, order, touch, job);
-    let judged = || {
-        Ok::<_, Box<Diagnostic>>(Touch {
-            judge: Some(Box::new(Components::new(analysis, keep)?)),
-            painter: None,
-        })
-    };
-    Ok(match show {
-        Show::Components => shown(Touch { painter: painted(tint), judge: None })?.0,
-        Show::Specks => shown(Touch { painter: painted(alarm), judge: None })?.0,
-        Show::Kept => shown(judged()?)?.0,
+    let judge = Components::new(analysis, keep)?;
+    let means = Means { scene, order, judge: &judge, specks: &*painted(alarm), job };
+    match show {
+        Show::Specks => means.specks(),
+        Show::Kept => means.kept(),
+        Show::Triptych => means.triptych(),
+        Show::Components => Ok(means.painted(painted(tint))?.0),
         Show::Network => {
-            let (mut picture, view) = shown(Touch { painter: painted(tint), judge: None })?;
+            let (mut picture, view) = means.painted(painted(tint))?;
             network(analysis).draw(&mut picture, &view);
-            picture
+            Ok(picture)
         }
-        Show::Triptych => {
-            let plain = shown(Touch::default())?.0;
-            let specks = shown(Touch { painter: painted(alarm), judge: None })?.0;
-            beside(&[plain, specks, shown(judged()?)?.0])
+    }
+}
+
+/// Makes such a picture of a solid of which no more is found out than the picture needs.
+///
+/// # Errors
+/// As for [`render`](crate::session::render), and where all of the solid would have to be known.
+pub fn local_picture(
+    scene: &Scene,
+    order: &Order,
+    local: &Arc<Local>,
+    show: Show,
+    job: &Job<'_>,
+) -> Result<Picture, Box<Diagnostic>> {
+    let seeker = Seeker::new(local.clone());
+    let judge = Joined(seeker.clone());
+    let means = Means { scene, order, judge: &judge, specks: &Apart { seeker, color: GREEN }, job };
+    match show {
+        Show::Specks => means.specks(),
+        Show::Kept => means.kept(),
+        Show::Triptych => means.triptych(),
+        Show::Components | Show::Network => {
+            let error = "what is found out as rays need it shows neither all components nor their network";
+            let hint = "try --show specks, kept or triptych; or component_of(f, p) without `feature`";
+            Err(Box::new(Diagnostic::error(error).hint(hint)))
         }
-    })
+    }
+}
+
+/// What pictures with and without specks are made from.
+struct Means<'a> {
+    scene: &'a Scene,
+    order: &'a Order,
+    judge: &'a dyn Judge,
+    specks: &'a dyn Painter,
+    job: &'a Job<'a>,
+}
+
+impl Means<'_> {
+    fn shown(&self, touch: Touch) -> Result<(Picture, View), Box<Diagnostic>> {
+        render_touched(self.scene, self.order, touch, self.job)
+    }
+
+    fn painted(&self, painter: Box<dyn Painter>) -> Result<(Picture, View), Box<Diagnostic>> {
+        self.shown(Touch { painter: Some(painter), judge: None })
+    }
+
+    fn specks(&self) -> Result<Picture, Box<Diagnostic>> {
+        Ok(self.painted(self.specks.clone_box())?.0)
+    }
+
+    fn kept(&self) -> Result<Picture, Box<Diagnostic>> {
+        Ok(self.shown(Touch { judge: Some(self.judge.clone_box()), painter: None })?.0)
+    }
+
+    fn triptych(&self) -> Result<Picture, Box<Diagnostic>> {
+        let plain = self.shown(Touch::default())?.0;
+        Ok(beside(&[plain, self.specks()?, self.kept()?]))
+    }
 }
 
 /// The colour of a component, if it is not that of the scene: evenly spread hues.

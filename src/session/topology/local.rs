@@ -1,0 +1,88 @@
+//! What a planet's judge needs: the component of a point, found out as rays ask.
+//!
+//! What was found is remembered from picture to picture, for the solids that were shown last, so that frames of an
+//! animation and pictures that are made again while their script is edited begin where the last one ended.
+
+use super::store::Key;
+use crate::cast::Judge;
+use crate::diag::Diagnostic;
+use crate::field::{self, Field};
+use crate::render::Painter;
+use crate::scene::{Aabb, Scene};
+use crate::session::stage;
+use crate::tape::Tape;
+use crate::topology::local::{Answer, Local, Seeker};
+use glam::DVec3;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Solids that are remembered.
+const SOLIDS: usize = 4;
+
+/// Which solid, which point of it, and the size of its features, by their bits.
+type Which = (Key, [u64; 4]);
+
+/// What was found so far, of the solid that was shown last first.
+static REMEMBERED: Mutex<Vec<(Which, Arc<Local>)>> = Mutex::new(Vec::new());
+
+/// What is known of the component of a scene's solid that holds a point. `feature` is the size of its smallest
+/// features. A picture begins.
+///
+/// # Errors
+/// If the field is not smooth, and if the point is not inside.
+pub fn local(scene: &Scene, core: DVec3, feature: f64) -> Result<Arc<Local>, Box<Diagnostic>> {
+    let (graph, root) = (&scene.graph, scene.surface.field);
+    field::smooth(graph, root)?;
+    let region: Aabb = stage::region(scene, &mut Field::new(graph, root));
+    let bits = [core.x, core.y, core.z, feature].map(f64::to_bits);
+    let which = (Key::new(graph, root, &region), bits);
+    let mut remembered = REMEMBERED.lock().unwrap_or_else(PoisonError::into_inner);
+    let found = match remembered.iter().position(|(other, _)| *other == which) {
+        Some(i) => remembered.remove(i).1,
+        None => {
+            let tape = Arc::new(Tape::new(graph, &[root]));
+            Arc::new(Local::new(&tape, &region, core, feature).ok_or_else(super::judge::outside)?)
+        }
+    };
+    found.turn();
+    remembered.insert(0, (which, found.clone()));
+    remembered.truncate(SOLIDS);
+    Ok(found)
+}
+
+/// Keeps what is joined with the core.
+#[derive(Debug)]
+pub(super) struct Joined(pub Seeker);
+
+impl Judge for Joined {
+    /// A point of which it is not known whether it is joined is kept: better a crumb too many than a hole.
+    fn judge(&mut self, points: &[DVec3], kept: &mut [bool]) {
+        for (kept, answer) in kept.iter_mut().zip(self.0.answers(points)) {
+            *kept = answer != Answer::Apart;
+        }
+    }
+
+    fn clone_box(&self) -> Box<dyn Judge> {
+        Box::new(Joined(self.0.clone()))
+    }
+}
+
+/// Paints what is not joined with the core.
+#[derive(Debug)]
+pub(super) struct Apart {
+    pub seeker: Seeker,
+    pub color: DVec3,
+}
+
+impl Painter for Apart {
+    fn paint(&mut self, points: &[DVec3], colors: &mut [DVec3]) {
+        for (color, answer) in colors.iter_mut().zip(self.seeker.answers(points)) {
+            if answer == Answer::Apart {
+                *color = self.color;
+            }
+        }
+    }
+
+    fn clone_box(&self) -> Box<dyn Painter> {
+        Box::new(Apart { seeker: self.seeker.clone(), color: self.color })
+    }
+}

@@ -1,0 +1,172 @@
+//! What was found out and may be asked again: tables that many threads share and that never grow beyond bounds.
+//!
+//! A table is in shards, each with a lock of its own, so that threads seldom wait for each other. What is stored never
+//! changes, and follows from its key: that something was dropped, or found twice by two threads, costs time and
+//! nothing else. A shard that is full drops the half that was not used for longest. What was not used for
+//! [`AGE`] pictures is dropped when the next begins.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasher, Hash, RandomState};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+/// Shards of a table.
+const SHARDS: usize = 64;
+
+/// Pictures for which something is kept that is not used.
+pub const AGE: u64 = 8;
+
+/// A table.
+#[derive(Debug)]
+pub struct Cache<K, V> {
+    shards: Vec<Mutex<Shard<K, V>>>,
+    hasher: RandomState,
+    /// Entries of a shard at most.
+    capacity: usize,
+    asked: AtomicU64,
+    known: AtomicU64,
+}
+
+#[derive(Debug)]
+struct Shard<K, V> {
+    entries: HashMap<K, Entry<V>>,
+    /// Counts uses.
+    clock: u64,
+    picture: u64,
+}
+
+#[derive(Debug)]
+struct Entry<V> {
+    value: V,
+    /// When it was used last: by the clock, and in which picture.
+    used: u64,
+    picture: u64,
+}
+
+impl<K: Hash + Eq + Clone, V: Clone> Cache<K, V> {
+    /// A table of so many entries at most.
+    pub fn new(capacity: usize) -> Cache<K, V> {
+        let shard = || Mutex::new(Shard { entries: HashMap::new(), clock: 0, picture: 0 });
+        Cache {
+            shards: (0..SHARDS).map(|_| shard()).collect(),
+            hasher: RandomState::new(),
+            capacity: capacity.div_ceil(SHARDS).max(2),
+            asked: AtomicU64::new(0),
+            known: AtomicU64::new(0),
+        }
+    }
+
+    /// What is known of a key.
+    pub fn get(&self, key: &K) -> Option<V> {
+        let value = self.shard(key).get(key);
+        self.asked.fetch_add(1, Ordering::Relaxed);
+        self.known.fetch_add(u64::from(value.is_some()), Ordering::Relaxed);
+        value
+    }
+
+    /// Stores what was found.
+    pub fn insert(&self, key: K, value: V) {
+        let mut shard = self.shard(&key);
+        if shard.entries.len() >= self.capacity {
+            shard.halve();
+        }
+        shard.clock += 1;
+        let entry = Entry { value, used: shard.clock, picture: shard.picture };
+        shard.entries.insert(key, entry);
+    }
+
+    /// Another picture begins: drops what is old.
+    pub fn turn(&self) {
+        for shard in &self.shards {
+            let mut shard = shard.lock().unwrap_or_else(PoisonError::into_inner);
+            shard.picture += 1;
+            let now = shard.picture;
+            shard.entries.retain(|_, entry| entry.picture + AGE >= now);
+        }
+    }
+
+    /// Entries.
+    pub fn len(&self) -> usize {
+        self.shards.iter().map(|s| s.lock().unwrap_or_else(PoisonError::into_inner).entries.len()).sum()
+    }
+
+    /// Times that something was asked for, and of these, the ones that it was there.
+    pub fn hits(&self) -> [u64; 2] {
+        [&self.asked, &self.known].map(|n| n.load(Ordering::Relaxed))
+    }
+
+    fn shard(&self, key: &K) -> std::sync::MutexGuard<'_, Shard<K, V>> {
+        let shard = &self.shards[self.hasher.hash_one(key) as usize % SHARDS];
+        // A thread that panicked left a table that is whole.
+        shard.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<K: Hash + Eq, V: Clone> Shard<K, V> {
+    fn get(&mut self, key: &K) -> Option<V> {
+        let entry = self.entries.get_mut(key)?;
+        self.clock += 1;
+        (entry.used, entry.picture) = (self.clock, self.picture);
+        Some(entry.value.clone())
+    }
+
+    /// Drops what was not used for longest.
+    fn halve(&mut self) {
+        let mut used: Vec<u64> = self.entries.values().map(|entry| entry.used).collect();
+        let middle = used.len() / 2;
+        let median = *used.select_nth_unstable(middle).1;
+        self.entries.retain(|_, entry| entry.used >= median);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_are_bounded_and_keep_what_is_used() {
+        let cache: Cache<u32, u32> = Cache::new(6400);
+        cache.insert(0, 7);
+        for key in 1..100_000 {
+            assert_eq!(cache.get(&0), Some(7), "it is used all the time: {key}");
+            cache.insert(key, key);
+            assert!(cache.len() <= 6400);
+        }
+        assert!(cache.len() > 2000);
+        assert!(cache.get(&1).is_none());
+    }
+
+    #[test]
+    fn what_no_picture_uses_is_dropped() {
+        let cache: Cache<u32, u32> = Cache::new(100);
+        cache.insert(1, 1);
+        cache.insert(2, 2);
+        for _ in 0..AGE {
+            cache.turn();
+            assert_eq!(cache.get(&1), Some(1));
+        }
+        assert_eq!(cache.len(), 2);
+        cache.turn();
+        assert_eq!(cache.len(), 1);
+        assert_eq!(cache.get(&1), Some(1));
+    }
+
+    #[test]
+    fn threads_share_a_table() {
+        let cache: Cache<u32, u32> = Cache::new(1000);
+        std::thread::scope(|scope| {
+            for start in 0..4 {
+                let cache = &cache;
+                scope.spawn(move || {
+                    for key in start * 50..start * 50 + 100 {
+                        match cache.get(&key) {
+                            Some(value) => assert_eq!(value, 3 * key),
+                            None => cache.insert(key, 3 * key),
+                        }
+                    }
+                });
+            }
+        });
+        assert_eq!((0..250).filter(|key| cache.get(key) == Some(3 * key)).count(), 250);
+    }
+}

@@ -1,0 +1,210 @@
+//! The core of a solid: a ball that is all inside, and straight ways to it.
+//!
+//! A line is inside where every piece of it is. Each is looked at with one evaluation along it, by the one coordinate
+//! that varies: on planets far less varies along vertical lines than in balls around them. With `-1 <= u <= 1` on
+//! the piece
+//!
+//! ```text
+//! f(u)  <=  f + f' u + f'' u^2 / 2 + bow_1
+//! ```
+//!
+//! Sixteen lines are walked side by side, each in pieces that grow while they are found to be inside and shrink while
+//! they are not.
+
+use super::super::search::{Balls, LANES};
+use crate::num::Taylor;
+use crate::scene::Aabb;
+use glam::DVec3;
+
+/// A ball that is all inside of a solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Core {
+    /// The middle.
+    pub centre: DVec3,
+    /// The radius, which is above zero.
+    pub radius: f64,
+}
+
+/// Rounds of the search for the radius; each makes the gap that is left sixteen times smaller.
+const ROUNDS: usize = 5;
+
+/// Pieces of a line until it is given up.
+const PIECES: u32 = 400;
+
+impl Core {
+    /// The largest ball about a point that one evaluation proves to be inside, but for a millionth.
+    pub fn around(field: &mut Balls, centre: DVec3, largest: f64) -> Option<Core> {
+        let inside = |field: &mut Balls, radii: [f64; LANES]| {
+            let balls = field.eval(radii.map(|r| (centre, r)).into_iter());
+            (0..LANES).rev().find(|&i| balls.lane(i).range.hi < 0.0).map(|i| radii[i])
+        };
+        let halves =
+            |first: usize| std::array::from_fn(|i| libm::ldexp(largest, -((first + LANES - i) as i32)));
+        let mut radius = inside(field, halves(0)).or_else(|| inside(field, halves(LANES)))?;
+        let mut gap = radius;
+        for _ in 0..ROUNDS {
+            gap /= LANES as f64;
+            let steps = std::array::from_fn(|i| radius + gap * i as f64);
+            radius = inside(field, steps)?;
+        }
+        Some(Core { centre, radius })
+    }
+
+    /// Whether a point is in it.
+    pub fn holds(&self, p: DVec3) -> bool {
+        p.distance(self.centre) < self.radius * (1.0 - 1e-12)
+    }
+
+    /// Which points a straight line that is all inside leads from to the core. Points are inside. `step` is how far
+    /// one can see in the solid, about.
+    pub fn seen_from(&self, field: &mut Balls, points: &[DVec3], step: f64) -> Vec<bool> {
+        let mut seen: Vec<bool> = points.iter().map(|p| self.holds(*p)).collect();
+        let lines = points.iter().enumerate().filter(|(_, p)| !self.holds(**p));
+        let mut waiting = lines.map(|(i, p)| Line::new(i, *p, self, step));
+        let mut active: Vec<Line> = Vec::with_capacity(LANES);
+        loop {
+            let free = LANES - active.len();
+            active.extend(waiting.by_ref().take(free));
+            if active.is_empty() {
+                return seen;
+            }
+            let values = field.along(active.iter().map(Line::piece));
+            for (i, line) in active.iter_mut().enumerate() {
+                line.walk(&values.lane(i), step);
+            }
+            active.retain(|line| {
+                // What is undefined is empty.
+                seen[line.index] |= line.state == State::Arrived && field.is_defined(&line.bounds());
+                line.state == State::Underway
+            });
+        }
+    }
+}
+
+/// A line that is walked to the core.
+struct Line {
+    index: usize,
+    from: DVec3,
+    direction: DVec3,
+    /// How far it is to the core.
+    far: f64,
+    /// How much of that is walked.
+    done: f64,
+    /// Half the length of the next piece.
+    half: f64,
+    pieces: u32,
+    state: State,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    Underway,
+    Arrived,
+    /// There is something in the way, or there may be.
+    Blocked,
+}
+
+impl Line {
+    fn new(index: usize, from: DVec3, core: &Core, step: f64) -> Line {
+        let way = core.centre - from;
+        let distance = way.length();
+        let direction = way / distance;
+        // The end lies well within the core.
+        let far = distance - core.radius * (1.0 - 1e-6);
+        Line { index, from, direction, far, done: 0.0, half: 0.25 * step, pieces: 0, state: State::Underway }
+    }
+
+    /// The middle of the next piece, and half of it.
+    fn piece(&self) -> (DVec3, DVec3) {
+        (self.from + (self.done + self.half) * self.direction, self.half * self.direction)
+    }
+
+    /// A box that holds the line.
+    fn bounds(&self) -> Aabb {
+        let to = self.from + self.far * self.direction;
+        let margin = 16.0 * f64::EPSILON * self.from.abs().max_element();
+        Aabb { min: self.from.min(to) - margin, max: self.from.max(to) + margin }
+    }
+
+    fn walk(&mut self, f: &Taylor, step: f64) {
+        self.pieces += 1;
+        if highest(f) < 0.0 {
+            // The next piece begins in this one.
+            self.done += 2.0 * self.half * (1.0 - 1e-9);
+            let left = self.far - self.done;
+            self.half = (2.0 * self.half).min(0.5 * left);
+            if left <= 0.0 {
+                self.state = State::Arrived;
+            }
+        } else {
+            self.half *= 0.5;
+            if f.range.lo > 0.0 || f.value - f.bow[1] > 0.0 || self.half < 1e-5 * step {
+                self.state = State::Blocked;
+            }
+        }
+        if self.pieces > PIECES && self.state == State::Underway {
+            self.state = State::Blocked;
+        }
+    }
+}
+
+/// Upper bound of the field on a piece.
+fn highest(f: &Taylor) -> f64 {
+    let (slope, bend) = (f.grad[0].abs(), f.hess[0]);
+    // The highest of the parabola: at an end, or at its vertex.
+    let vertex = if bend < -slope { 0.5 * slope * slope / -bend } else { slope + 0.5 * bend };
+    let second = f.value + vertex + f.bow[1] * (1.0 + 1e-12) + 1e-12 * (f.value.abs() + slope + bend.abs());
+    second.min(f.range.hi)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expr::Graph;
+    use crate::op::{Add, Length, Mul, Op, Sub};
+    use crate::tape::Tape;
+    use std::sync::Arc;
+
+    /// A ball of radius 1 with waves of height 0.1 along x on it.
+    fn ball() -> Balls {
+        let mut graph = Graph::default();
+        let [x, y, z] = graph.point().unwrap();
+        let (one, ten, tenth) =
+            (graph.constant(1.0).unwrap(), graph.constant(10.0).unwrap(), graph.constant(0.1).unwrap());
+        let length = graph.op(Op::Length(Length), &[x, y, z]).unwrap();
+        let ball = graph.op(Op::Sub(Sub), &[length, one]).unwrap();
+        let fast = graph.op(Op::Mul(Mul), &[x, ten]).unwrap();
+        let wave = graph.op(Op::Sin(crate::op::Sin), &[fast]).unwrap();
+        let wave = graph.op(Op::Mul(Mul), &[wave, tenth]).unwrap();
+        let field = graph.op(Op::Add(Add), &[ball, wave]).unwrap();
+        Balls::new(&Arc::new(Tape::new(&graph, &[field])))
+    }
+
+    #[test]
+    fn the_core_is_as_large_as_can_be_proven() {
+        let core = Core::around(&mut ball(), DVec3::ZERO, 8.0).unwrap();
+        assert!((core.radius - 0.9).abs() < 2e-6, "{}", core.radius);
+        assert!(Core::around(&mut ball(), DVec3::X * 2.0, 8.0).is_none());
+    }
+
+    #[test]
+    fn lines_that_are_inside_are_seen() {
+        let mut field = ball();
+        let core = Core { centre: DVec3::ZERO, radius: 0.2 };
+        let value = |p: DVec3| p.length() - 1.0 + 0.1 * (10.0 * p.x).sin();
+        let points: Vec<DVec3> = (0..400)
+            .map(|i| {
+                let a = f64::from(i);
+                (0.3 + 0.7 * (0.618 * a).fract()) * DVec3::new(a.sin(), a.cos(), 0.3).normalize()
+            })
+            .filter(|p| value(*p) < -1e-6)
+            .collect();
+        let seen = core.seen_from(&mut field, &points, 0.3);
+        let free = |p: DVec3| (0..1000).all(|k| value(p * f64::from(k) / 1000.0) < 0.0);
+        for (p, seen) in points.iter().zip(seen) {
+            assert_eq!(seen, free(*p), "{p}");
+        }
+        // Beside the ball there is nothing, and what is beyond a gap is not seen.
+        assert_eq!(core.seen_from(&mut field, &[DVec3::X * 1.3], 0.3), [false]);
+    }
+}

@@ -1,0 +1,326 @@
+//! What of a solid is joined with its core, found out as it is asked: for planets, on which all critical points
+//! are too many.
+//!
+//! ```text
+//! point --straight line inside?--> the core                                                  joined
+//!   | no
+//!   path downhill --> minimum --status known? straight line inside?-->                       joined, apart
+//!                        | no
+//!                        minima that it is joined with by 1-saddles, voxel by voxel,
+//!                        and through doors in the voxels' borders into others,
+//!                        those next to the core first -- until one is joined with the core   joined
+//!                                                     -- or there are no more                apart
+//! ```
+//!
+//! This is the local algorithm of Gamito (2009, 8.5) with proofs in place of tolerances, and with less to
+//! remember: what a voxel holds does not depend on who asks, so links and doors are found once for all, and a search
+//! comes to each voxel once. A *joined* is proven by a chain of paths inside of the solid to the core, a ball that is
+//! all inside; an *apart* by exhaustion: no minimum of the component is left, and no door that it goes through. What
+//! cannot be decided is said to be so.
+//!
+//! Who asks in which order makes no difference: a search that comes to *apart* looks at all voxels that the component
+//! reaches into, wherever it begins, and finds everything that could cast doubt on it.
+
+mod cache;
+mod core;
+mod grid;
+mod voxel;
+
+pub use self::core::Core;
+use super::descent::Start;
+use super::search::Balls;
+use crate::scene::Aabb;
+use crate::tape::Tape;
+use cache::Cache;
+use glam::DVec3;
+use grid::{Grid, Voxel};
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+use voxel::{Links, Looker, Minimum, Node, Points};
+
+/// What is known of a point.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Answer {
+    /// It is joined with the core.
+    Joined,
+    /// It is not.
+    Apart,
+    /// One of both.
+    Unknown,
+}
+
+/// Voxels that one search may look into.
+const PATIENCE: usize = 4096;
+
+/// Voxels that are remembered, and minima.
+const REMEMBERED: usize = 1 << 19;
+
+/// What many threads know of a solid.
+#[derive(Debug)]
+pub struct Local {
+    tape: Arc<Tape>,
+    region: Aabb,
+    core: Core,
+    grid: Grid,
+    points: Cache<Voxel, Arc<Points>>,
+    links: Cache<Voxel, Arc<Links>>,
+    statuses: Cache<Minimum, Answer>,
+    counters: Counters,
+}
+
+/// What the work was.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize)]
+pub struct LocalStats {
+    /// Points that were asked about.
+    pub asked: u64,
+    /// Of these, seen from the core in a straight line.
+    pub quick: u64,
+    /// Paths downhill.
+    pub paths: u64,
+    /// Voxels that were searched.
+    pub voxels: u64,
+    /// Minima and 1-saddles found in them.
+    pub minima: u64,
+    pub saddles: u64,
+    /// Minima whose status is remembered.
+    pub cached: u64,
+    /// Times that a status was asked for, and known.
+    pub statuses: [u64; 2],
+    /// Points that remained undecided.
+    pub unknown: u64,
+    /// Nanoseconds of all threads with straight lines, with paths, and with searches of voxels.
+    pub nanos: [u64; 3],
+}
+
+#[derive(Debug, Default)]
+struct Counters {
+    asked: AtomicU64,
+    quick: AtomicU64,
+    paths: AtomicU64,
+    voxels: AtomicU64,
+    minima: AtomicU64,
+    saddles: AtomicU64,
+    unknown: AtomicU64,
+    lines: AtomicU64,
+    streaming: AtomicU64,
+    locating: AtomicU64,
+}
+
+/// Measures what a part of the work takes, for the statistics.
+struct Timer(Instant);
+
+impl Timer {
+    fn start() -> Timer {
+        Timer(Instant::now())
+    }
+
+    fn nanos(&self) -> u64 {
+        self.0.elapsed().as_nanos() as u64
+    }
+}
+
+impl Local {
+    /// For the solid of a tape's first output within a region: its core is about `core`, and its smallest features
+    /// are as large as `feature`. None if `core` is not certain to be inside.
+    pub fn new(tape: &Arc<Tape>, region: &Aabb, core: DVec3, feature: f64) -> Option<Local> {
+        let core = Core::around(&mut Balls::new(tape), core, region.diagonal())?;
+        Some(Local {
+            tape: tape.clone(),
+            region: *region,
+            core,
+            grid: Grid::new(feature),
+            points: Cache::new(REMEMBERED),
+            links: Cache::new(REMEMBERED),
+            statuses: Cache::new(REMEMBERED),
+            counters: Counters::default(),
+        })
+    }
+
+    /// The core.
+    pub fn core(&self) -> Core {
+        self.core
+    }
+
+    /// Another picture begins: what was not used for a while is forgotten, and counting begins anew.
+    pub fn turn(&self) {
+        self.points.turn();
+        self.links.turn();
+        self.statuses.turn();
+        let Counters { asked, quick, paths, voxels, minima, saddles, unknown, lines, streaming, locating } =
+            &self.counters;
+        for counter in [asked, quick, paths, voxels, minima, saddles, unknown, lines, streaming, locating] {
+            counter.store(0, Ordering::Relaxed);
+        }
+    }
+
+    /// What the work was since the picture began.
+    pub fn stats(&self) -> LocalStats {
+        let c = &self.counters;
+        let count = |n: &AtomicU64| n.load(Ordering::Relaxed);
+        LocalStats {
+            asked: count(&c.asked),
+            quick: count(&c.quick),
+            paths: count(&c.paths),
+            voxels: count(&c.voxels),
+            minima: count(&c.minima),
+            saddles: count(&c.saddles),
+            cached: self.statuses.len() as u64,
+            statuses: self.statuses.hits(),
+            unknown: count(&c.unknown),
+            nanos: [&c.lines, &c.streaming, &c.locating].map(count),
+        }
+    }
+}
+
+/// A thread that asks.
+#[derive(Clone, Debug)]
+pub struct Seeker {
+    looker: Looker,
+}
+
+impl Seeker {
+    /// With memory of its own.
+    pub fn new(local: Arc<Local>) -> Seeker {
+        Seeker { looker: Looker::new(local) }
+    }
+
+    /// Whether points inside are joined with the core.
+    pub fn answers(&mut self, points: &[DVec3]) -> Vec<Answer> {
+        let mut answers = vec![Answer::Unknown; points.len()];
+        for (answer, seen) in answers.iter_mut().zip(self.looker.see(points)) {
+            if seen {
+                *answer = Answer::Joined;
+            }
+        }
+        let hidden: Vec<usize> = (0..points.len()).filter(|&i| answers[i] != Answer::Joined).collect();
+        let radius = 0.1 * self.looker.local.grid.size();
+        let starts: Vec<Start> = hidden.iter().map(|&i| Start { at: points[i], radius }).collect();
+        for (&i, end) in hidden.iter().zip(self.looker.descend(&starts)) {
+            answers[i] = end.map_or(Answer::Unknown, |node| self.status(node));
+        }
+        let unknown = answers.iter().filter(|answer| **answer == Answer::Unknown).count();
+        let counters = &self.looker.local.counters;
+        counters.asked.fetch_add(points.len() as u64, Ordering::Relaxed);
+        counters.quick.fetch_add((points.len() - hidden.len()) as u64, Ordering::Relaxed);
+        counters.unknown.fetch_add(unknown as u64, Ordering::Relaxed);
+        answers
+    }
+
+    /// What is known of a minimum, from now on at least.
+    fn status(&mut self, node: Node) -> Answer {
+        let Node::Minimum(minimum) = node else { return Answer::Joined };
+        if let Some(answer) = self.looker.local.statuses.get(&minimum) {
+            return answer;
+        }
+        let mut search = Exhaustion::default();
+        let answer = search.run(self, minimum);
+        for minimum in search.active {
+            self.looker.local.statuses.insert(minimum, answer);
+        }
+        answer
+    }
+}
+
+/// A search for the core among all that a minimum is joined with.
+#[derive(Default)]
+struct Exhaustion {
+    /// Minima that it is joined with.
+    active: HashSet<Minimum>,
+    /// Voxels that it reaches into, next to be looked into, by their distance from the core, and those that were.
+    waiting: BTreeSet<(u64, Voxel)>,
+    opened: HashSet<Voxel>,
+    /// What minima are joined with in the voxels that were opened, and where components go on from there.
+    bridges: HashMap<Node, Vec<Node>>,
+    doors: HashMap<Node, Vec<Voxel>>,
+    doubt: bool,
+}
+
+impl Exhaustion {
+    fn run(&mut self, seeker: &mut Seeker, first: Minimum) -> Answer {
+        if let Some(answer) = self.activate(seeker, vec![Node::Minimum(first)]) {
+            return answer;
+        }
+        while let Some((_, voxel)) = self.waiting.pop_first() {
+            if !self.opened.insert(voxel) {
+                continue;
+            }
+            if self.opened.len() > PATIENCE {
+                return Answer::Unknown;
+            }
+            let found = self.open(seeker, voxel);
+            if let Some(answer) = self.activate(seeker, found) {
+                return answer;
+            }
+        }
+        if self.doubt { Answer::Unknown } else { Answer::Apart }
+    }
+
+    /// Takes in what a voxel holds; returns what is joined with active minima by it.
+    fn open(&mut self, seeker: &mut Seeker, voxel: Voxel) -> Vec<Node> {
+        let local = seeker.looker.local.clone();
+        let links = seeker.looker.links(voxel);
+        self.doubt |= links.doubt;
+        let mut joined = Vec::new();
+        for &[a, b] in &links.bridges {
+            for (from, to) in [(a, b), (b, a)] {
+                self.bridges.entry(from).or_default().push(to);
+                if self.is_active(from) {
+                    joined.push(to);
+                }
+            }
+        }
+        for &(node, at) in &links.doors {
+            let beyond: Vec<Voxel> = local.grid.across(voxel, at).collect();
+            if self.is_active(node) {
+                beyond.iter().for_each(|&voxel| self.reach(&local, voxel));
+            }
+            self.doors.entry(node).or_default().extend(beyond);
+        }
+        joined
+    }
+
+    fn is_active(&self, node: Node) -> bool {
+        if let Node::Minimum(minimum) = node { self.active.contains(&minimum) } else { false }
+    }
+
+    /// The component reaches into a voxel.
+    fn reach(&mut self, local: &Local, voxel: Voxel) {
+        if !self.opened.contains(&voxel) {
+            let distance = local.grid.middle(voxel).distance(local.core.centre);
+            self.waiting.insert((distance.to_bits(), voxel));
+        }
+    }
+
+    /// These are joined with the minimum, and so is all that is joined with them. The answer, if it is known by that.
+    fn activate(&mut self, seeker: &mut Seeker, mut joined: Vec<Node>) -> Option<Answer> {
+        while !joined.is_empty() {
+            let mut fresh: Vec<Minimum> = Vec::new();
+            for node in joined.drain(..) {
+                let Node::Minimum(minimum) = node else { return Some(Answer::Joined) };
+                if self.active.insert(minimum) {
+                    fresh.push(minimum);
+                }
+            }
+            let statuses = &seeker.looker.local.statuses;
+            if let Some(answer) = fresh.iter().find_map(|minimum| statuses.get(minimum)) {
+                return Some(answer);
+            }
+            let positions: Option<Vec<DVec3>> =
+                fresh.iter().map(|minimum| seeker.looker.position(*minimum)).collect();
+            if seeker.looker.see(&positions.unwrap_or_default()).contains(&true) {
+                return Some(Answer::Joined);
+            }
+            let local = seeker.looker.local.clone();
+            for minimum in fresh {
+                self.reach(&local, minimum.voxel);
+                let node = Node::Minimum(minimum);
+                joined.extend(self.bridges.get(&node).into_iter().flatten());
+                let beyond = self.doors.get(&node).cloned().unwrap_or_default();
+                beyond.into_iter().for_each(|voxel| self.reach(&local, voxel));
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,267 @@
+//! What is found in a voxel: critical points, what they are joined with, and ways out.
+//!
+//! Every component of the solid that goes on into a neighbour crosses a face; the field on what of the face
+//! belongs to it has a minimum below zero, which lies inside of the face, on an edge or at a corner (Gamito 2009,
+//! 8.5). So the minima of the field on faces, on edges and at corners are *doors*: a path downhill from each says
+//! which component goes through. Critical points of the field on a face are found like all others, with the
+//! coordinates held that do not vary there ([`Cell::restrict`](super::super::cell::Cell::restrict)).
+
+use super::super::complex::sides;
+use super::super::descent::{End, Place, Settled, Start, descend};
+use super::super::point::{CriticalPoint, Kind};
+use super::super::search::{Balls, LANES, Search, isolate, search_cells};
+use super::grid::Voxel;
+use super::{Local, Timer};
+use crate::scene::Aabb;
+use glam::DVec3;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A minimum: the voxel that it was found in, and its number there. One on a border is named after the first voxel.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Minimum {
+    pub voxel: Voxel,
+    number: u32,
+}
+
+/// What a path downhill comes to.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Node {
+    Core,
+    Minimum(Minimum),
+}
+
+/// What is known of where a path is, if that is enough.
+#[derive(Clone, Copy)]
+enum Arrived {
+    Node(Node),
+    /// Here, well below where it began.
+    Below(DVec3),
+    /// At a minimum that was not found.
+    Nowhere,
+}
+
+/// Voxels that a path comes down until it is seen whether there is a straight way to the core.
+const FALL: f64 = 8.0;
+
+/// The critical points of a voxel that are inside.
+#[derive(Debug, Default)]
+pub struct Points {
+    minima: Vec<CriticalPoint>,
+    saddles: Vec<CriticalPoint>,
+    /// Whether something was not decided.
+    doubt: bool,
+}
+
+/// What its minima, and those that paths from here come to, are joined with.
+#[derive(Debug, Default)]
+pub struct Links {
+    /// By 1-saddles of the voxel.
+    pub bridges: Vec<[Node; 2]>,
+    /// By its border: what goes through it where.
+    pub doors: Vec<(Node, DVec3)>,
+    /// Whether something was not decided: there may be more.
+    pub doubt: bool,
+}
+
+/// Memory of a thread that looks into voxels.
+#[derive(Clone, Debug)]
+pub struct Looker {
+    pub local: Arc<Local>,
+    cells: Balls,
+    pub paths: Balls,
+}
+
+/// Nobody stops the search of a voxel: it is over at once.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+impl Looker {
+    pub fn new(local: Arc<Local>) -> Looker {
+        let field = Balls::new(&local.tape);
+        Looker { local, cells: field.clone(), paths: field }
+    }
+
+    /// Where a minimum is; none if it was not found again.
+    pub fn position(&mut self, minimum: Minimum) -> Option<DVec3> {
+        let points = points(&self.local, &mut self.cells, minimum.voxel);
+        points.minima.get(minimum.number as usize).map(|p| p.position)
+    }
+
+    /// What paths downhill from places inside come to. One that has come down by some voxels may be in sight of the
+    /// core: on planets there are places without any minimum far down.
+    pub fn descend(&mut self, starts: &[Start]) -> Vec<Option<Node>> {
+        let mut ends = vec![None; starts.len()];
+        let mut waiting: Vec<(usize, Start)> = starts.iter().copied().enumerate().collect();
+        while !waiting.is_empty() {
+            let from: Vec<Start> = waiting.iter().map(|(_, start)| *start).collect();
+            let mut fallen = Vec::new();
+            for ((i, start), end) in waiting.drain(..).zip(self.paths_from(&from)) {
+                match end {
+                    End::At(Arrived::Node(node)) => ends[i] = Some(node),
+                    End::At(Arrived::Below(at)) => fallen.push((i, Start { at, ..start })),
+                    End::At(Arrived::Nowhere) | End::Beyond | End::Lost => {}
+                }
+            }
+            let places: Vec<DVec3> = fallen.iter().map(|(_, start)| start.at).collect();
+            for ((i, start), seen) in fallen.into_iter().zip(self.see(&places)) {
+                if seen {
+                    ends[i] = Some(Node::Core);
+                } else {
+                    waiting.push((i, start));
+                }
+            }
+        }
+        ends
+    }
+
+    /// Which points are seen from the core.
+    pub fn see(&mut self, points: &[DVec3]) -> Vec<bool> {
+        let timer = Timer::start();
+        let Looker { local, paths, .. } = self;
+        let seen = local.core.seen_from(paths, points, local.grid.size());
+        local.counters.lines.fetch_add(timer.nanos(), Ordering::Relaxed);
+        seen
+    }
+
+    fn paths_from(&mut self, starts: &[Start]) -> Vec<End<Arrived>> {
+        let timer = Timer::start();
+        let (mut located, cells, local) = (0, &mut self.cells, &*self.local);
+        let (core, size) = (local.core, local.grid.size());
+        let arrival = |index: usize, place: &Place| {
+            let Place { at, radius, settled } = *place;
+            if core.holds(at) {
+                return Some(Arrived::Node(Node::Core));
+            }
+            let inner = Timer::start();
+            let settled = settled.filter(|settled| settled.within < 0.01 * size);
+            let found = match settled {
+                Some(settled) => Some(minimum(local, cells, &settled)),
+                // A path ends in the tip of a cone in ever smaller steps.
+                None if radius < 1e-3 * size => tip(local, cells, at).map(Some),
+                None => None,
+            };
+            located += inner.nanos();
+            if let Some(found) = found {
+                return Some(found.map_or(Arrived::Nowhere, |minimum| Arrived::Node(Node::Minimum(minimum))));
+            }
+            let fall = starts[index].at.distance(core.centre) - at.distance(core.centre);
+            (fall > FALL * size).then_some(Arrived::Below(at))
+        };
+        let ends = descend(&mut self.paths, arrival, &local.region, starts);
+        let counters = &local.counters;
+        counters.paths.fetch_add(starts.len() as u64, Ordering::Relaxed);
+        counters.streaming.fetch_add(timer.nanos().saturating_sub(located), Ordering::Relaxed);
+        ends
+    }
+
+    /// The links of a voxel.
+    pub fn links(&mut self, voxel: Voxel) -> Arc<Links> {
+        if let Some(links) = self.local.links.get(&voxel) {
+            return links;
+        }
+        let links = Arc::new(self.find_links(voxel));
+        self.local.links.insert(voxel, links.clone());
+        links
+    }
+
+    fn find_links(&mut self, voxel: Voxel) -> Links {
+        let local = self.local.clone();
+        let points = points(&local, &mut self.cells, voxel);
+        let timer = Timer::start();
+        let (doors, unclear) = doors(&local, &mut self.cells, voxel);
+        local.counters.locating.fetch_add(timer.nanos(), Ordering::Relaxed);
+        let half = 0.5 * local.grid.size();
+        let starts = points.saddles.iter().flat_map(|saddle| sides(&mut self.paths, saddle, half));
+        let mut starts: Vec<Start> = starts.collect();
+        starts.extend(doors.iter().map(|&at| Start { at, radius: 0.25 * half }));
+        let ends = self.descend(&starts);
+        let (bridges, outward) = ends.split_at(2 * points.saddles.len());
+        let bridge = |pair: &[Option<Node>]| Some([pair[0]?, pair[1]?]);
+        Links {
+            bridges: bridges.chunks_exact(2).filter_map(bridge).collect(),
+            doors: outward.iter().zip(doors).filter_map(|(end, at)| Some(((*end)?, at))).collect(),
+            doubt: points.doubt || unclear || ends.contains(&None),
+        }
+    }
+}
+
+/// The critical points of a voxel.
+fn points(local: &Local, cells: &mut Balls, voxel: Voxel) -> Arc<Points> {
+    if let Some(points) = local.points.get(&voxel) {
+        return points;
+    }
+    let timer = Timer::start();
+    let cell = local.grid.cell(voxel);
+    let mut found = search_cells(cells, vec![cell], &solid(cell.centre, cell.half), &NEVER);
+    isolate(cells, &mut found, true);
+    let mut out = Points { doubt: !found.open.is_empty(), ..Points::default() };
+    for point in found.points {
+        match (point.is_inside(), point.kind) {
+            // Whether it joins is not known.
+            (None, Kind::Minimum | Kind::Saddle1) => out.doubt = true,
+            (Some(true), Kind::Minimum) => out.minima.push(point),
+            (Some(true), Kind::Saddle1) => out.saddles.push(point),
+            _ => {}
+        }
+    }
+    let counters = &local.counters;
+    counters.voxels.fetch_add(1, Ordering::Relaxed);
+    counters.minima.fetch_add(out.minima.len() as u64, Ordering::Relaxed);
+    counters.saddles.fetch_add(out.saddles.len() as u64, Ordering::Relaxed);
+    counters.locating.fetch_add(timer.nanos(), Ordering::Relaxed);
+    let out = Arc::new(out);
+    local.points.insert(voxel, out.clone());
+    out
+}
+
+/// Where components of the solid cross a voxel's border, and whether there may be more.
+fn doors(local: &Local, cells: &mut Balls, voxel: Voxel) -> (Vec<DVec3>, bool) {
+    let (corners, borders): (Vec<_>, Vec<_>) =
+        local.grid.borders(voxel).partition(|border| border.half == DVec3::ZERO);
+    let middle = local.grid.cell(voxel);
+    let found = search_cells(cells, borders, &solid(middle.centre, middle.half), &NEVER);
+    let minima = found.points.iter().filter(|point| point.kind == Kind::Minimum);
+    let mut unclear = !found.open.is_empty() || minima.clone().any(|point| point.is_inside().is_none());
+    let mut doors: Vec<DVec3> =
+        minima.filter(|point| point.is_inside() == Some(true)).map(|point| point.position).collect();
+    for corners in corners.chunks(LANES) {
+        let values = cells.eval(corners.iter().map(|corner| (corner.centre, 0.0)));
+        for (i, corner) in corners.iter().enumerate() {
+            let range = values.lane(i).range;
+            if range.hi < 0.0 {
+                doors.push(corner.centre);
+            } else {
+                unclear |= range.lo <= 0.0;
+            }
+        }
+    }
+    (doors, unclear)
+}
+
+fn solid(centre: DVec3, half: DVec3) -> Search {
+    Search { region: Aabb { min: centre - half, max: centre + half }, solid: true }
+}
+
+/// The only minimum of a ball that is known to hold one.
+fn minimum(local: &Local, cells: &mut Balls, settled: &Settled) -> Option<Minimum> {
+    let mut around: Vec<Voxel> = local.grid.around(settled.centre, settled.within).collect();
+    around.sort_unstable();
+    around.into_iter().find_map(|voxel| {
+        let points = points(local, cells, voxel);
+        let here = |p: &CriticalPoint| {
+            let rounding = 16.0 * f64::EPSILON * p.position.abs().max_element();
+            p.position.distance(settled.centre) <= settled.within + p.error + rounding
+        };
+        let number = points.minima.iter().position(here)? as u32;
+        Some(Minimum { voxel, number })
+    })
+}
+
+/// The minimum that is no smooth one and holds a place.
+fn tip(local: &Local, cells: &mut Balls, at: DVec3) -> Option<Minimum> {
+    let voxel = local.grid.voxel(at);
+    let points = points(local, cells, voxel);
+    let here = |p: &CriticalPoint| !p.smooth && p.position.distance(at) <= p.error;
+    let number = points.minima.iter().position(here)? as u32;
+    Some(Minimum { voxel, number })
+}
