@@ -91,6 +91,11 @@ topology 8.8a 8.8 triptych --set octaves=1
 topology 8.8b 8.8 triptych --set octaves=2
 topology 8.8c 8.8 triptych --set octaves=3 --samples 4
 
+# A planet of which it is found out place by place: some minutes each.
+topology 8.14 8.14 triptych --size 456x276
+topology 8.15a 8.14 kept --set height=8e-4 --set slope=1.5 --size 456x276
+topology 8.15b 8.14 kept --set height=1.6e-3 --set slope=3 --size 456x276
+
 # The kernels: 4.4 the quintic fade, 4.9 the kernels of sparse convolution.
 if is_wanted 4.04 || is_wanted 4.09; then
     cargo run --quiet --release --example profiles -- "$out"

@@ -54,8 +54,9 @@ fn print(stats: &LocalStats) {
     let [lines, paths, voxels] = stats.nanos;
     for (name, value) in [
         ("points asked about", count(stats.asked)),
-        ("  seen from the core", share(stats.quick, stats.asked)),
         ("  undecided", count(stats.unknown)),
+        ("places looked at", count(stats.looked)),
+        ("  seen from the core", share(stats.quick, stats.looked)),
         ("voxels searched", count(stats.voxels)),
         ("  minima", count(stats.minima)),
         ("  1-saddles", count(stats.saddles)),

@@ -1,6 +1,6 @@
 //! Sums of spots at one point, and bounds in a ball around it: the lanes are cells.
 
-use super::{BEYOND, Draw, Scatter, Spot};
+use super::{BEYOND, Draw, Node, Scatter, Spot};
 use crate::noise::bulk::{GRADIENT, HESSIAN, VALUE};
 use crate::noise::lattice::{Lattice, STEP, split};
 use crate::num::{Bounds, Interval, Local, Order, Point, widest};
@@ -66,8 +66,59 @@ impl Cells {
     }
 }
 
-/// Cells a step of a single point, as lanes.
+/// Nodes a step of a single point, as lanes.
 const LANES: usize = 8;
+
+/// The nodes in reach of a ball, of one number in all cells. Most cells in reach have theirs somewhere else.
+struct Near {
+    count: usize,
+    d: [[f64; CELLS]; 3],
+    weight: [f64; CELLS],
+    word: [u32; CELLS],
+}
+
+impl Near {
+    #[inline(always)]
+    fn of(draw: &Draw, cells: &Cells, slot: usize, radius: f64) -> Near {
+        // Padding is out of reach.
+        let mut near = Near { count: 0, d: [[8.0; CELLS]; 3], weight: [0.0; CELLS], word: [0; CELLS] };
+        let limit = (1.0 + radius) * (1.0 + radius) * BEYOND;
+        for first in (0..cells.count).step_by(LANES) {
+            let (mut d, mut weight, mut word) = ([[0.0; LANES]; 3], [0.0; LANES], [0; LANES]);
+            let mut close = [false; LANES];
+            for i in 0..LANES {
+                let reach = [0, 1, 2].map(|axis| cells.reach[axis][first + i]);
+                let node = draw.node(cells.words[first + i], slot, reach);
+                let [x, y, z] = node.d;
+                for axis in 0..3 {
+                    d[axis][i] = node.d[axis];
+                }
+                weight[i] = node.weight;
+                word[i] = node.word;
+                close[i] = x * x + y * y + z * z < limit;
+            }
+            if let Some(tail) = draw.tail {
+                for i in 0..LANES {
+                    close[i] &= draw.count(cells.words[first + i]) < tail[slot];
+                }
+            }
+            for i in 0..LANES.min(cells.count - first) {
+                let n = near.count;
+                for axis in 0..3 {
+                    near.d[axis][n] = d[axis][i];
+                }
+                near.weight[n] = weight[i];
+                near.word[n] = word[i];
+                near.count = n + usize::from(close[i]);
+            }
+        }
+        // The last that was stored may be out of reach.
+        if near.count < CELLS {
+            near.weight[near.count] = 0.0;
+        }
+        near
+    }
+}
 
 /// Sums over the nodes of some cells: the jet at the centre, and bounds on the derivatives of order 0
 /// to 3 within `radius` of it if that is asked for.
@@ -83,10 +134,11 @@ fn sums<const ORDER: u8, const SIZES: bool, S: Spot>(
     sum[parts..].fill(0.0);
     let mut sizes = [[0.0; LANES]; 4];
     for slot in 0..draw.slots {
-        for first in (0..cells.count).step_by(LANES) {
+        let near = Near::of(draw, cells, slot, radius);
+        for first in (0..near.count).step_by(LANES) {
             let mut terms = [[0.0; LANES]; 10];
-            lanes::<ORDER, SIZES, S>(draw, spot, cells, (slot, first, radius), &mut terms, &mut sizes);
-            for i in 0..LANES.min(cells.count - first) {
+            lanes::<ORDER, SIZES, S>(spot, &near, (first, radius), &mut terms, &mut sizes);
+            for i in 0..LANES.min(near.count - first) {
                 for k in 0..parts {
                     sum[k] += terms[k][i];
                 }
@@ -97,29 +149,19 @@ fn sums<const ORDER: u8, const SIZES: bool, S: Spot>(
     (Point { value, grad: [x, y, z], hess: [xx, yy, zz, xy, xz, yz] }, sizes.map(|s| s.iter().sum()))
 }
 
-/// The loop that the compiler vectorises: one node of each of some cells.
+/// The loop that the compiler vectorises: some nodes.
 #[inline(always)]
 fn lanes<const ORDER: u8, const SIZES: bool, S: Spot>(
-    draw: &Draw,
     spot: &S,
-    cells: &Cells,
-    (slot, first, radius): (usize, usize, f64),
+    near: &Near,
+    (first, radius): (usize, f64),
     terms: &mut [[f64; LANES]; 10],
     sizes: &mut [[f64; LANES]; 4],
 ) {
-    let (mut words, mut reach, mut present) = ([0; LANES], [[0.0; LANES]; 3], [true; LANES]);
-    words.copy_from_slice(&cells.words[first..first + LANES]);
-    for axis in 0..3 {
-        reach[axis].copy_from_slice(&cells.reach[axis][first..first + LANES]);
-    }
-    if let Some(tail) = draw.tail {
-        for i in 0..LANES {
-            present[i] = draw.count(words[i]) < tail[slot];
-        }
-    }
     for i in 0..LANES {
-        let mut node = draw.node(words[i], slot, [reach[0][i], reach[1][i], reach[2][i]]);
-        node.weight = if present[i] { node.weight } else { 0.0 };
+        let at = first + i;
+        let d = [near.d[0][at], near.d[1][at], near.d[2][at]];
+        let node = Node { d, weight: near.weight[at], word: near.word[at] };
         let p = spot.jet::<ORDER>(&node);
         terms[0][i] = p.value;
         if ORDER >= GRADIENT {
@@ -133,12 +175,12 @@ fn lanes<const ORDER: u8, const SIZES: bool, S: Spot>(
             }
         }
         if SIZES {
-            let [x, y, z] = node.d;
+            let [x, y, z] = d;
             let r = (x * x + y * y + z * z).sqrt();
-            let near = if r > radius { r - radius } else { 0.0 };
+            let close = if r > radius { r - radius } else { 0.0 };
             let weight = node.weight.abs();
-            let counts = near < 1.0 && weight > 0.0;
-            let own = spot.sizes(if counts { near } else { 0.0 }, r + radius);
+            let counts = close < 1.0 && weight > 0.0;
+            let own = spot.sizes(if counts { close } else { 0.0 }, r + radius);
             for k in 0..4 {
                 sizes[k][i] += if counts { weight * own[k] } else { 0.0 };
             }

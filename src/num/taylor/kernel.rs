@@ -218,13 +218,22 @@ impl<const B: usize> Taylors<B> {
 
     /// The image under a kernel that knows more about a small ball than about all of space.
     fn local<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
+        let lane = |i: usize| Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
+        let known: [Known; B] = std::array::from_fn(|i| {
+            let x = lane(i);
+            let local = k.local(Order::Hessian, [p[0].value[i], p[1].value[i], p[2].value[i]], x.far);
+            Known::new(&local, k.error(size(&x)), x.far)
+        });
         Self::written(|out| {
-            for i in 0..B {
-                let x = Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
-                let local = k.local(Order::Hessian, [p[0].value[i], p[1].value[i], p[2].value[i]], x.far);
-                let known = Known::new(&local, k.error(size(&x)), x.far);
-                out.set(i, &Taylor::composed(&known, &x));
-            }
+            widest(
+                #[inline(always)]
+                || {
+                    out.fill(
+                        #[inline(always)]
+                        |i| Taylor::composed(&known[i], &lane(i)),
+                    );
+                },
+            );
         })
     }
 }

@@ -24,6 +24,7 @@
 mod cache;
 mod core;
 mod grid;
+mod patch;
 mod voxel;
 
 pub use self::core::Core;
@@ -34,6 +35,7 @@ use crate::tape::Tape;
 use cache::Cache;
 use glam::DVec3;
 use grid::{Grid, Voxel};
+use patch::Patches;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -57,6 +59,9 @@ const PATIENCE: usize = 4096;
 /// Voxels that are remembered, and minima.
 const REMEMBERED: usize = 1 << 19;
 
+/// Cells of voxels that are remembered.
+const CELLS: usize = 1 << 21;
+
 /// What many threads know of a solid.
 #[derive(Debug)]
 pub struct Local {
@@ -67,6 +72,7 @@ pub struct Local {
     points: Cache<Voxel, Arc<Points>>,
     links: Cache<Voxel, Arc<Links>>,
     statuses: Cache<Minimum, Answer>,
+    patches: Patches,
     counters: Counters,
 }
 
@@ -75,6 +81,8 @@ pub struct Local {
 pub struct LocalStats {
     /// Points that were asked about.
     pub asked: u64,
+    /// Places where that was not known from a cell.
+    pub looked: u64,
     /// Of these, seen from the core in a straight line.
     pub quick: u64,
     /// Paths downhill.
@@ -97,6 +105,7 @@ pub struct LocalStats {
 #[derive(Debug, Default)]
 struct Counters {
     asked: AtomicU64,
+    looked: AtomicU64,
     quick: AtomicU64,
     paths: AtomicU64,
     voxels: AtomicU64,
@@ -134,6 +143,7 @@ impl Local {
             points: Cache::new(REMEMBERED),
             links: Cache::new(REMEMBERED),
             statuses: Cache::new(REMEMBERED),
+            patches: Patches::new(feature, CELLS),
             counters: Counters::default(),
         })
     }
@@ -148,9 +158,11 @@ impl Local {
         self.points.turn();
         self.links.turn();
         self.statuses.turn();
-        let Counters { asked, quick, paths, voxels, minima, saddles, unknown, lines, streaming, locating } =
-            &self.counters;
-        for counter in [asked, quick, paths, voxels, minima, saddles, unknown, lines, streaming, locating] {
+        self.patches.turn();
+        let c = &self.counters;
+        let found = [&c.voxels, &c.minima, &c.saddles, &c.unknown];
+        let work = [&c.asked, &c.looked, &c.quick, &c.paths, &c.lines, &c.streaming, &c.locating];
+        for counter in found.into_iter().chain(work) {
             counter.store(0, Ordering::Relaxed);
         }
     }
@@ -161,6 +173,7 @@ impl Local {
         let count = |n: &AtomicU64| n.load(Ordering::Relaxed);
         LocalStats {
             asked: count(&c.asked),
+            looked: count(&c.looked),
             quick: count(&c.quick),
             paths: count(&c.paths),
             voxels: count(&c.voxels),
@@ -178,49 +191,60 @@ impl Local {
 #[derive(Clone, Debug)]
 pub struct Seeker {
     looker: Looker,
+    cells: Balls,
 }
 
 impl Seeker {
     /// With memory of its own.
     pub fn new(local: Arc<Local>) -> Seeker {
-        Seeker { looker: Looker::new(local) }
+        let cells = Balls::new(&local.tape);
+        Seeker { looker: Looker::new(local), cells }
     }
 
     /// Whether points inside are joined with the core.
     pub fn answers(&mut self, points: &[DVec3]) -> Vec<Answer> {
-        let mut answers = vec![Answer::Unknown; points.len()];
-        for (answer, seen) in answers.iter_mut().zip(self.looker.see(points)) {
-            if seen {
-                *answer = Answer::Joined;
-            }
-        }
-        let hidden: Vec<usize> = (0..points.len()).filter(|&i| answers[i] != Answer::Joined).collect();
-        let radius = 0.1 * self.looker.local.grid.size();
-        let starts: Vec<Start> = hidden.iter().map(|&i| Start { at: points[i], radius }).collect();
-        for (&i, end) in hidden.iter().zip(self.looker.descend(&starts)) {
-            answers[i] = end.map_or(Answer::Unknown, |node| self.status(node));
-        }
+        let Seeker { looker, cells } = self;
+        let local = looker.local.clone();
+        let answers = local.patches.answers(cells, &local.core, points, |ends| one_by_one(looker, ends));
         let unknown = answers.iter().filter(|answer| **answer == Answer::Unknown).count();
-        let counters = &self.looker.local.counters;
-        counters.asked.fetch_add(points.len() as u64, Ordering::Relaxed);
-        counters.quick.fetch_add((points.len() - hidden.len()) as u64, Ordering::Relaxed);
-        counters.unknown.fetch_add(unknown as u64, Ordering::Relaxed);
+        local.counters.asked.fetch_add(points.len() as u64, Ordering::Relaxed);
+        local.counters.unknown.fetch_add(unknown as u64, Ordering::Relaxed);
         answers
     }
+}
 
-    /// What is known of a minimum, from now on at least.
-    fn status(&mut self, node: Node) -> Answer {
-        let Node::Minimum(minimum) = node else { return Answer::Joined };
-        if let Some(answer) = self.looker.local.statuses.get(&minimum) {
-            return answer;
+/// Whether points inside are joined with the core, by lines and paths from each.
+fn one_by_one(looker: &mut Looker, points: &[DVec3]) -> Vec<Answer> {
+    let mut answers = vec![Answer::Unknown; points.len()];
+    for (answer, seen) in answers.iter_mut().zip(looker.see(points)) {
+        if seen {
+            *answer = Answer::Joined;
         }
-        let mut search = Exhaustion::default();
-        let answer = search.run(self, minimum);
-        for minimum in search.active {
-            self.looker.local.statuses.insert(minimum, answer);
-        }
-        answer
     }
+    let hidden: Vec<usize> = (0..points.len()).filter(|&i| answers[i] != Answer::Joined).collect();
+    let radius = 0.1 * looker.local.grid.size();
+    let starts: Vec<Start> = hidden.iter().map(|&i| Start { at: points[i], radius }).collect();
+    for (&i, end) in hidden.iter().zip(looker.descend(&starts)) {
+        answers[i] = end.map_or(Answer::Unknown, |node| status(looker, node));
+    }
+    let counters = &looker.local.counters;
+    counters.looked.fetch_add(points.len() as u64, Ordering::Relaxed);
+    counters.quick.fetch_add((points.len() - hidden.len()) as u64, Ordering::Relaxed);
+    answers
+}
+
+/// What is known of a minimum, from now on at least.
+fn status(looker: &mut Looker, node: Node) -> Answer {
+    let Node::Minimum(minimum) = node else { return Answer::Joined };
+    if let Some(answer) = looker.local.statuses.get(&minimum) {
+        return answer;
+    }
+    let mut search = Exhaustion::default();
+    let answer = search.run(looker, minimum);
+    for minimum in search.active {
+        looker.local.statuses.insert(minimum, answer);
+    }
+    answer
 }
 
 /// A search for the core among all that a minimum is joined with.
@@ -238,8 +262,8 @@ struct Exhaustion {
 }
 
 impl Exhaustion {
-    fn run(&mut self, seeker: &mut Seeker, first: Minimum) -> Answer {
-        if let Some(answer) = self.activate(seeker, vec![Node::Minimum(first)]) {
+    fn run(&mut self, looker: &mut Looker, first: Minimum) -> Answer {
+        if let Some(answer) = self.activate(looker, vec![Node::Minimum(first)]) {
             return answer;
         }
         while let Some((_, voxel)) = self.waiting.pop_first() {
@@ -249,8 +273,8 @@ impl Exhaustion {
             if self.opened.len() > PATIENCE {
                 return Answer::Unknown;
             }
-            let found = self.open(seeker, voxel);
-            if let Some(answer) = self.activate(seeker, found) {
+            let found = self.open(looker, voxel);
+            if let Some(answer) = self.activate(looker, found) {
                 return answer;
             }
         }
@@ -258,9 +282,9 @@ impl Exhaustion {
     }
 
     /// Takes in what a voxel holds; returns what is joined with active minima by it.
-    fn open(&mut self, seeker: &mut Seeker, voxel: Voxel) -> Vec<Node> {
-        let local = seeker.looker.local.clone();
-        let links = seeker.looker.links(voxel);
+    fn open(&mut self, looker: &mut Looker, voxel: Voxel) -> Vec<Node> {
+        let local = looker.local.clone();
+        let links = looker.links(voxel);
         self.doubt |= links.doubt;
         let mut joined = Vec::new();
         for &[a, b] in &links.bridges {
@@ -294,7 +318,7 @@ impl Exhaustion {
     }
 
     /// These are joined with the minimum, and so is all that is joined with them. The answer, if it is known by that.
-    fn activate(&mut self, seeker: &mut Seeker, mut joined: Vec<Node>) -> Option<Answer> {
+    fn activate(&mut self, looker: &mut Looker, mut joined: Vec<Node>) -> Option<Answer> {
         while !joined.is_empty() {
             let mut fresh: Vec<Minimum> = Vec::new();
             for node in joined.drain(..) {
@@ -303,16 +327,16 @@ impl Exhaustion {
                     fresh.push(minimum);
                 }
             }
-            let statuses = &seeker.looker.local.statuses;
+            let statuses = &looker.local.statuses;
             if let Some(answer) = fresh.iter().find_map(|minimum| statuses.get(minimum)) {
                 return Some(answer);
             }
             let positions: Option<Vec<DVec3>> =
-                fresh.iter().map(|minimum| seeker.looker.position(*minimum)).collect();
-            if seeker.looker.see(&positions.unwrap_or_default()).contains(&true) {
+                fresh.iter().map(|minimum| looker.position(*minimum)).collect();
+            if looker.see(&positions.unwrap_or_default()).contains(&true) {
                 return Some(Answer::Joined);
             }
-            let local = seeker.looker.local.clone();
+            let local = looker.local.clone();
             for minimum in fresh {
                 self.reach(&local, minimum.voxel);
                 let node = Node::Minimum(minimum);

@@ -37,8 +37,8 @@ enum Arrived {
     Node(Node),
     /// Here, well below where it began.
     Below(DVec3),
-    /// At a minimum that was not found.
-    Nowhere,
+    /// In a ball around a minimum.
+    Settled(Settled),
 }
 
 /// Voxels that a path comes down until it is seen whether there is a straight way to the core.
@@ -69,7 +69,7 @@ pub struct Links {
 pub struct Looker {
     pub local: Arc<Local>,
     cells: Balls,
-    pub paths: Balls,
+    paths: Balls,
 }
 
 /// Nobody stops the search of a voxel: it is over at once.
@@ -87,31 +87,59 @@ impl Looker {
         points.minima.get(minimum.number as usize).map(|p| p.position)
     }
 
-    /// What paths downhill from places inside come to. One that has come down by some voxels may be in sight of the
-    /// core: on planets there are places without any minimum far down.
+    /// What paths downhill from places inside come to. Those that come to a place from which the core is seen are
+    /// done, before it takes the search of a voxel to know the minimum there by name. One that has come down by some
+    /// voxels may be in sight of it, too: on planets there are places without any minimum far down.
     pub fn descend(&mut self, starts: &[Start]) -> Vec<Option<Node>> {
         let mut ends = vec![None; starts.len()];
         let mut waiting: Vec<(usize, Start)> = starts.iter().copied().enumerate().collect();
         while !waiting.is_empty() {
             let from: Vec<Start> = waiting.iter().map(|(_, start)| *start).collect();
-            let mut fallen = Vec::new();
-            for ((i, start), end) in waiting.drain(..).zip(self.paths_from(&from)) {
+            let mut stopped = Vec::new();
+            for ((i, _), end) in waiting.drain(..).zip(self.paths_from(&from)) {
                 match end {
                     End::At(Arrived::Node(node)) => ends[i] = Some(node),
-                    End::At(Arrived::Below(at)) => fallen.push((i, Start { at, ..start })),
-                    End::At(Arrived::Nowhere) | End::Beyond | End::Lost => {}
+                    End::At(Arrived::Settled(at)) => match self.known(&at) {
+                        Some(minimum) => ends[i] = minimum.map(Node::Minimum),
+                        None => stopped.push((i, at.centre, Some(at))),
+                    },
+                    End::At(Arrived::Below(at)) => stopped.push((i, at, None)),
+                    End::Beyond | End::Lost => {}
                 }
             }
-            let places: Vec<DVec3> = fallen.iter().map(|(_, start)| start.at).collect();
-            for ((i, start), seen) in fallen.into_iter().zip(self.see(&places)) {
-                if seen {
-                    ends[i] = Some(Node::Core);
-                } else {
-                    waiting.push((i, start));
+            let places: Vec<DVec3> = stopped.iter().map(|(_, at, _)| *at).collect();
+            for ((i, at, settled), seen) in stopped.into_iter().zip(self.see(&places)) {
+                match settled {
+                    _ if seen => ends[i] = Some(Node::Core),
+                    Some(settled) => ends[i] = self.minimum(&settled).map(Node::Minimum),
+                    None => waiting.push((i, Start { at, ..starts[i] })),
                 }
             }
         }
         ends
+    }
+
+    /// The only minimum of a ball that is known to hold one.
+    fn minimum(&mut self, settled: &Settled) -> Option<Minimum> {
+        let Looker { local, cells, .. } = self;
+        let mut around: Vec<Voxel> = local.grid.around(settled.centre, settled.within).collect();
+        around.sort_unstable();
+        around.into_iter().find_map(|voxel| {
+            let points = points(local, cells, voxel);
+            let here = |p: &CriticalPoint| {
+                let rounding = 16.0 * f64::EPSILON * p.position.abs().max_element();
+                p.position.distance(settled.centre) <= settled.within + p.error + rounding
+            };
+            let number = points.minima.iter().position(here)? as u32;
+            Some(Minimum { voxel, number })
+        })
+    }
+
+    /// The same, if no voxel has to be searched for it.
+    fn known(&mut self, settled: &Settled) -> Option<Option<Minimum>> {
+        let local = &self.local;
+        let mut around = local.grid.around(settled.centre, settled.within);
+        around.all(|voxel| local.points.get(&voxel).is_some()).then(|| self.minimum(settled))
     }
 
     /// Which points are seen from the core.
@@ -125,24 +153,21 @@ impl Looker {
 
     fn paths_from(&mut self, starts: &[Start]) -> Vec<End<Arrived>> {
         let timer = Timer::start();
-        let (mut located, cells, local) = (0, &mut self.cells, &*self.local);
+        let (cells, local) = (&mut self.cells, &*self.local);
         let (core, size) = (local.core, local.grid.size());
         let arrival = |index: usize, place: &Place| {
             let Place { at, radius, settled } = *place;
             if core.holds(at) {
                 return Some(Arrived::Node(Node::Core));
             }
-            let inner = Timer::start();
-            let settled = settled.filter(|settled| settled.within < 0.01 * size);
-            let found = match settled {
-                Some(settled) => Some(minimum(local, cells, &settled)),
-                // A path ends in the tip of a cone in ever smaller steps.
-                None if radius < 1e-3 * size => tip(local, cells, at).map(Some),
-                None => None,
-            };
-            located += inner.nanos();
-            if let Some(found) = found {
-                return Some(found.map_or(Arrived::Nowhere, |minimum| Arrived::Node(Node::Minimum(minimum))));
+            if let Some(settled) = settled.filter(|settled| settled.within < 0.01 * size) {
+                return Some(Arrived::Settled(settled));
+            }
+            // A path ends in the tip of a cone in ever smaller steps.
+            if radius < 1e-3 * size
+                && let Some(tip) = tip(local, cells, at)
+            {
+                return Some(Arrived::Node(Node::Minimum(tip)));
             }
             let fall = starts[index].at.distance(core.centre) - at.distance(core.centre);
             (fall > FALL * size).then_some(Arrived::Below(at))
@@ -150,7 +175,7 @@ impl Looker {
         let ends = descend(&mut self.paths, arrival, &local.region, starts);
         let counters = &local.counters;
         counters.paths.fetch_add(starts.len() as u64, Ordering::Relaxed);
-        counters.streaming.fetch_add(timer.nanos().saturating_sub(located), Ordering::Relaxed);
+        counters.streaming.fetch_add(timer.nanos(), Ordering::Relaxed);
         ends
     }
 
@@ -240,21 +265,6 @@ fn doors(local: &Local, cells: &mut Balls, voxel: Voxel) -> (Vec<DVec3>, bool) {
 
 fn solid(centre: DVec3, half: DVec3) -> Search {
     Search { region: Aabb { min: centre - half, max: centre + half }, solid: true }
-}
-
-/// The only minimum of a ball that is known to hold one.
-fn minimum(local: &Local, cells: &mut Balls, settled: &Settled) -> Option<Minimum> {
-    let mut around: Vec<Voxel> = local.grid.around(settled.centre, settled.within).collect();
-    around.sort_unstable();
-    around.into_iter().find_map(|voxel| {
-        let points = points(local, cells, voxel);
-        let here = |p: &CriticalPoint| {
-            let rounding = 16.0 * f64::EPSILON * p.position.abs().max_element();
-            p.position.distance(settled.centre) <= settled.within + p.error + rounding
-        };
-        let number = points.minima.iter().position(here)? as u32;
-        Some(Minimum { voxel, number })
-    })
 }
 
 /// The minimum that is no smooth one and holds a place.

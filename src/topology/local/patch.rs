@@ -1,0 +1,208 @@
+//! Small cells of which all that is inside leads to one place.
+//!
+//! Rays come to the surface in places next to one another, and most of what lines and paths find out is the same for
+//! all of a cell. Let `d = -g / |g|` in the middle `c` of a ball, and a cell lie in `SHARE` times the ball, `u` in
+//! units of the ball. If
+//!
+//! ```text
+//! |g| > turn_0                                   the field falls along d everywhere in the ball
+//! f - DEPTH |g| + bow_0 < 0                      and is below zero all over a disc of radius SHARE at DEPTH d
+//! SHARE^2 + DEPTH^2 < 1                          which lies in the ball
+//! ```
+//!
+//! then every place of the cell that is inside is joined, along `d`, with the middle of the disc: one evaluation
+//! answers for all of them. Cells that are too rough for that are cut. From the place that a cell leads to another
+//! leads on, so that chains of cells come down to where the solid is thick, or into hollows where nothing leads
+//! on; that is where lines and paths begin, once for all cells of a chain. Where a chain ends follows from
+//! where it begins, whoever went there before.
+
+use super::super::search::{Balls, LANES};
+use super::cache::Cache;
+use super::grid::{Grid, Voxel};
+use super::{Answer, Core};
+use crate::num::Taylor;
+use glam::DVec3;
+use std::collections::BTreeSet;
+
+/// The size of a cell as a share of its ball, and how far the disc is from the middle.
+const SHARE: f64 = 0.4;
+const DEPTH: f64 = 0.916;
+
+/// Cells to a voxel along each axis, as powers of two: of the largest, and of the smallest.
+const LEVELS: [u32; 2] = [2, 6];
+
+/// Which cell: how often voxels are halved for it, and where it is.
+type Key = (u32, Voxel);
+
+/// What is known of a cell.
+#[derive(Clone, Copy, Debug)]
+enum Patch {
+    /// Nothing; those in it may be known.
+    Rough,
+    /// What is inside leads to this place.
+    Leads(DVec3),
+    /// The same, and all about that place is inside.
+    Thick(DVec3),
+    /// What is inside is all alike.
+    Known(Answer),
+}
+
+/// Cells, and what is known of them.
+#[derive(Debug)]
+pub struct Patches {
+    cells: Cache<Key, Patch>,
+    size: f64,
+}
+
+/// A point on its way along a chain.
+struct Chase {
+    index: usize,
+    at: DVec3,
+    trail: Vec<Key>,
+}
+
+/// What a look at what is known comes to.
+enum Look {
+    Answer(Answer),
+    /// The chain ends here.
+    End,
+    /// Something is to be found out about a cell.
+    Ask(Key),
+}
+
+impl Patches {
+    /// For voxels of this size; so many cells are remembered.
+    pub fn new(size: f64, capacity: usize) -> Patches {
+        Patches { cells: Cache::new(capacity), size }
+    }
+
+    /// Another picture begins.
+    pub fn turn(&self) {
+        self.cells.turn();
+    }
+
+    /// The answers for places inside, of which `exact` knows those for the ends of chains.
+    pub fn answers(
+        &self,
+        field: &mut Balls,
+        core: &Core,
+        points: &[DVec3],
+        exact: impl FnOnce(&[DVec3]) -> Vec<Answer>,
+    ) -> Vec<Answer> {
+        let mut answers = vec![Answer::Unknown; points.len()];
+        let start = |(index, at): (usize, &DVec3)| Chase { index, at: *at, trail: Vec::new() };
+        let mut active: Vec<Chase> = points.iter().enumerate().map(start).collect();
+        let mut ended: Vec<Chase> = Vec::new();
+        while !active.is_empty() {
+            let mut wanted = BTreeSet::new();
+            let mut next = Vec::with_capacity(active.len());
+            for mut chase in active {
+                match self.look(core, &mut chase) {
+                    Look::Answer(answer) => {
+                        answers[chase.index] = answer;
+                        self.learn(&chase.trail, answer);
+                    }
+                    Look::End => ended.push(chase),
+                    Look::Ask(key) => {
+                        wanted.insert(key);
+                        next.push(chase);
+                    }
+                }
+            }
+            self.find(field, wanted);
+            active = next;
+        }
+        // Many chains end in one place.
+        ended.sort_by(|a, b| a.at.to_array().map(f64::to_bits).cmp(&b.at.to_array().map(f64::to_bits)));
+        let groups: Vec<&[Chase]> = ended.chunk_by(|a, b| a.at == b.at).collect();
+        let places: Vec<DVec3> = groups.iter().map(|group| group[0].at).collect();
+        for (group, answer) in groups.into_iter().zip(exact(&places)) {
+            for chase in group {
+                answers[chase.index] = answer;
+                self.learn(&chase.trail, answer);
+            }
+        }
+        answers
+    }
+
+    /// Follows a chain as far as it is known.
+    fn look(&self, core: &Core, chase: &mut Chase) -> Look {
+        'chain: loop {
+            if core.holds(chase.at) {
+                return Look::Answer(Answer::Joined);
+            }
+            for level in LEVELS[0]..=LEVELS[1] {
+                let key = (level, self.grid(level).voxel(chase.at));
+                match self.cells.get(&key) {
+                    None => return Look::Ask(key),
+                    Some(Patch::Rough) => {}
+                    Some(Patch::Known(answer)) => return Look::Answer(answer),
+                    Some(Patch::Thick(at)) => {
+                        chase.trail.push(key);
+                        chase.at = at;
+                        return Look::End;
+                    }
+                    Some(Patch::Leads(at)) => {
+                        if let Some(first) = chase.trail.iter().position(|k| *k == key) {
+                            chase.at = self.first_of(&chase.trail[first..]).unwrap_or(at);
+                            return Look::End;
+                        }
+                        chase.trail.push(key);
+                        chase.at = at;
+                        continue 'chain;
+                    }
+                }
+            }
+            return Look::End;
+        }
+    }
+
+    /// Where the first cell of a ring leads to: the same wherever the ring was entered.
+    fn first_of(&self, ring: &[Key]) -> Option<DVec3> {
+        match self.cells.get(ring.iter().min()?)? {
+            Patch::Leads(at) | Patch::Thick(at) => Some(at),
+            Patch::Rough | Patch::Known(_) => None,
+        }
+    }
+
+    fn learn(&self, trail: &[Key], answer: Answer) {
+        trail.iter().for_each(|key| self.cells.insert(*key, Patch::Known(answer)));
+    }
+
+    fn grid(&self, level: u32) -> Grid {
+        Grid::new(libm::ldexp(self.size, -(level as i32)))
+    }
+
+    /// Finds out about cells.
+    fn find(&self, field: &mut Balls, wanted: BTreeSet<Key>) {
+        let wanted: Vec<Key> = wanted.into_iter().collect();
+        for keys in wanted.chunks(LANES) {
+            let ball = |&(level, cell): &Key| {
+                let cell = self.grid(level).cell(cell);
+                (cell.centre, cell.radius() / SHARE)
+            };
+            let values = field.eval(keys.iter().map(ball));
+            for (i, key) in keys.iter().enumerate() {
+                let patch = leads(&values.lane(i)).map_or(Patch::Rough, |(u, thick)| {
+                    let (centre, radius) = ball(key);
+                    let at = centre + radius * u;
+                    if thick && key.0 == LEVELS[0] { Patch::Thick(at) } else { Patch::Leads(at) }
+                });
+                self.cells.insert(*key, patch);
+            }
+        }
+    }
+}
+
+/// Where all of a cell leads to, in units of its ball, and whether the ball is all inside.
+fn leads(f: &Taylor) -> Option<(DVec3, bool)> {
+    let g = DVec3::from_array(f.grad);
+    let slope = g.length();
+    let down = -g / slope;
+    if f.range.hi < 0.0 {
+        return Some((if down.is_finite() { DEPTH * down } else { DVec3::ZERO }, true));
+    }
+    let falls = slope * (1.0 - 1e-9) > f.turn[0];
+    let deep = f.value - DEPTH * slope * (1.0 - 1e-9) + f.bow[0] * (1.0 + 1e-9) < -1e-12 * f.value.abs();
+    (falls && deep).then_some((DEPTH * down, false))
+}
