@@ -49,8 +49,8 @@ impl Cell {
         (0..8).filter(move |i| i & flat == 0).map(move |i| (i, octant(i)))
     }
 
-    /// Whether the field varies in the cell along each axis.
-    pub fn is_free(&self) -> [bool; 3] {
+    /// Along which axes it is not flat.
+    pub fn free_axes(&self) -> [bool; 3] {
         self.half.to_array().map(|half| half > 0.0)
     }
 

@@ -48,7 +48,7 @@ pub fn polish(field: &mut Balls, cells: &[Cell], evaluations: &mut u64) -> Vec<O
             let values = field.eval(batch.iter().map(|n| (n.at, n.radius)));
             *evaluations += batch.len() as u64;
             for (i, newton) in batch.iter_mut().enumerate() {
-                newton.step(&values.lane(i).on(newton.cell.is_free()));
+                newton.step(&values.lane(i).on(newton.cell.free_axes()));
             }
         }
     }

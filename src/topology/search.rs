@@ -188,7 +188,7 @@ impl Part {
             let values = field.eval(batch.iter().map(|cell| (cell.centre, cell.radius())));
             part.stats.cells += batch.len() as u64;
             for (i, cell) in batch.iter().enumerate() {
-                let f = values.lane(i).on(cell.is_free());
+                let f = values.lane(i).on(cell.free_axes());
                 match judge(&f, cell.share(), search.solid) {
                     Verdict::Outside => part.stats.outside += 1,
                     Verdict::Regular => part.stats.regular += 1,

@@ -9,45 +9,34 @@ use crate::scene::Scene;
 use crate::session::topology::{local, local_picture};
 use crate::topology::local::LocalStats;
 use glam::DVec3;
-use std::path::Path;
 
-/// Makes the picture and reports.
-///
-/// # Errors
-/// A usage error where no picture is asked for, or something that needs the whole solid; within it a diagnostic where
-/// there is no picture.
-pub(super) fn show(
-    args: &Args,
-    scene: &Scene,
-    (core, feature): (DVec3, f64),
-    watch: (&Progress, &Flag),
-) -> Result<Result<(), Box<Diagnostic>>, Failure> {
+/// That nothing is asked for but a picture.
+pub(super) fn check(args: &Args) -> Result<(), Failure> {
     if args.picture.output.is_none() || args.complex.is_some() {
         let message = "component_of with `feature` finds out no more than a picture needs";
         let hint = "ask for one: -o planet.png --show specks; or leave out `feature` to find everything";
         return Err(Failure::usage(message, hint));
     }
-    let made = local(scene, core, feature).and_then(|local| {
-        save(args, watch, |order, job| local_picture(scene, order, &local, args.show.show(), job))?;
-        Ok(local.stats())
-    });
-    let stats = match made {
-        Ok(stats) => stats,
-        Err(error) => return Ok(Err(error)),
-    };
-    match args.json.as_deref() {
-        Some(path) if path == Path::new("-") => out(super::json(&stats)?),
-        Some(path) => {
-            let text = super::json(&stats)?;
-            super::write(path, |f| std::io::Write::write_fmt(f, format_args!("{text}\n")))?;
-        }
-        None => print(&stats),
-    }
-    Ok(Ok(()))
+    Ok(())
+}
+
+/// Makes the picture; returns what it took.
+///
+/// # Errors
+/// A diagnostic where there is no picture, or where it would need the whole solid.
+pub(super) fn show(
+    args: &Args,
+    scene: &Scene,
+    (core, feature): (DVec3, f64),
+    watch: (&Progress, &Flag),
+) -> Result<LocalStats, Box<Diagnostic>> {
+    let local = local(scene, core, feature)?;
+    save(args, watch, |order, job| local_picture(scene, order, &local, args.show.show(), job))?;
+    Ok(local.stats())
 }
 
 /// The statistics of table 8.5.
-fn print(stats: &LocalStats) {
+pub(super) fn print(stats: &LocalStats) {
     let share = |part: u64, all: u64| format!("{:.2} %", 100.0 * part as f64 / all.max(1) as f64);
     let [asked, known] = stats.statuses;
     let seconds = |nanos: u64| format!("{:.2} s", nanos as f64 * 1e-9);

@@ -102,9 +102,11 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.script, terminal)?;
     if let Some(Keep::Near { core, feature }) = scene.surface.keep {
-        let found = local::show(args, &scene, (core, feature), (&progress, &flag));
+        local::check(args)?;
+        let made = local::show(args, &scene, (core, feature), (&progress, &flag));
         progress.finish();
-        return found?.map_err(|error| work::failure(error, &loaded, terminal));
+        let stats = made.map_err(|error| work::failure(error, &loaded, terminal))?;
+        return tell(args, &stats, || local::print(&stats));
     }
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let found = session::on_threads(args.picture.threads, || analyse(&scene, args.fresh, &watch));
@@ -114,14 +116,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let keep = scene.surface.keep.unwrap_or(Keep::Most(Measure::Minima));
     let kept = kept(&analysis, &keep).map_err(|error| work::failure(error, &loaded, terminal))?;
     let report = Report::new(&analysis, &analysis.sizes(), &kept, elapsed);
-    match args.json.as_deref() {
-        Some(path) if path == Path::new("-") => out(json(&report)?),
-        Some(path) => {
-            let text = json(&report)?;
-            write(path, |f| writeln!(f, "{text}"))?;
-        }
-        None => report.print(args.top),
-    }
+    tell(args, &report, || report.print(args.top))?;
     if args.json.is_none() {
         let source = if analysis.remembered { ", partly from disk" } else { "" };
         let cells = plural(report.cells(), "cell");
@@ -175,6 +170,19 @@ fn write(
     fill: impl FnOnce(&mut std::io::BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
 ) -> Result<(), Failure> {
     Ok(atomic::write(path, fill).map_err(|e| Diagnostic::error(e.to_string()))?)
+}
+
+/// Writes a report where the user wants it: as JSON, or as a table.
+fn tell(args: &Args, report: &impl Serialize, print: impl FnOnce()) -> Result<(), Failure> {
+    match args.json.as_deref() {
+        Some(path) if path == Path::new("-") => out(json(report)?),
+        Some(path) => {
+            let text = json(report)?;
+            write(path, |f| writeln!(f, "{text}"))?;
+        }
+        None => print(),
+    }
+    Ok(())
 }
 
 fn json(value: &impl Serialize) -> Result<String, Failure> {

@@ -90,7 +90,7 @@ impl<const B: usize> Taylors<B> {
 
     /// The same, compiled for the widest instruction set.
     #[inline(always)]
-    fn fill_widest(&mut self, f: impl Fn(usize) -> Taylor) {
+    pub(super) fn fill_widest(&mut self, f: impl Fn(usize) -> Taylor) {
         widest(
             #[inline(always)]
             || self.fill(f),

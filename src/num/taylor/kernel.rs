@@ -19,7 +19,6 @@ use super::{ROUND_UP, Taylor, least, length, spectral};
 use crate::num::interval::choose;
 use crate::num::jet::matrix;
 use crate::num::number::{Growing, Jets};
-use crate::num::simd::widest;
 use crate::num::{Bounds, Function, Interval, Kernel, Local, Order, PAIRS, Point, ROUNDOFF};
 
 /// Covers the rounding of sums of up to thirty products of four, whose sizes add up to at most nine times the
@@ -165,25 +164,17 @@ impl<const B: usize> Taylors<B> {
         }
         let error = Growing::new(k);
         Self::written(|out| {
-            widest(
+            out.fill_widest(
                 #[inline(always)]
-                || {
-                    out.fill(
-                        #[inline(always)]
-                        |i| {
-                            let x = Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
-                            let mut jet = Point {
-                                value: value[i],
-                                grad: [grad[0][i], grad[1][i], grad[2][i]],
-                                hess: [0.0; 6],
-                            };
-                            for k in 0..6 {
-                                jet.hess[k] = hess[k][i];
-                            }
-                            let error = error.at(size(&x));
-                            Taylor::composed(&Known::new(&Local::uniform(jet, bounds), error, x.far), &x)
-                        },
-                    );
+                |i| {
+                    let x = Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
+                    let mut jet =
+                        Point { value: value[i], grad: [grad[0][i], grad[1][i], grad[2][i]], hess: [0.0; 6] };
+                    for k in 0..6 {
+                        jet.hess[k] = hess[k][i];
+                    }
+                    let error = error.at(size(&x));
+                    Taylor::composed(&Known::new(&Local::uniform(jet, bounds), error, x.far), &x)
                 },
             );
         })
@@ -225,14 +216,9 @@ impl<const B: usize> Taylors<B> {
             Known::new(&local, k.error(size(&x)), x.far)
         });
         Self::written(|out| {
-            widest(
+            out.fill_widest(
                 #[inline(always)]
-                || {
-                    out.fill(
-                        #[inline(always)]
-                        |i| Taylor::composed(&known[i], &lane(i)),
-                    );
-                },
+                |i| Taylor::composed(&known[i], &lane(i)),
             );
         })
     }

@@ -75,8 +75,10 @@ impl<K: Hash + Eq + Clone, V: Clone> Cache<K, V> {
         shard.entries.insert(key, entry);
     }
 
-    /// Another picture begins: drops what is old.
+    /// Another picture begins: drops what is old, and counts anew.
     pub fn turn(&self) {
+        self.asked.store(0, Ordering::Relaxed);
+        self.known.store(0, Ordering::Relaxed);
         for shard in &self.shards {
             let mut shard = shard.lock().unwrap_or_else(PoisonError::into_inner);
             shard.picture += 1;

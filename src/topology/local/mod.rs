@@ -14,9 +14,14 @@
 //!
 //! This is the local algorithm of Gamito (2009, 8.5) with proofs in place of tolerances, and with less to
 //! remember: what a voxel holds does not depend on who asks, so links and doors are found once for all, and a search
-//! comes to each voxel once. A *joined* is proven by a chain of paths inside of the solid to the core, a ball that is
-//! all inside; an *apart* by exhaustion: no minimum of the component is left, and no door that it goes through. What
-//! cannot be decided is said to be so.
+//! comes to each voxel once. What cannot be decided is said to be so.
+//!
+//! A *joined* is proven by a chain of paths inside of the solid to the core, a ball that is all inside. An *apart* says
+//! that no minimum and no door is left to go on from, where all that a voxel holds was found, with proofs; but it is
+//! no proof itself. A door counts for the minimum that a path from it comes to. Where a component crosses a face, and
+//! all paths from there come to minima that only saddles in voxels not looked into would join with it, it would be
+//! missed. The way to a proof are paths that do not leave the voxel: at its border they go on along the face, so that
+//! doors, minima and saddles of one voxel say what its pieces are without regard to what is beside it.
 //!
 //! Who asks in which order makes no difference: a search that comes to *apart* looks at all voxels that the component
 //! reaches into, wherever it begins, and finds everything that could cast doubt on it.
@@ -27,7 +32,7 @@ mod grid;
 mod patch;
 mod voxel;
 
-pub use self::core::Core;
+use self::core::Core;
 use super::descent::Start;
 use super::search::Balls;
 use crate::scene::Aabb;
@@ -45,9 +50,9 @@ use voxel::{Links, Looker, Minimum, Node, Points};
 /// What is known of a point.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Answer {
-    /// It is joined with the core.
+    /// It is joined with the core; this is proven.
     Joined,
-    /// It is not.
+    /// All that it was found to be joined with was looked through, and the core was not there.
     Apart,
     /// One of both.
     Unknown,
@@ -146,11 +151,6 @@ impl Local {
             patches: Patches::new(feature, CELLS),
             counters: Counters::default(),
         })
-    }
-
-    /// The core.
-    pub fn core(&self) -> Core {
-        self.core
     }
 
     /// Another picture begins: what was not used for a while is forgotten, and counting begins anew.
@@ -331,9 +331,9 @@ impl Exhaustion {
             if let Some(answer) = fresh.iter().find_map(|minimum| statuses.get(minimum)) {
                 return Some(answer);
             }
-            let positions: Option<Vec<DVec3>> =
-                fresh.iter().map(|minimum| looker.position(*minimum)).collect();
-            if looker.see(&positions.unwrap_or_default()).contains(&true) {
+            let positions: Vec<DVec3> =
+                fresh.iter().filter_map(|minimum| looker.position(*minimum)).collect();
+            if looker.see(&positions).contains(&true) {
                 return Some(Answer::Joined);
             }
             let local = looker.local.clone();

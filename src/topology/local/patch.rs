@@ -11,7 +11,7 @@
 //! ```
 //!
 //! then every place of the cell that is inside is joined, along `d`, with the middle of the disc: one evaluation
-//! answers for all of them. Cells that are too rough for that are cut. From the place that a cell leads to another
+//! answers for all of them. Where a cell is too rough for that, those of a finer grid are tried. From the place that a cell leads to another
 //! leads on, so that chains of cells come down to where the solid is thick, or into hollows where nothing leads
 //! on; that is where lines and paths begin, once for all cells of a chain. Where a chain ends follows from
 //! where it begins, whoever went there before.

@@ -4,7 +4,7 @@
 //! belongs to it has a minimum below zero, which lies inside of the face, on an edge or at a corner (Gamito 2009,
 //! 8.5). So the minima of the field on faces, on edges and at corners are *doors*: a path downhill from each says
 //! which component goes through. Critical points of the field on a face are found like all others, with the
-//! coordinates held that do not vary there ([`Cell::restrict`](super::super::cell::Cell::restrict)).
+//! coordinates held that do not vary there ([`Taylor::on`](crate::num::Taylor::on)).
 
 use super::super::complex::sides;
 use super::super::descent::{End, Place, Settled, Start, descend};
