@@ -41,7 +41,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`num`] [`diag`] | numbers and how functions are lifted to them; diagnostics |
-//! | [`op`] [`noise`] [`grid`] [`shape`] [`world`] | operations; noises and fractals; sampled fields; shapes made of data; files |
+//! | [`op`] [`noise`] [`grid`] [`shape`] [`flow`] [`world`] | operations; noises and fractals; sampled fields; shapes made of data; fields carried along by velocities; files |
 //! | [`expr`] [`exchange`] | expression graphs; files of other programs |
 //! | [`tape`] [`scene`] | straight-line code; scenes as plain data |
 //! | [`field`] | values, derivatives and bounds of an expression |
@@ -62,6 +62,7 @@ pub mod diag;
 pub mod exchange;
 pub mod expr;
 pub mod field;
+pub mod flow;
 pub mod grid;
 pub mod mesh;
 pub mod noise;

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 /// sibling.
 const ROWS: &[&[&str]] = &[
     &["num", "diag"],
-    &["op", "noise", "grid", "shape", "world"],
+    &["op", "noise", "grid", "shape", "flow", "world"],
     &["expr", "exchange"],
     &["tape", "scene"],
     &["field"],
-    &["script", "flow", "cast", "topology", "mesh", "analysis"],
+    &["script", "cast", "topology", "mesh", "analysis"],
     &["render"],
     &["session"],
     &["cli"],

@@ -12,6 +12,9 @@
 //! | [`Kind::Interval`], [`Kind::Standard`], [`Kind::Reduced`] | pieces | an enclosure, halving | `pieces.rs`, `along.rs` |
 //! | [`Kind::Affine`] | pieces | reduced affine arithmetic, trimming to where roots may be | likewise |
 //!
+//! Flowed solids ([`flow`](crate::flow)) are cast by any of them. [`Kind::Bent`] (`bent.rs`) is for these alone: what the
+//! thesis did with them.
+//!
 //! [`Kind::Beam`] (`beam/`) has rays of one origin share what is certain of all of them; their hits
 //! depend on the group, within the tolerance.
 //!
@@ -19,6 +22,7 @@
 
 mod along;
 mod beam;
+mod bent;
 mod group;
 mod handover;
 mod passage;
@@ -34,6 +38,7 @@ use crate::num::{Affine, Interval, ROUNDOFF, Reduced};
 use crate::scene::Aabb;
 use crate::tape::{Cells, Census, Evaluator};
 use beam::Beams;
+use bent::Bent;
 use glam::DVec3;
 use group::{Group, march};
 use handover::Handover;
@@ -206,11 +211,13 @@ pub enum Kind {
     Affine,
     /// Beams of rays with certificates on both sides.
     Beam,
+    /// Bent rays against the solid before it flowed: the thesis' heuristic, never certified.
+    Bent,
 }
 
 impl Kind {
     /// All kinds, with the names that the command line uses.
-    pub const ALL: [(Kind, &'static str); 9] = [
+    pub const ALL: [(Kind, &'static str); 10] = [
         (Kind::Beam, "beam"),
         (Kind::Auto, "auto"),
         (Kind::Sphere, "sphere"),
@@ -220,6 +227,7 @@ impl Kind {
         (Kind::Standard, "standard"),
         (Kind::Reduced, "reduced"),
         (Kind::Affine, "affine"),
+        (Kind::Bent, "bent"),
     ];
 }
 
@@ -231,6 +239,9 @@ pub enum CastError {
         "the field has no Lipschitz bound in the region, so sphere tracing cannot be certain of anything; use the beam caster"
     )]
     NoLipschitzBound,
+    /// Bent rays without a flow.
+    #[error("the surface is not a flowed solid, which is the only kind that the bent caster knows")]
+    NoFlow,
 }
 
 /// A caster for rays within a region, outside of which nothing is known of the field; see [`caster_in`].
@@ -268,6 +279,16 @@ pub fn caster_in(
         Kind::Reduced => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::halving(Seek::First), own))),
         Kind::Affine => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::trimming(Seek::First), own))),
         Kind::Beam => return Ok(Box::new(Beams::new(own))),
+        Kind::Bent => {
+            let flowed = cells.tape().flowed().ok_or(CastError::NoFlow)?;
+            let lipschitz = lipschitz_outside(&Field::of_tape(flowed.field().tape()), region);
+            let bounded = lipschitz.is_finite() && lipschitz > 0.0;
+            return if bounded {
+                Ok(Box::new(Bent::new(flowed.clone(), lipschitz)))
+            } else {
+                Err(CastError::NoLipschitzBound)
+            };
+        }
     }
     let lipschitz = lipschitz_outside(field, region);
     let bounded = lipschitz.is_finite() && lipschitz > 0.0;

@@ -52,7 +52,7 @@ pub struct PictureOptions {
     pub samples: Option<u32>,
 
     /// How rays find the surface: auto, beam, sphere, speculative, segment or affine; to compare with,
-    /// reduced, standard or interval
+    /// reduced, standard, interval or, for flowed solids, bent
     #[arg(long, value_name = "KIND", default_value = "auto", hide_possible_values = true)]
     #[arg(value_parser = PossibleValuesParser::new(Kind::ALL.map(|k| k.1)).map(|s| kind(&s)))]
     pub caster: Kind,

@@ -2,6 +2,7 @@
 
 use super::fold;
 use crate::diag::Place;
+use crate::flow::Precision;
 use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
 use crate::num::{Class, Kernel};
@@ -47,6 +48,20 @@ pub enum Node {
     Grid(Arc<Grid>, [NodeId; 3]),
     /// A shape that is made of data, at a point.
     Shape(Arc<Shape>, [NodeId; 3]),
+    /// A field where a flow carries a point to.
+    Flow(Arc<Flow>, [NodeId; 3]),
+}
+
+/// A field that a velocity carries along. Both are expressions of their own: their coordinates are those of where the
+/// flow has come to, not those of the point where the node is asked.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Flow {
+    /// The field before.
+    pub field: NodeId,
+    /// The velocity.
+    pub velocity: [NodeId; 3],
+    /// How close its steps come to the flow.
+    pub precision: Precision,
 }
 
 /// A graph has as many nodes as it may.
@@ -185,10 +200,18 @@ impl Graph {
         self.intern(Node::Shape(shape, p))
     }
 
+    /// A field where a flow carries a point to.
+    pub fn flow(&mut self, flow: Arc<Flow>, p: [NodeId; 3]) -> Result<NodeId, TooLarge> {
+        self.intern(Node::Flow(flow, p))
+    }
+
     /// The same expression with inputs replaced by other expressions: `f.translate(..)` replaces
-    /// the coordinates, an animation frame replaces the time.
+    /// the coordinates, an animation frame replaces the time. Within a flow the coordinates are its own, and stay; the
+    /// footprint there is that of the place that the flow has come to.
     pub fn substitute(&mut self, root: NodeId, with: &[(Input, NodeId)]) -> Result<NodeId, TooLarge> {
-        let used = self.reachable(&[root]);
+        let is_own = |input: &Input| matches!(input, Input::X | Input::Y | Input::Z);
+        let within: Vec<(Input, NodeId)> = with.iter().filter(|w| !is_own(&w.0)).copied().collect();
+        let used = self.walk(&[root], Node::outer_args);
         let mut image: HashMap<NodeId, NodeId> = HashMap::with_capacity(used.len());
         for id in used {
             let node = self.node(id).clone();
@@ -206,6 +229,10 @@ impl Graph {
                 }
                 Node::Grid(grid, p) => self.intern(Node::Grid(grid, p.map(|a| image[&a])))?,
                 Node::Shape(shape, p) => self.shape(shape, p.map(|a| image[&a]))?,
+                Node::Flow(flow, p) => {
+                    let flow = if within.is_empty() { flow } else { self.flow_with(&flow, &within)? };
+                    self.flow(flow, p.map(|a| image[&a]))?
+                }
             };
             if new != id
                 && let Some(place) = self.place(id).cloned()
@@ -217,15 +244,34 @@ impl Graph {
         Ok(image[&root])
     }
 
-    /// The nodes that `roots` are made of, arguments before their users. Takes time for these alone, however
-    /// large the graph is: a script may build it from thousands of parts.
+    /// A flow of which field and velocity have inputs replaced.
+    fn flow_with(&mut self, flow: &Flow, with: &[(Input, NodeId)]) -> Result<Arc<Flow>, TooLarge> {
+        let field = self.substitute(flow.field, with)?;
+        let mut velocity = flow.velocity;
+        for part in &mut velocity {
+            *part = self.substitute(*part, with)?;
+        }
+        Ok(Arc::new(Flow { field, velocity, ..*flow }))
+    }
+
+    /// The nodes that `roots` are made of, arguments before their users, and what flows among them carry. Takes time for
+    /// these alone, however large the graph is: a script may build it from thousands of parts.
     pub fn reachable(&self, roots: &[NodeId]) -> Vec<NodeId> {
+        self.walk(roots, Node::args)
+    }
+
+    /// The same without what flows carry: what is evaluated at the point itself.
+    pub fn reachable_here(&self, roots: &[NodeId]) -> Vec<NodeId> {
+        self.walk(roots, Node::outer_args)
+    }
+
+    fn walk(&self, roots: &[NodeId], args: impl Fn(&Node) -> Vec<NodeId>) -> Vec<NodeId> {
         let mut pending: BTreeSet<u32> = roots.iter().map(|r| r.0).collect();
         let mut used = Vec::new();
         // Arguments have lower numbers than their users, so that each node comes up once.
         while let Some(id) = pending.pop_last() {
             used.push(NodeId(id));
-            pending.extend(self.nodes[id as usize].args().iter().map(|a| a.0));
+            pending.extend(args(&self.nodes[id as usize]).iter().map(|a| a.0));
         }
         used.reverse();
         used
@@ -253,6 +299,8 @@ impl Graph {
             Node::Fractal(fractal, ..) => fractal.class(),
             Node::Grid(grid, _) => grid.class(),
             Node::Shape(shape, _) => shape.body().class(),
+            // No bound is known on how second derivatives vary.
+            Node::Flow(..) => Class::C1,
         }
     }
 
@@ -281,12 +329,22 @@ impl Graph {
 }
 
 impl Node {
-    /// The nodes that this one reads.
+    /// The nodes that this one is made of, those included that a flow carries.
     pub fn args(&self) -> Vec<NodeId> {
+        let mut args = self.outer_args();
+        if let Node::Flow(flow, _) = self {
+            args.push(flow.field);
+            args.extend(flow.velocity);
+        }
+        args
+    }
+
+    /// The nodes that this one reads at the point where it is asked.
+    fn outer_args(&self) -> Vec<NodeId> {
         match self {
             Node::Const(_) | Node::Input(_) => Vec::new(),
             Node::Op(_, args) => args.clone(),
-            Node::Noise(_, p) | Node::Grid(_, p) | Node::Shape(_, p) => p.to_vec(),
+            Node::Noise(_, p) | Node::Grid(_, p) | Node::Shape(_, p) | Node::Flow(_, p) => p.to_vec(),
             Node::Fractal(_, [x, y, z], footprint, hurst) => {
                 [*x, *y, *z, *footprint].into_iter().chain(*hurst).collect()
             }

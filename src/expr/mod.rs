@@ -6,9 +6,11 @@
 //! no expression is too deep. A node remembers the place in the script that made it. [`text`] reads
 //! expressions that other programs wrote.
 
+mod derivative;
 mod fold;
 mod graph;
 pub mod text;
 
+pub use derivative::NoGradient;
 pub use fold::{Identity, identity};
-pub use graph::{Graph, Input, Node, NodeId, TooLarge};
+pub use graph::{Flow, Graph, Input, Node, NodeId, TooLarge};

@@ -11,7 +11,7 @@ mod watch;
 
 pub use moments::{Moments, Survey, survey};
 pub use region::{Extent, extent, lipschitz_outside};
-pub use smooth::smooth;
+pub use smooth::{blame, smooth};
 pub use watch::{Stopped, Watch};
 
 use crate::expr::{Graph, NodeId};
@@ -34,14 +34,18 @@ pub struct Field {
 impl Field {
     /// The field of an expression of the coordinates.
     pub fn new(graph: &Graph, root: NodeId) -> Self {
-        let tape = Arc::new(Tape::new(graph, &[root]));
+        Field { class: graph.class(root), ..Field::of_tape(&Arc::new(Tape::new(graph, &[root]))) }
+    }
+
+    /// The first output of a tape, as far as is known no smoother than continuous.
+    pub fn of_tape(tape: &Arc<Tape>) -> Self {
         Field {
-            class: graph.class(root),
+            class: Class::C0,
             points: Evaluator::new(tape.clone()),
             duals: Evaluator::new(tape.clone()),
             jets: Evaluator::new(tape.clone()),
             ranges: Evaluator::new(tape.clone()),
-            slopes: Evaluator::new(tape),
+            slopes: Evaluator::new(tape.clone()),
         }
     }
 

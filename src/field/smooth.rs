@@ -29,12 +29,17 @@ pub fn smooth(graph: &Graph, root: NodeId) -> Result<(), Box<Diagnostic>> {
 }
 
 /// What to call a node that is not smooth, and what to put in its place.
-fn blame(node: &Node) -> (String, String) {
+pub fn blame(node: &Node) -> (String, String) {
     match node {
         Node::Op(op, _) => (format!("`{}`", op.name()), instead_of(op).to_owned()),
         Node::Noise(noise, _) => noise_name(noise),
         // Never to blame: these are C2.
-        Node::Const(_) | Node::Input(_) | Node::Grid(..) => ("this".to_owned(), String::new()),
+        Node::Const(_) | Node::Input(_) => ("this".to_owned(), String::new()),
+        Node::Grid(..) => ("the grid".to_owned(), String::new()),
+        Node::Flow(..) => (
+            "the flow".to_owned(),
+            "a flow keeps the topology of what it carries: ask the solid before it flows".to_owned(),
+        ),
         Node::Shape(shape, _) => (
             format!("the shape `{}`", shape.body().name()),
             "its distance has creases; smooth_union and the like round those of other solids only".to_owned(),

@@ -238,7 +238,7 @@ impl Centred for Affine {
         p.map(|p| p.mid)
     }
     fn blind(b: &Bounds, p: [&Self; 3]) -> bool {
-        b.lipschitz * reach(p) >= 2.0 * b.range
+        b.drown(reach(p))
     }
     fn reach(p: [&Self; 3]) -> f64 {
         reach(p)
@@ -247,7 +247,7 @@ impl Centred for Affine {
         let Local { jet, bounds: b, .. } = local;
         let all = Interval::radius(b.range);
         let d = reach(p);
-        if b.lipschitz * d >= 2.0 * b.range || !jet.value.is_finite() {
+        if b.drown(d) || !jet.value.is_finite() {
             return Affine::over(all);
         }
         let (mut sum, mut rest) = Affine::combine(&p, &p.map(|p| p.mid), &jet.grad);

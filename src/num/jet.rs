@@ -210,7 +210,7 @@ impl Region {
     /// Whether nothing up to `order` depends on the jet.
     #[inline]
     pub(super) fn blind(&self, b: &Bounds, order: Order) -> bool {
-        b.lipschitz * self.radius >= 2.0 * b.range
+        b.drown(self.radius)
             && (order < Order::Gradient || b.hessian * self.radius >= 2.0 * b.lipschitz)
             && (order < Order::Hessian || b.third * self.radius >= 2.0 * b.hessian)
     }
@@ -218,7 +218,7 @@ impl Region {
     pub(super) fn value(&self, local: &Local, error: [f64; 3]) -> Interval {
         let Local { jet, bounds: b, .. } = local;
         let all = Interval::radius(b.range);
-        if b.lipschitz * self.radius >= 2.0 * b.range || !jet.value.is_finite() {
+        if b.drown(self.radius) || !jet.value.is_finite() {
             return all;
         }
         let v = Interval::around(jet.value, error[0]);

@@ -1,5 +1,6 @@
 //! The one interface of every kind of number, and what a kernel states.
 
+use super::local::{Bounds, Local};
 use super::pointwise::{Point4, Pointwise};
 use super::{Class, Function, Interval};
 use std::marker::PhantomData;
@@ -49,103 +50,6 @@ pub struct Jets<'a> {
     pub hess: Option<[&'a mut [f64]; 6]>,
 }
 
-/// Bounds on a kernel over all of space, rounded up: suprema of the absolute value, of the
-/// gradient's norm, and of the second and third directional derivatives.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// `|N| <= range`.
-    pub range: f64,
-    /// `|grad N| <= lipschitz`.
-    pub lipschitz: f64,
-    /// `|u^T H u| <= hessian` for unit `u`.
-    pub hessian: f64,
-    /// Lipschitz constant of the Hessian (spectral norm); infinite unless the kernel is C2.
-    pub third: f64,
-}
-
-impl Bounds {
-    /// Bounds of `N(k x)`.
-    #[inline]
-    pub fn at_frequency(self, k: f64) -> Bounds {
-        let k = k.abs();
-        Bounds {
-            range: self.range,
-            lipschitz: self.lipschitz * k,
-            hessian: self.hessian * k * k,
-            third: self.third * k * k * k,
-        }
-    }
-
-    /// Bounds of `k N(x)`.
-    #[inline]
-    pub fn times(self, k: f64) -> Bounds {
-        let k = k.abs();
-        Bounds {
-            range: self.range * k,
-            lipschitz: self.lipschitz * k,
-            hessian: self.hessian * k,
-            third: self.third * k,
-        }
-    }
-}
-
-/// What a kernel says about the ball of points within a radius of a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Local {
-    /// The jet at the centre.
-    pub jet: Point,
-    /// Bounds that hold throughout the ball.
-    pub bounds: Bounds,
-    /// Encloses `N(x) - N(c) - grad N(c) . (x - c)` in the ball, beyond what the bounds say.
-    pub bow: Interval,
-}
-
-impl Local {
-    /// The jet and the bounds are all there is to say.
-    #[inline(always)]
-    pub fn uniform(jet: Point, bounds: Bounds) -> Local {
-        Local { jet, bounds, bow: Interval::ENTIRE }
-    }
-
-    /// What a smooth kernel knows of the ball of `radius` from the jet at its centre, of which every
-    /// entry is known to within `error` of its order. With `h` its norm and `M` the bound on third derivatives,
-    ///
-    /// ```text
-    /// |H(x)| <= h + M r      |grad N(x)| <= |grad N(c)| + h r + M r^2 / 2      bow <= h r^2 / 2 + M r^3 / 6
-    /// ```
-    ///
-    /// For sums of many terms, which seldom all agree, that is far less than the global bounds.
-    #[inline]
-    pub fn smooth(jet: Point, bounds: Bounds, error: [f64; 3], radius: f64) -> Local {
-        let up = 1.0 + 64.0 * super::ROUNDOFF;
-        let [xx, yy, zz, xy, xz, yz] = jet.hess;
-        // The Frobenius norm, of which the off-diagonal entries are half.
-        let square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
-        let h = square.sqrt() * up + 3.0 * error[2];
-        let third = bounds.third * radius;
-        let [x, y, z] = jet.grad;
-        let g = (x * x + y * y + z * z).sqrt() + radius * (h + 0.5 * third) + 2.0 * error[1];
-        let least = |a: f64, b: f64| if a < b { a } else { b };
-        Local {
-            jet,
-            bounds: Bounds {
-                lipschitz: least(g * up, bounds.lipschitz),
-                hessian: least((h + third) * up, bounds.hessian),
-                ..bounds
-            },
-            bow: Interval::radius(radius * radius * (0.5 * h + third / 6.0) * up),
-        }
-    }
-
-    /// How far the kernel departs from its tangent plane within `reach` of the centre.
-    #[inline(always)]
-    pub(super) fn bend(&self, reach: f64) -> Interval {
-        // An unbounded second derivative bends nothing at the centre itself.
-        let bend = if reach == 0.0 { 0.0 } else { 0.5 * self.bounds.hessian * reach * reach };
-        Interval::radius(bend).meet(self.bow)
-    }
-}
-
 /// A function of three coordinates that is known by its jet at points and by bounds on its
 /// derivatives, as noises are. From these, one point evaluation bounds it over any box.
 pub trait Kernel: Sync {
@@ -181,6 +85,16 @@ pub trait Kernel: Sync {
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
         let _ = radius;
         Local::uniform(self.jet(order, at), self.bounds())
+    }
+
+    /// What is known of a batch of balls, and what the jets in their middles may be [off](Kernel::error) by.
+    #[inline]
+    fn locals(&self, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [(Local, [f64; 3])]) {
+        for (i, out) in out.iter_mut().enumerate() {
+            let c = at.map(|at| at[i]);
+            let size = c[0].abs().max(c[1].abs()).max(c[2].abs());
+            *out = (self.local(order, c, radius[i]), self.error(size));
+        }
     }
 
     /// Absolute error of a value and of a gradient component computed at a point of magnitude
@@ -404,8 +318,18 @@ pub fn centred_kernel<T: Centred, K: Kernel + ?Sized>(k: &K, p: [&T; 3]) -> T {
         let local = Local::uniform(k.jet(T::ORDER, at), bounds);
         T::expand(&local, error::<T, K>(k, at), p)
     } else {
-        T::expand(&k.local(T::ORDER, at, T::reach(p)), error::<T, K>(k, at), p)
+        let (local, error) = one_local(k, T::ORDER, at, T::reach(p));
+        T::expand(&local, error, p)
     }
+}
+
+/// What is known of one ball.
+#[inline]
+fn one_local<K: Kernel + ?Sized>(k: &K, order: Order, at: [f64; 3], radius: f64) -> (Local, [f64; 3]) {
+    let mut out = [Local::UNKNOWN];
+    k.locals(order, [&at[..1], &at[1..2], &at[2..]], &[radius], &mut out);
+    let [known] = out;
+    known
 }
 
 /// The rounding of a jet at `at`, where a number needs it.

@@ -229,7 +229,7 @@ impl<const K: usize> Centred for Reduced<K> {
     #[inline(always)]
     fn blind(b: &Bounds, p: [&Self; 3]) -> bool {
         let (d, omega) = reach(p);
-        b.lipschitz * (d + omega) >= 2.0 * b.range
+        b.drown(d + omega)
     }
 
     /// With `x = c + d e + w`, `|w| <= omega` (spec: ray casting, 9.1), the tightest of
@@ -252,7 +252,7 @@ impl<const K: usize> Centred for Reduced<K> {
         let all = Interval::radius(b.range);
         let (d, omega) = reach(p);
         let w = p.map(|p| p.rest);
-        if b.lipschitz * (d + omega) >= 2.0 * b.range || !jet.value.is_finite() {
+        if b.drown(d + omega) || !jet.value.is_finite() {
             return Self::constant_range(all);
         }
         let g = jet.grad;

@@ -79,6 +79,13 @@ macro_rules! ops {
                 }
             }
 
+            /// The partial derivatives of the operation at scalars `arg(0)`, `arg(1)`, ...; as many as it has arguments.
+            pub fn grad<R: Real>(&self, arg: impl Fn(usize) -> R) -> Vec<R> {
+                match self {
+                    $(Op::$op(f) => Function::<$arity>::grad(f, std::array::from_fn(&arg)).to_vec(),)*
+                }
+            }
+
             /// Applies the operation to numbers `arg(0)`, `arg(1)`, ...
             #[inline]
             pub fn apply<'a, T: Number>(&self, arg: impl Fn(usize) -> &'a T) -> T {

@@ -30,6 +30,7 @@ pub const STD: &[(&str, &str)] = &[
     ("csg", include_str!("../../stdlib/csg.rhai")),
     ("deform", include_str!("../../stdlib/deform.rhai")),
     ("displace", include_str!("../../stdlib/displace.rhai")),
+    ("flow", include_str!("../../stdlib/flow.rhai")),
     ("fractal", include_str!("../../stdlib/fractal.rhai")),
     ("morph", include_str!("../../stdlib/morph.rhai")),
     ("options", include_str!("../../stdlib/options.rhai")),

@@ -4,8 +4,8 @@
 use super::fault::{Fault, Outcome};
 use super::host::Host;
 use crate::expr::{Input, NodeId};
-use crate::noise::{Fractal, Model, Noise, Part, Recipe};
-use crate::num::{Bounds, Class, Kernel, mix};
+use crate::noise::{Fractal, Noise, Recipe};
+use crate::num::{Bounds, Kernel, mix};
 use crate::op::{self, Op};
 use std::sync::Arc;
 
@@ -110,27 +110,6 @@ impl Source {
         // Octaves are numbered by small integers, which channels must not meet.
         let seed = self.noise().lattice.seed;
         self.seeded(mix(seed ^ mix((1 << 40) + channel)))
-    }
-
-    /// Its slope along an axis.
-    pub fn slope(mut self, axis: u8) -> Outcome<Source> {
-        let class = self.noise().class();
-        if class < Class::C1 || self.noise().part != Part::Value {
-            let name = self.noise().kind.name();
-            return Err(Fault::new(format!("{name} noise has no continuous slope: it is {class}"))
-                .hint("gradient noise has one, and every other that is C1 or C2"));
-        }
-        let plain = match &self.kind {
-            Kind::One(_) => true,
-            Kind::Sum(sum) => sum.recipe.model == Model::FBM && sum.hurst.is_none(),
-        };
-        if !plain || self.domain != Domain::Space || self.at.is_some() {
-            return Err(Fault::new("only a noise, or a plain sum of its octaves, has a slope to flow along")
-                .hint("take the slope of fractal::fbm(...) first, and of the point itself: of a field f it is f.gradient(p) at a point"));
-        }
-        let noise = self.noise_mut();
-        *noise = noise.slope(axis);
-        Ok(self)
     }
 
     /// What is known of it over all of space.

@@ -297,6 +297,16 @@ fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut St
             let _ = write!(out, "{}(", shape.body().name());
             write_list(graph, p, depth, out);
         }
+        Node::Flow(flow, p) => {
+            out.push_str("flow(");
+            write_node(graph, flow.field, 0, depth + 1, out);
+            for part in flow.velocity {
+                out.push_str(", ");
+                write_node(graph, part, 0, depth + 1, out);
+            }
+            out.push_str(")(");
+            write_list(graph, p, depth, out);
+        }
         Node::Fractal(f, p, _, hurst) => {
             let recipe = f.recipe();
             let (name, kind) = (recipe.model.name(), recipe.noise.kind.name());

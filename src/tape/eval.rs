@@ -189,6 +189,7 @@ fn interpret<T: Number>(instr: &Instr, home: &[u32], i: usize, registers: &mut [
         Instr::Noise(noise, p) => *out = T::kernel(&**noise, p.map(at)),
         Instr::Grid(grid, p) => *out = T::kernel(&**grid, p.map(at)),
         Instr::Shape(shape, p) => *out = T::kernel(shape.body(), p.map(at)),
+        Instr::Flow(flowed, p) => *out = T::kernel(&**flowed, p.map(at)),
         Instr::Fractal(fractal, p, further) => {
             let [footprint, hurst] = further.map(|a| a.map(at));
             *out = fractal.eval_given(&Given { point: p.map(at), footprint, hurst });

@@ -1,6 +1,7 @@
 //! From graph to straight-line code.
 
 use super::eval::Registers;
+use super::inner::{Flowed, Inner};
 use super::native::Native;
 use crate::expr::{Graph, Input, Node, NodeId};
 use crate::grid::Grid;
@@ -33,6 +34,8 @@ pub enum Instr {
     Grid(Arc<Grid>, [u32; 3]),
     /// A shape that is made of data, at a point.
     Shape(Arc<Shape>, [u32; 3]),
+    /// A field where a flow carries a point to.
+    Flow(Arc<Flowed>, [u32; 3]),
 }
 
 /// Instructions of a tape by how much work they are.
@@ -47,6 +50,20 @@ pub struct Census {
     /// Of these, the ones that say more of a small ball than of all of space, which is looked up ball by
     /// ball.
     pub scattered: u64,
+}
+
+impl Census {
+    /// Adds what it takes to carry a point along and to evaluate the field there.
+    fn carry(&mut self, flowed: &Flowed) {
+        let stages = 4 * u64::from(flowed.steps());
+        for (times, tape) in [(stages, flowed.velocity().tape()), (1, flowed.field().tape())] {
+            let one = tape.census();
+            self.sums += times * one.sums;
+            self.functions += times * one.functions;
+            self.octaves += times * one.octaves;
+            self.scattered += times * one.scattered;
+        }
+    }
 }
 
 /// Straight-line code for one or more expressions.
@@ -68,7 +85,7 @@ impl Tape {
     pub fn new(graph: &Graph, roots: &[NodeId]) -> Tape {
         let mut slot: HashMap<NodeId, u32> = HashMap::new();
         let mut code = Vec::new();
-        for id in graph.reachable(roots) {
+        for id in graph.reachable_here(roots) {
             let at = |a: &NodeId| slot[a];
             code.push(match graph.node(id) {
                 Node::Const(bits) => Instr::Const(f64::from_bits(*bits)),
@@ -80,6 +97,9 @@ impl Tape {
                 Node::Noise(noise, p) => Instr::Noise(Arc::new(*noise), [at(&p[0]), at(&p[1]), at(&p[2])]),
                 Node::Grid(grid, p) => Instr::Grid(grid.clone(), [at(&p[0]), at(&p[1]), at(&p[2])]),
                 Node::Shape(shape, p) => Instr::Shape(shape.clone(), [at(&p[0]), at(&p[1]), at(&p[2])]),
+                Node::Flow(flow, p) => {
+                    Instr::Flow(Arc::new(Inner::flowed(graph, flow)), [at(&p[0]), at(&p[1]), at(&p[2])])
+                }
                 Node::Fractal(fractal, p, footprint, hurst) => {
                     let limited = graph.as_const(*footprint) != Some(0.0);
                     let p = [at(&p[0]), at(&p[1]), at(&p[2])];
@@ -148,6 +168,7 @@ impl Tape {
                     census.octaves += 1;
                     census.scattered += u64::from(!shape.body().is_uniform());
                 }
+                Instr::Flow(flowed, _) => census.carry(flowed),
                 Instr::Fractal(fractal, ..) => {
                     // A fractal's octaves fade, fold and multiply besides.
                     let octaves = u64::from(fractal.recipe().octaves);
@@ -232,7 +253,9 @@ impl Instr {
             Instr::Const(_) | Instr::Coordinate(_) => {}
             Instr::Scale(a, _) | Instr::Shift(a, _) => f(*a),
             Instr::Op(op, args) => args.iter().take(op.arity()).for_each(|a| f(*a)),
-            Instr::Noise(_, p) | Instr::Grid(_, p) | Instr::Shape(_, p) => p.iter().for_each(|a| f(*a)),
+            Instr::Noise(_, p) | Instr::Grid(_, p) | Instr::Shape(_, p) | Instr::Flow(_, p) => {
+                p.iter().for_each(|a| f(*a));
+            }
             Instr::Fractal(_, p, further) => p.iter().chain(further.iter().flatten()).for_each(|a| f(*a)),
         }
     }
@@ -242,8 +265,8 @@ impl Instr {
             Instr::Const(_) | Instr::Coordinate(_) => {}
             Instr::Scale(a, _) | Instr::Shift(a, _) => *a = f(*a),
             Instr::Op(op, args) => args.iter_mut().take(op.arity()).for_each(|a| *a = f(*a)),
-            Instr::Noise(_, p) | Instr::Grid(_, p) | Instr::Shape(_, p) => {
-                p.iter_mut().for_each(|a| *a = f(*a))
+            Instr::Noise(_, p) | Instr::Grid(_, p) | Instr::Shape(_, p) | Instr::Flow(_, p) => {
+                p.iter_mut().for_each(|a| *a = f(*a));
             }
             Instr::Fractal(_, p, further) => {
                 p.iter_mut().chain(further.iter_mut().flatten()).for_each(|a| *a = f(*a));

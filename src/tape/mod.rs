@@ -9,6 +9,7 @@
 
 mod cells;
 mod eval;
+mod inner;
 mod lower;
 #[cfg_attr(not(target_arch = "x86_64"), path = "native/elsewhere.rs")]
 mod native;
@@ -16,4 +17,5 @@ mod prune;
 
 pub use cells::{Cells, Prunings};
 pub use eval::Evaluator;
+pub use inner::{Flowed, Inner};
 pub use lower::{Census, Instr, Tape};

@@ -83,7 +83,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         // Decided lane by lane, so that no lane depends on its neighbours.
         let mut blind = [false; B];
         for i in 0..B {
-            blind[i] = bounds.lipschitz * reaches[i].whole() >= 2.0 * bounds.range;
+            blind[i] = bounds.drown(reaches[i].whole());
         }
         let nothing = Parabola::constant(Interval::radius(bounds.range));
         if blind == [true; B] {
@@ -110,13 +110,21 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         nothing: &Parabola<K>,
     ) -> Self {
         let mut out = Self::all(*nothing);
-        for i in 0..B {
-            if blind[i] {
-                continue;
+        // The lanes that see anything, side by side.
+        let (mut seeing, mut count) = ([0; B], 0);
+        let (mut at, mut radius) = ([[0.0; B]; 3], [0.0; B]);
+        for i in (0..B).filter(|&i| !blind[i]) {
+            for axis in 0..3 {
+                at[axis][count] = p[axis].mid[0][i];
             }
-            let c = [p[0].mid[0][i], p[1].mid[0][i], p[2].mid[0][i]];
-            let local = k.local(Order::Gradient, c, reach[i].whole());
-            out.set(i, &Parabola::expand(&local, k.error(size(c)), reach[i], &Self::place(&p, i)));
+            (seeing[count], radius[count]) = (i, reach[i].whole());
+            count += 1;
+        }
+        let mut known = [Local::UNKNOWN; B];
+        let known = &mut known[..count];
+        k.locals(Order::Gradient, at.each_ref().map(|at| &at[..count]), &radius[..count], known);
+        for (&i, (local, error)) in seeing.iter().zip(known) {
+            out.set(i, &Parabola::expand(local, *error, reach[i], &Self::place(&p, i)));
         }
         out
     }

@@ -145,7 +145,7 @@ impl<const B: usize> Taylors<B> {
         for i in 0..B {
             let half = |axis: usize| 0.5 * (p[axis].range[1][i] - p[axis].range[0][i]);
             let wide = half(0).max(half(1)).max(half(2));
-            blind &= bounds.lipschitz * wide * (1.0 - 1e-9) >= 2.0 * bounds.range;
+            blind &= bounds.drown(wide * (1.0 - 1e-9));
         }
         blind
     }
@@ -158,7 +158,8 @@ impl<const B: usize> Taylors<B> {
             let out = Jets {
                 value: &mut value,
                 grad: Some(grad.each_mut().map(|g| &mut g[..])),
-                hess: Some(hess.each_mut().map(|h| &mut h[..])),
+                // Of no use where nothing bounds how they vary.
+                hess: bounds.third.is_finite().then_some(hess.each_mut().map(|h| &mut h[..])),
             };
             k.jets([&p[0].value, &p[1].value, &p[2].value], out);
         }
@@ -210,10 +211,12 @@ impl<const B: usize> Taylors<B> {
     /// The image under a kernel that knows more about a small ball than about all of space.
     fn local<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
         let lane = |i: usize| Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
+        let far: [f64; B] = std::array::from_fn(|i| lane(i).far);
+        let mut locals = [Local::UNKNOWN; B];
+        k.locals(Order::Hessian, [&p[0].value, &p[1].value, &p[2].value], &far, &mut locals);
         let known: [Known; B] = std::array::from_fn(|i| {
-            let x = lane(i);
-            let local = k.local(Order::Hessian, [p[0].value[i], p[1].value[i], p[2].value[i]], x.far);
-            Known::new(&local, k.error(size(&x)), x.far)
+            let (local, error) = &locals[i];
+            Known::new(local, *error, far[i])
         });
         Self::written(|out| {
             out.fill_widest(

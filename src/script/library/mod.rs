@@ -10,6 +10,7 @@ mod color;
 mod components;
 mod fields;
 mod files;
+mod flow;
 mod grid;
 mod grid_files;
 mod mesh;
@@ -71,13 +72,14 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 15] = [
+    let groups: [(&'static str, Group); 16] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
         ("Fields", fields::register),
         ("Polynomials", polynomial::register),
         ("Noise", noise::register),
+        ("Flows", flow::register),
         ("Grids", grid::register),
         ("Meshes", mesh::register),
         ("Shapes made of data", shape::register),

@@ -30,7 +30,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.def("seeded(noise, seed)", "The same noise with another seed.", "gradient(7).seeded(8)", |c| {
         Ok(Dynamic::from(c.source(0)?.seeded(c.integer(1)? as u64)))
     });
-    flows(lib);
+    vectors(lib);
     let sentence = "What a noise is like on average, measured at the same 16384 points every time, spread over a cube of 64 cells: mean, variance, min, max, gradient (root mean square of its length) and steepest (the longest one met). With them what is certain of that cube (range, lipschitz), and the continuity class. Spectra are the business of `orogen noise`.";
     lib.def("stats(noise)", sentence, "gradient(7).stats().variance", stats);
     let sentence = "A sum of octaves; `std/fractal` has a function for each model: \"fbm\", \"turbulence\", \"ridged\", \"altitude1\", \"altitude2\".\n\n\
@@ -216,7 +216,7 @@ fn fields(c: &Call<'_>, parts: [Source; 3]) -> Outcome<Dynamic> {
 }
 
 /// Vectors made of noises, and what is known of a noise.
-fn flows(lib: &mut Library<'_>) {
+fn vectors(lib: &mut Library<'_>) {
     lib.def(
         "vector_noise(noise)",
         "A vector of three noises of the same kind, of which none tells anything about another.",
@@ -224,15 +224,6 @@ fn flows(lib: &mut Library<'_>) {
         |c| {
             let source = c.source(0)?;
             fields(c, [source.clone(), source.clone().unrelated(1), source.unrelated(2)])
-        },
-    );
-    lib.def(
-        "slope(noise)",
-        "The gradient of a noise, or of a plain sum of its octaves, as a vector field. It is C1 where the noise is C2.",
-        "slope(gradient(7).scaled(4.0))",
-        |c| {
-            let source = c.source(0)?;
-            fields(c, [source.clone().slope(0)?, source.clone().slope(1)?, source.slope(2)?])
         },
     );
     lib.def(

@@ -5,7 +5,7 @@
 //! the program: one that does not match, or cannot be read, is as if it were not there. Files may be removed at
 //! any time.
 
-use crate::expr::{Graph, Node, NodeId};
+use crate::expr::{Flow, Graph, Node, NodeId};
 use crate::scene::Aabb;
 use crate::topology::Complex;
 use crate::world::atomic;
@@ -49,6 +49,10 @@ fn renumbered(node: &Node, name: impl Fn(&NodeId) -> NodeId) -> Node {
         }
         Node::Grid(grid, p) => Node::Grid(grid.clone(), point(p)),
         Node::Shape(shape, p) => Node::Shape(shape.clone(), point(p)),
+        Node::Flow(flow, p) => {
+            let carried = Flow { field: name(&flow.field), velocity: point(&flow.velocity), ..**flow };
+            Node::Flow(carried.into(), point(p))
+        }
     }
 }
 

@@ -99,7 +99,7 @@ impl Trace {
             Instr::Scale(a, k) => arg(*a) * Traced::Number(*k),
             Instr::Shift(a, c) => arg(*a) + Traced::Number(*c),
             Instr::Op(op, args) => op.value(|i| arg(args[i])),
-            Instr::Noise(..) | Instr::Fractal(..) | Instr::Grid(..) | Instr::Shape(..) => {
+            Instr::Noise(..) | Instr::Fractal(..) | Instr::Grid(..) | Instr::Shape(..) | Instr::Flow(..) => {
                 return None;
             }
         };

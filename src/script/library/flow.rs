@@ -1,0 +1,140 @@
+//! Vector fields that are slopes of others, and flows along vector fields.
+
+use super::{Call, Library};
+use crate::diag::Place;
+use crate::expr::{Flow, NoGradient, NodeId};
+use crate::flow::{Precision, steps};
+use crate::num::Class;
+use crate::op::{self, Op};
+use crate::script::fault::{Fault, Outcome};
+use crate::script::options::Options;
+use crate::script::value::{Field, Value, VectorField};
+use rhai::{Dynamic, INT};
+use std::sync::Arc;
+
+/// Error of a flow as a share of how far it carries anything, unless another is asked for: a thousandth of a pixel's width
+/// where nothing is carried farther than ten pixels are wide.
+const TOLERANCE: f64 = 1e-4;
+
+pub(super) fn register(lib: &mut Library<'_>) {
+    lib.def(
+        "slope(f)",
+        "The gradient of a field as a vector field: of a noise, of a plain sum of its octaves, and of whatever operations make of these and of the coordinates. It is C1 where the field is C2.",
+        "slope(gradient(7).scaled(4.0))",
+        |c| Ok(Dynamic::from(VectorField(gradient(c, c.field(0)?.node)?))),
+    );
+    lib.def(
+        "curl(v)",
+        "The curl of a vector field, which has no divergence: a flow along it keeps volumes.",
+        "curl(vector_noise(gradient(7).scaled(4.0)))",
+        |c| {
+            let v = c.nodes(0)?;
+            let [x, y, z] = [gradient(c, v[0])?, gradient(c, v[1])?, gradient(c, v[2])?];
+            let sub = |a, b| c.host.op(Op::Sub(op::Sub), &[a, b]);
+            Ok(Dynamic::from(VectorField([sub(z[1], y[2])?, sub(x[2], z[0])?, sub(y[0], x[1])?])))
+        },
+    );
+    lib.def(
+        "divergence(v)",
+        "The divergence of a vector field: how fast a flow along it makes volumes grow.",
+        "divergence(slope(gradient(7)))",
+        |c| {
+            let v = c.nodes(0)?;
+            let mut sum = c.host.constant(0.0)?;
+            for (axis, part) in v.into_iter().enumerate() {
+                sum = c.host.op(Op::Add(op::Add), &[sum, gradient(c, part)?[axis]])?;
+            }
+            Ok(Dynamic::from(Field { node: sum, color: None }))
+        },
+    );
+    let sentence = "The solid carried along a velocity for a unit of time, with its colour; or what a field or a vector field becomes of it. Whatever the velocity, nothing comes loose, meets itself or closes: the solid keeps its topology. A velocity may be any vector field without jumps, times a number or a field; see std/flow.";
+    lib.def("flow(f, v)", sentence, "sphere(1.0).flow(0.1 * vector_noise(gradient(7).scaled(4.0)))", |c| {
+        flow(c, 1.0, Precision::Share(TOLERANCE.to_bits()))
+    });
+    lib.def(
+        "flow(f, v, options)",
+        "The same with options:\n\n- tolerance: error as a share of how far anything is carried (1e-9 to 0.1; 1e-4); from it, and from the velocity around the origin and near the surface, follow the steps\n- steps: how many steps there are instead (1 to 512); each asks for the velocity four times",
+        "sphere(1.0).flow(vec3(-z, 0, x) * y, #{ steps: 16 })",
+        |c| {
+            let mut o = Options::new(c, 2)?;
+            let tolerance = o.number("tolerance", 1e-9..=0.1, TOLERANCE)?;
+            let own = o.integer("steps", 1..=INT::from(steps::MOST), 0)?;
+            o.finish()?;
+            let precision = match own {
+                0 => Precision::Share(tolerance.to_bits()),
+                steps => Precision::Steps(steps as u32),
+            };
+            flow(c, 1.0, precision)
+        },
+    );
+    lib.def(
+        "unflow(f, v)",
+        "The solid carried against a velocity: what takes back flow(f, v), up to its tolerance.",
+        "sphere(1.0).unflow(0.1 * vector_noise(gradient(7).scaled(4.0)))",
+        |c| flow(c, -1.0, Precision::Share(TOLERANCE.to_bits())),
+    );
+}
+
+/// The gradient of an expression.
+fn gradient(c: &Call<'_>, node: NodeId) -> Outcome<[NodeId; 3]> {
+    let found = c.host.graph.borrow_mut().gradient(node);
+    found.map_err(|e| match e {
+        NoGradient::TooLarge(e) => e.into(),
+        NoGradient::Of(part) => {
+            let graph = c.host.graph.borrow();
+            let mut fault = Fault::new(format!(
+                "{} has no slope that is known as an expression",
+                crate::field::blame(graph.node(part)).0
+            ))
+            .hint("noises that are C1 have one, plain sums of their octaves, and what operations make of these; at a point every field has f.gradient(p)");
+            fault.place = shown(graph.place(part));
+            fault
+        }
+    })
+}
+
+/// A place to show: what the standard library did is shown where it was asked for.
+fn shown(place: Option<&Place>) -> Option<Box<Place>> {
+    place.filter(|place| !place.file.starts_with("std/")).cloned().map(Box::new)
+}
+
+/// What argument 0 becomes when it is carried along argument 1 for so long.
+fn flow(c: &Call<'_>, time: f64, precision: Precision) -> Outcome<Dynamic> {
+    let wanted = "a velocity: a vector field such as 0.1 * vector_noise(gradient(7).scaled(4.0))";
+    let Value::Vector(given) = c.value(1).map_err(|_| c.wrong(1, wanted))? else {
+        return Err(c.wrong(1, wanted));
+    };
+    // A point of the flowed solid was, a unit of time ago, where it goes if time runs backwards.
+    let back = c.host.constant(-time)?;
+    let mut velocity = [back; 3];
+    for (part, given) in velocity.iter_mut().zip(&given) {
+        *part = c.host.op(Op::Mul(op::Mul), &[back, given.node(c.host)?])?;
+    }
+    if let Some(culprit) = velocity.iter().find_map(|&v| c.host.graph.borrow().first_below(v, Class::C0)) {
+        let graph = c.host.graph.borrow();
+        let (name, _) = crate::field::blame(graph.node(culprit));
+        let mut fault = Fault::new(format!("the velocity jumps: {name} is not continuous")).hint(
+            "a flow needs a velocity without jumps; smoothstep(low, high, x) rises where step(edge, x) jumps",
+        );
+        fault.place = shown(graph.place(culprit));
+        return Err(fault);
+    }
+    let carried = |field: NodeId| -> Outcome<NodeId> {
+        let p = c.host.point()?;
+        let flow = Arc::new(Flow { field, velocity, precision });
+        Ok(c.host.graph.borrow_mut().flow(flow, p)?)
+    };
+    match c.value(0)? {
+        Value::Scalar(f, color) => {
+            let color = match color {
+                Some([r, g, b]) => Some([carried(r)?, carried(g)?, carried(b)?]),
+                None => None,
+            };
+            Ok(Dynamic::from(Field { node: carried(f.node(c.host)?)?, color }))
+        }
+        Value::Vector(v) => {
+            let part = |i: usize| carried(v[i].node(c.host)?);
+            Ok(Dynamic::from(VectorField([part(0)?, part(1)?, part(2)?])))
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Tapes within tapes: what a flow carries is evaluated where it has come to, not at the point that the outer tape is
+//! asked about.
+
+use super::{Evaluator, Instr, Tape};
+use crate::expr::{Flow, Graph};
+use crate::flow::{self, Code};
+use crate::noise::{Noise, Part};
+use crate::num::{Class, Number};
+use crate::op::Op;
+use std::sync::Arc;
+
+/// A field that a flow carries, both of them tapes.
+pub type Flowed = flow::Flowed<Inner<3>, Inner<1>>;
+
+/// A tape with `N` outputs as a function of space.
+#[derive(Clone, Debug)]
+pub struct Inner<const N: usize> {
+    tape: Arc<Tape>,
+    class: Class,
+    is_gradient: bool,
+}
+
+impl<const N: usize> Inner<N> {
+    fn new(tape: Tape, class: Class) -> Self {
+        Inner { is_gradient: tape.is_gradient(), tape: Arc::new(tape), class }
+    }
+
+    /// The tape.
+    pub fn tape(&self) -> &Arc<Tape> {
+        &self.tape
+    }
+}
+
+impl Inner<1> {
+    /// Lowers a flow.
+    pub(super) fn flowed(graph: &Graph, flow: &Flow) -> Flowed {
+        let class = flow.velocity.iter().map(|v| graph.class(*v)).fold(Class::C2, Class::min);
+        let velocity = Inner::new(Tape::new(graph, &flow.velocity), class);
+        let field = Inner::new(Tape::new(graph, &[flow.field]), graph.class(flow.field));
+        Flowed::new(velocity, field, flow.precision)
+    }
+}
+
+impl<const N: usize> Code<N> for Inner<N> {
+    fn class(&self) -> Class {
+        self.class
+    }
+
+    fn is_gradient(&self) -> bool {
+        self.is_gradient
+    }
+
+    fn runner<T: Number>(&self) -> impl FnMut(&[T; 3]) -> [T; N] {
+        let mut evaluator = Evaluator::<T>::new(self.tape.clone());
+        move |p| {
+            evaluator.eval(p);
+            std::array::from_fn(|k| evaluator.output(k).clone())
+        }
+    }
+}
+
+impl Tape {
+    /// What the tape is, where it is nothing but a field carried by a flow, asked at the point itself.
+    pub fn flowed(&self) -> Option<&Arc<Flowed>> {
+        let Instr::Flow(flowed, p) = &self.code[*self.outputs.first()? as usize] else { return None };
+        let is_here =
+            (0..3).all(|axis| matches!(self.code[p[axis] as usize], Instr::Coordinate(own) if own == axis));
+        is_here.then_some(flowed)
+    }
+
+    /// Whether the three outputs are one and the same sum, with constant factors, of the slopes of noises along the three
+    /// axes.
+    fn is_gradient(&self) -> bool {
+        match self.outputs[..] {
+            [x, y, z] => self.are_slopes([x, y, z]),
+            _ => false,
+        }
+    }
+
+    fn are_slopes(&self, slots: [u32; 3]) -> bool {
+        let are_noises = |noises: [&Noise; 3], places: [&[u32; 3]; 3]| {
+            let here = |place: &[u32; 3]| {
+                let axis = |(axis, slot): (usize, &u32)| matches!(self.code[*slot as usize], Instr::Coordinate(own) if own == axis);
+                place.iter().enumerate().all(axis)
+            };
+            let whole = noises.map(|n| Noise { part: Part::Value, ..*n });
+            let along = |k: usize| noises[k].part == Part::Slope(k as u8);
+            whole[0] == whole[1] && whole[0] == whole[2] && (0..3).all(along) && places.into_iter().all(here)
+        };
+        match slots.map(|slot| &self.code[slot as usize]) {
+            [Instr::Scale(x, a), Instr::Scale(y, b), Instr::Scale(z, c)] => {
+                a == b && a == c && self.are_slopes([*x, *y, *z])
+            }
+            [Instr::Op(f, x), Instr::Op(g, y), Instr::Op(h, z)] => {
+                let same = f == g && f == h;
+                let sums = matches!(f, Op::Add(_) | Op::Sub(_) | Op::Neg(_));
+                same && sums && (0..f.arity()).all(|k| self.are_slopes([x[k], y[k], z[k]]))
+            }
+            [Instr::Noise(a, p), Instr::Noise(b, q), Instr::Noise(c, r)] => are_noises([a, b, c], [p, q, r]),
+            [
+                Instr::Fractal(a, p, [None, None]),
+                Instr::Fractal(b, q, [None, None]),
+                Instr::Fractal(c, r, [None, None]),
+            ] => {
+                let [a, b, c] = [a, b, c].map(|f| f.recipe());
+                let noise = a.noise;
+                let alike =
+                    |other: &crate::noise::Recipe| crate::noise::Recipe { noise, ..other.clone() } == *a;
+                alike(b) && alike(c) && !a.rotate && are_noises([&a.noise, &b.noise, &c.noise], [p, q, r])
+            }
+            _ => false,
+        }
+    }
+}
