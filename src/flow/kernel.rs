@@ -17,9 +17,7 @@ pub struct Flowed<V, F> {
 }
 
 /// Trajectories side by side.
-const POINTS: usize = 16;
-const DUALS: usize = 8;
-const JETS: usize = 4;
+const LANES: usize = 16;
 const BALLS: usize = 8;
 
 impl<V: Code<3>, F: Code<1>> Flowed<V, F> {
@@ -58,37 +56,45 @@ impl<V: Code<3>, F: Code<1>> Flowed<V, F> {
         let count = at[0].len();
         self.followed[0].fetch_add(count as u64, Relaxed);
         let (mut ends, mut values) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        for first in (0..count).step_by(POINTS) {
+        for first in (0..count).step_by(LANES) {
             let lane = |axis: usize, i: usize| at[axis][(first + i).min(count - 1)];
-            let from =
-                std::array::from_fn(|axis| Many::<f64, POINTS>(std::array::from_fn(|i| lane(axis, i))));
-            let end = advect(self.velocity.runner(), self.steps, &from);
+            let from = std::array::from_fn(|axis| Many::<f64, LANES>(std::array::from_fn(|i| lane(axis, i))));
+            let end =
+                advect(self.velocity.runner(), self.steps, &from, |Many(v)| v.iter().all(|v| *v == 0.0));
             let [value] = self.field.runner()(&end);
-            let lanes = POINTS.min(count - first);
+            let lanes = LANES.min(count - first);
             ends.extend((0..lanes).map(|i| end.each_ref().map(|axis| axis.0[i])));
             values.extend_from_slice(&value.0[..lanes]);
         }
         (ends, values)
     }
 
-    fn carried<T: Number>(&self, from: &[T; 3]) -> T {
-        let [value] = self.field.runner::<T>()(&advect(self.velocity.runner::<T>(), self.steps, from));
+    /// The field at the end of a trajectory.
+    fn carried<T: Number>(&self, from: &[T; 3], is_still: impl Fn(&T) -> bool) -> T {
+        let [value] =
+            self.field.runner::<T>()(&advect(self.velocity.runner::<T>(), self.steps, from, is_still));
         value
     }
 
-    /// Carries lanes in batches of `B`; `start` makes a coordinate, `store` takes a lane of the result.
-    fn batches<T: Centred + Copy, const B: usize>(
+    /// Carries lanes in batches; `start` makes a coordinate, `store` takes a lane of the result.
+    fn batches<T: Centred + Copy>(
         &self,
         at: [&[f64]; 3],
         start: impl Fn(f64, usize) -> T,
+        is_still: impl Fn(&T) -> bool,
         mut store: impl FnMut(usize, &T),
     ) {
         let count = at[0].len();
-        for first in (0..count).step_by(B) {
+        if let [x] = at[0] {
+            store(0, &self.carried(&[start(*x, 0), start(at[1][0], 1), start(at[2][0], 2)], is_still));
+            return;
+        }
+        for first in (0..count).step_by(LANES) {
             // Lanes to spare repeat the last one.
             let lane = |axis: usize, i: usize| start(at[axis][(first + i).min(count - 1)], axis);
-            let from = std::array::from_fn(|axis| Many(std::array::from_fn::<T, B, _>(|i| lane(axis, i))));
-            let Many(values) = self.carried(&from);
+            let from =
+                std::array::from_fn(|axis| Many(std::array::from_fn::<T, LANES, _>(|i| lane(axis, i))));
+            let Many(values) = self.carried(&from, |Many(lanes)| lanes.iter().all(&is_still));
             values.iter().enumerate().take(count - first).for_each(|(i, value)| store(first + i, value));
         }
     }
@@ -168,32 +174,24 @@ impl<V: Code<3>, F: Code<1>> Kernel for Flowed<V, F> {
         self.followed[0].fetch_add(count as u64, Relaxed);
         let Jets { value, grad, hess } = out;
         match (grad, hess) {
-            (None, _) => {
-                let store = |i: usize, v: &f64| value[i] = *v;
-                match count {
-                    1 => self.batches::<f64, 1>(at, |x, _| x, store),
-                    _ => self.batches::<f64, POINTS>(at, |x, _| x, store),
-                }
-            }
-            (Some(mut grad), None) => {
-                let store = |i: usize, v: &Dual| {
+            (None, _) => self.batches(at, |x, _| x, |v| *v == 0.0, |i, v: &f64| value[i] = *v),
+            (Some(mut grad), None) => self.batches(
+                at,
+                Dual::coordinate,
+                |v| *v == Dual::constant(0.0),
+                |i, v| {
                     value[i] = v.value;
                     (0..3).for_each(|k| grad[k][i] = v.grad[k]);
-                };
-                match count {
-                    1 => self.batches::<Dual, 1>(at, Dual::coordinate, store),
-                    _ => self.batches::<Dual, DUALS>(at, Dual::coordinate, store),
-                }
-            }
+                },
+            ),
+            // Rare enough to go point by point.
             (Some(mut grad), Some(mut hess)) => {
-                let store = |i: usize, v: &Jet| {
+                for i in 0..count {
+                    let from = std::array::from_fn(|axis| Jet::coordinate(at[axis][i], axis));
+                    let v: Jet = self.carried(&from, |v| *v == Jet::constant(0.0));
                     value[i] = v.value;
                     (0..3).for_each(|k| grad[k][i] = v.grad[k]);
                     (0..6).for_each(|k| hess[k][i] = v.hess[k]);
-                };
-                match count {
-                    1 => self.batches::<Jet, 1>(at, Jet::coordinate, store),
-                    _ => self.batches::<Jet, JETS>(at, Jet::coordinate, store),
                 }
             }
         }
@@ -214,10 +212,6 @@ impl<V: Code<3>, F: Code<1>> Kernel for Flowed<V, F> {
         self.followed[1].fetch_add(count as u64, Relaxed);
         let tube =
             Tube { velocity: &self.velocity, field: &self.field, steps: self.steps, rounding: self.rounding };
-        if count == 1 {
-            out[0] = tube.locals(&[at.map(|at| at[0])], &[radius[0]])[0];
-            return;
-        }
         for first in (0..count).step_by(BALLS) {
             let lane = |i: usize| (first + i).min(count - 1);
             let centres = std::array::from_fn(|i| at.map(|at| at[lane(i)]));

@@ -23,11 +23,13 @@
 
 mod code;
 mod kernel;
+mod stage;
 mod step;
 pub mod steps;
 mod tube;
 
 pub use code::Code;
 pub use kernel::Flowed;
+pub use stage::Parts;
 pub use step::advect;
 pub use steps::Precision;

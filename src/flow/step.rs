@@ -8,12 +8,21 @@ fn along<T: Number>(a: &[T; 3], k: f64, b: &[T; 3]) -> [T; 3] {
     std::array::from_fn(|axis| a[axis].add(&b[axis].scale(k)))
 }
 
-/// Carries a point through so many steps of equal length in a unit of time.
-pub fn advect<T: Number>(mut velocity: impl FnMut(&[T; 3]) -> [T; 3], steps: u32, from: &[T; 3]) -> [T; 3] {
+/// Carries a point through so many steps of equal length in a unit of time; it stays where it is if the velocity there is
+/// nothing but zero.
+pub fn advect<T: Number>(
+    mut velocity: impl FnMut(&[T; 3]) -> [T; 3],
+    steps: u32,
+    from: &[T; 3],
+    is_still: impl Fn(&T) -> bool,
+) -> [T; 3] {
     let h = 1.0 / f64::from(steps);
     let mut y = from.clone();
-    for _ in 0..steps {
+    for step in 0..steps {
         let k1 = velocity(&y);
+        if step == 0 && k1.iter().all(&is_still) {
+            break;
+        }
         let k2 = velocity(&along(&y, 0.5 * h, &k1));
         let k3 = velocity(&along(&y, 0.5 * h, &k2));
         let k4 = velocity(&along(&y, h, &k3));

@@ -27,10 +27,11 @@
 //! ```
 
 use super::Code;
+use super::stage::{Matrix, Parts, Stage, of_kernels, of_slope};
 use crate::num::{Bounds, Interval, Local, Number, Point, ROUNDOFF, Taylor, Taylors, widest};
 
 /// Covers the rounding of sums of up to a hundred terms that are not negative.
-const UP: f64 = 1.0 + 256.0 * ROUNDOFF;
+pub(super) const UP: f64 = 1.0 + 256.0 * ROUNDOFF;
 
 /// What values and gradients that are computed at a point may be off by.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,9 +39,6 @@ pub(super) struct Rounding {
     pub value: f64,
     pub grad: f64,
 }
-
-/// Matrices by rows.
-type Matrix = [[f64; 3]; 3];
 
 const ONE: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -67,17 +65,17 @@ fn transposed_times(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
 
 /// Length, rounded up.
 #[inline(always)]
-fn length([x, y, z]: [f64; 3]) -> f64 {
+pub(super) fn length([x, y, z]: [f64; 3]) -> f64 {
     (x * x + y * y + z * z).sqrt() * UP
 }
 
 #[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
+pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a >= b { a } else { b }
 }
 
 #[inline(always)]
-fn least(a: f64, b: f64) -> f64 {
+pub(super) fn least(a: f64, b: f64) -> f64 {
     if a <= b { a } else { b }
 }
 
@@ -107,53 +105,6 @@ fn norm(a: &Matrix) -> f64 {
     }
     // Rounding of the entries, of the cubic and of what is found from it: relative to the sum of squares.
     ((m + t).max(0.0) + 256.0 * ROUNDOFF * trace).sqrt() * UP
-}
-
-/// A velocity over a ball.
-#[derive(Clone, Copy)]
-struct Stage {
-    velocity: [f64; 3],
-    slope: Matrix,
-    /// What `slope` leaves out of the velocity over the ball.
-    bow: f64,
-    /// How far the velocity may be from the one in the middle.
-    spread: f64,
-    /// Bounds on first and second derivatives over the ball.
-    steep: f64,
-    bent: f64,
-}
-
-impl Stage {
-    /// From what is known of the components. Derivatives of a gradient are a symmetric matrix, of which bounds on the rows
-    /// are bounds on the whole.
-    #[inline(always)]
-    fn new(u: &[Taylor; 3], radius: f64, is_gradient: bool) -> Stage {
-        let (mut velocity, mut slope) = ([0.0; 3], [[0.0; 3]; 3]);
-        let (mut bow, mut spread, mut steep, mut bent) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
-        let scale = 1.0 / radius;
-        for i in 0..3 {
-            velocity[i] = u[i].value;
-            for j in 0..3 {
-                slope[i][j] = u[i].grad[j] * scale;
-            }
-            bow[i] = u[i].bow[0];
-            spread[i] = larger(u[i].range.hi - u[i].value, u[i].value - u[i].range.lo);
-            steep[i] = u[i].steepness();
-            bent[i] = u[i].curvature();
-        }
-        let all = |rows: [f64; 3]| {
-            let [a, b, c] = rows;
-            if is_gradient { larger(larger(a, b), c) } else { length(rows) }
-        };
-        Stage {
-            velocity,
-            slope,
-            bow: all(bow),
-            spread: length(spread),
-            steep: all(steep) * scale,
-            bent: all(bent) * scale * scale,
-        }
-    }
 }
 
 /// Where the points of a ball are within a step.
@@ -322,14 +273,14 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
         let mut balls: [Ball; B] = std::array::from_fn(|i| Ball::new(at[i], radius[i].max(SPECK * size(i))));
         let mut run = self.velocity.runner::<Taylors<B>>();
         let mut numbers = [Taylors::<B>::constant(0.0); 3];
-        let is_gradient = self.velocity.is_gradient();
         let mut steps: Vec<[Step; B]> = Vec::with_capacity(self.steps as usize);
         let rounding = |i: usize, k: usize| Rounding {
             value: self.rounding[k].value * size(i),
             grad: self.rounding[k].grad * size(i),
         };
-        for _ in 0..self.steps {
+        'steps: for step in 0..self.steps {
             let mut changes = [[Change::default(); 4]; B];
+            let mut known = [Stage::default(); B];
             for stage in 0..4 {
                 let time = [0.0, 0.5, 0.5, 1.0][stage] * h;
                 let mut places = [Place {
@@ -344,16 +295,13 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
                 for i in 0..B {
                     let before = if stage == 0 { Change::default() } else { changes[i][stage - 1] };
                     places[i] = balls[i].place(time, &before);
-                    Taylors::set_ball(&mut numbers, i, places[i].at, places[i].radius);
                 }
-                let u = run(&numbers);
+                self.stages(&places, &rounding, &mut run, &mut numbers, &mut known);
+                if step == 0 && stage == 0 && known.iter().all(Stage::is_still) {
+                    break 'steps;
+                }
                 for i in 0..B {
-                    let own = Stage::new(
-                        &[u[0].lane(i), u[1].lane(i), u[2].lane(i)],
-                        places[i].radius,
-                        is_gradient,
-                    );
-                    changes[i][stage] = Change::new(&own, &places[i], rounding(i, 0));
+                    changes[i][stage] = Change::new(&known[i], &places[i], rounding(i, 0));
                 }
             }
             let mut taken = [Step { linear: ONE, rest: 0.0, off: 0.0 }; B];
@@ -375,6 +323,35 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
             let way = steps.iter().rev().map(|steps| &steps[i]);
             seen_back(&values.lane(i), &balls[i], way, rounding(i, 1))
         })
+    }
+}
+
+impl<V: Code<3>, F> Tube<'_, V, F> {
+    /// The velocity at the places of a stage.
+    fn stages<const B: usize>(
+        &self,
+        places: &[Place; B],
+        rounding: &impl Fn(usize, usize) -> Rounding,
+        run: &mut impl FnMut(&[Taylors<B>; 3]) -> [Taylors<B>; 3],
+        numbers: &mut [Taylors<B>; 3],
+        out: &mut [Stage; B],
+    ) {
+        let at: [[f64; B]; 3] = std::array::from_fn(|axis| std::array::from_fn(|i| places[i].at[axis]));
+        let radius: [f64; B] = std::array::from_fn(|i| places[i].radius);
+        match self.velocity.parts() {
+            Parts::Kernels(parts) => of_kernels(&parts, &at, &radius, out),
+            Parts::Slope(kernel, k) => of_slope(kernel, k, &at, &radius, out),
+            Parts::Any => {
+                for i in 0..B {
+                    Taylors::set_ball(numbers, i, places[i].at, radius[i]);
+                }
+                let u = run(numbers);
+                for i in 0..B {
+                    let u = [u[0].lane(i), u[1].lane(i), u[2].lane(i)];
+                    out[i] = Stage::new(&u, radius[i], self.velocity.is_gradient(), rounding(i, 0));
+                }
+            }
+        }
     }
 }
 

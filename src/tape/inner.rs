@@ -3,9 +3,9 @@
 
 use super::{Evaluator, Instr, Tape};
 use crate::expr::{Flow, Graph};
-use crate::flow::{self, Code};
+use crate::flow::{self, Code, Parts};
 use crate::noise::{Noise, Part};
-use crate::num::{Class, Number};
+use crate::num::{Class, Kernel, Number};
 use crate::op::Op;
 use std::sync::Arc;
 
@@ -18,11 +18,50 @@ pub struct Inner<const N: usize> {
     tape: Arc<Tape>,
     class: Class,
     is_gradient: bool,
+    parts: Option<Simple>,
+}
+
+/// Noises that are all there is to a velocity, with factors: three, or one of which it is the slope.
+#[derive(Clone, Debug)]
+enum Simple {
+    Three(Box<[(Noise, f64); 3]>),
+    Slope(Noise, f64),
+}
+
+impl Simple {
+    /// The noises of a tape of three outputs.
+    fn of(tape: &Tape) -> Option<Simple> {
+        let part = |output: &u32| {
+            let (slot, k) = match &tape.code[*output as usize] {
+                Instr::Scale(slot, k) => (*slot, *k),
+                Instr::Op(Op::Neg(_), args) => (args[0], -1.0),
+                _ => (*output, 1.0),
+            };
+            let Instr::Noise(noise, p) = &tape.code[slot as usize] else { return None };
+            (tape.is_point(p) && noise.is_uniform()).then_some((**noise, k))
+        };
+        let [x, y, z] = tape.outputs[..] else { return None };
+        let parts = [part(&x)?, part(&y)?, part(&z)?];
+        let whole = |noise: &Noise| Noise { part: Part::Value, ..*noise };
+        if tape.is_gradient() {
+            let is_bounded = whole(&parts[0].0).bounds().third.is_finite();
+            return is_bounded.then_some(Simple::Slope(whole(&parts[0].0), parts[0].1));
+        }
+        let are_bounded = parts.iter().all(|(n, _)| n.part == Part::Value && n.bounds().hessian.is_finite());
+        are_bounded.then(|| Simple::Three(Box::new(parts)))
+    }
+
+    fn parts(&self) -> Parts<'_, Noise> {
+        match self {
+            Simple::Three(parts) => Parts::Kernels(parts.each_ref().map(|(noise, k)| (noise, *k))),
+            Simple::Slope(noise, k) => Parts::Slope(noise, *k),
+        }
+    }
 }
 
 impl<const N: usize> Inner<N> {
     fn new(tape: Tape, class: Class) -> Self {
-        Inner { is_gradient: tape.is_gradient(), tape: Arc::new(tape), class }
+        Inner { is_gradient: tape.is_gradient(), parts: Simple::of(&tape), tape: Arc::new(tape), class }
     }
 
     /// The tape.
@@ -42,8 +81,14 @@ impl Inner<1> {
 }
 
 impl<const N: usize> Code<N> for Inner<N> {
+    type Part = Noise;
+
     fn class(&self) -> Class {
         self.class
+    }
+
+    fn parts(&self) -> Parts<'_, Noise> {
+        self.parts.as_ref().map_or(Parts::Any, Simple::parts)
     }
 
     fn is_gradient(&self) -> bool {
@@ -68,6 +113,11 @@ impl Tape {
         is_here.then_some(flowed)
     }
 
+    /// Whether these are the coordinates themselves.
+    fn is_point(&self, p: &[u32; 3]) -> bool {
+        (0..3).all(|axis| matches!(self.code[p[axis] as usize], Instr::Coordinate(own) if own == axis))
+    }
+
     /// Whether the three outputs are one and the same sum, with constant factors, of the slopes of noises along the three
     /// axes.
     fn is_gradient(&self) -> bool {
@@ -79,13 +129,12 @@ impl Tape {
 
     fn are_slopes(&self, slots: [u32; 3]) -> bool {
         let are_noises = |noises: [&Noise; 3], places: [&[u32; 3]; 3]| {
-            let here = |place: &[u32; 3]| {
-                let axis = |(axis, slot): (usize, &u32)| matches!(self.code[*slot as usize], Instr::Coordinate(own) if own == axis);
-                place.iter().enumerate().all(axis)
-            };
             let whole = noises.map(|n| Noise { part: Part::Value, ..*n });
             let along = |k: usize| noises[k].part == Part::Slope(k as u8);
-            whole[0] == whole[1] && whole[0] == whole[2] && (0..3).all(along) && places.into_iter().all(here)
+            whole[0] == whole[1]
+                && whole[0] == whole[2]
+                && (0..3).all(along)
+                && places.into_iter().all(|p| self.is_point(p))
         };
         match slots.map(|slot| &self.code[slot as usize]) {
             [Instr::Scale(x, a), Instr::Scale(y, b), Instr::Scale(z, c)] => {

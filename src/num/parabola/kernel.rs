@@ -110,20 +110,27 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         nothing: &Parabola<K>,
     ) -> Self {
         let mut out = Self::all(*nothing);
-        // The lanes that see anything, side by side.
-        let (mut seeing, mut count) = ([0; B], 0);
+        // The balls that lanes are about, side by side; lanes to spare are about the same one as the first.
+        let (mut about, mut count) = ([0; B], 0);
         let (mut at, mut radius) = ([[0.0; B]; 3], [0.0; B]);
         for i in (0..B).filter(|&i| !blind[i]) {
-            for axis in 0..3 {
-                at[axis][count] = p[axis].mid[0][i];
+            let (c, r) = ([p[0].mid[0][i], p[1].mid[0][i], p[2].mid[0][i]], reach[i].whole());
+            let is_first = count > 0 && [at[0][0], at[1][0], at[2][0]] == c && radius[0] == r;
+            if !is_first {
+                about[i] = count;
+                (at[0][count], at[1][count], at[2][count], radius[count]) = (c[0], c[1], c[2], r);
+                count += 1;
             }
-            (seeing[count], radius[count]) = (i, reach[i].whole());
-            count += 1;
         }
         let mut known = [Local::UNKNOWN; B];
-        let known = &mut known[..count];
-        k.locals(Order::Gradient, at.each_ref().map(|at| &at[..count]), &radius[..count], known);
-        for (&i, (local, error)) in seeing.iter().zip(known) {
+        k.locals(
+            Order::Gradient,
+            at.each_ref().map(|at| &at[..count]),
+            &radius[..count],
+            &mut known[..count],
+        );
+        for i in (0..B).filter(|&i| !blind[i]) {
+            let (local, error) = &known[about[i]];
             out.set(i, &Parabola::expand(local, *error, reach[i], &Self::place(&p, i)));
         }
         out

@@ -1,0 +1,303 @@
+//! Flows: what they must keep, against closed forms, differences, dense samples and meshes.
+
+use glam::DVec3;
+use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, caster};
+use orogen::field::{Field, Watch};
+use orogen::mesh::Fineness;
+use orogen::num::{Interval, Jet, Many, Reduced, Slope, Taylors};
+use orogen::scene::Aabb;
+use orogen::script::{Request, compile};
+use orogen::session::polygonise;
+use orogen::shape::Census;
+use orogen::tape::Evaluator;
+use rand::{RngExt, SeedableRng, rngs::StdRng};
+use std::sync::atomic::AtomicBool;
+
+/// Velocities of all kinds, the last ones strong; and whether they are C1 at least.
+const VELOCITIES: &[(&str, bool)] = &[
+    ("vec3(y, 0, 0)", true),
+    ("0.1 * vector_noise(gradient(7).scaled(4.0))", true),
+    ("0.01 * slope(gradient(7).scaled(4.0))", true),
+    ("0.05 * curl(vector_noise(gradient(3).scaled(3.0)))", true),
+    ("flow::along_sphere(0.3 * vector_noise(gradient(2).scaled(2.0)))", true),
+    ("flow::above(0.2 * vector_noise(sparse(2).scaled(3.0)), 0.7, 1.0)", true),
+    ("flow::push([0, 0.9, 0], [0.5, 0.3, 0], 0.7) + flow::twist([0.7, 0, 0], [1, 0, 0], 200, 0.9)", true),
+    ("slope(0.1 * gradient(7).scaled(3.0) * smoothstep(0.5, 1.5, length(p)))", false),
+    ("0.1 * vector_noise(cellular(7).scaled(4.0))", false),
+    ("0.5 * vector_noise(gradient(7).scaled(4.0))", true),
+];
+
+fn field(script: &str) -> Field {
+    let compiled = compile(&Request::text(format!("import \"std/flow\" as flow;\n{script}")));
+    let scene = compiled.scene.unwrap_or_else(|| panic!("{script}: {:?}", compiled.diagnostics));
+    Field::new(&scene.graph, scene.surface.field)
+}
+
+fn flowed(velocity: &str) -> Field {
+    field(&format!("sphere(1.0).flow({velocity})"))
+}
+
+fn points(seed: u64, count: usize) -> Vec<DVec3> {
+    let mut rng = StdRng::seed_from_u64(seed);
+    (0..count).map(|_| DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.3..1.3)))).collect()
+}
+
+#[test]
+fn flows_that_have_closed_forms() {
+    let mut still = field("sphere(1.0)");
+    // Nothing; a shear; a turn, which a sphere does not notice; growth, by the exponential of its rate.
+    let mut nothing = flowed("vec3(0, 0, 0) * x");
+    let mut shear = flowed("vec3(2.0 * y, 0, 0)");
+    let mut turn = flowed("cross(vec3(1, 2, 3), p)");
+    let mut growth = flowed("0.7 * p");
+    // The noise of a point is carried along too, and so is a vector.
+    let mut along = field("gradient(7).flow(vec3(0.3, -0.2, 0.1))");
+    let mut noise = field("gradient(7)");
+    let mut vector = field("p.flow(vec3(0.3, -0.2, 0.1)).y");
+    for p in points(1, 300) {
+        let close = |a: f64, b: f64, within: f64| assert!((a - b).abs() <= within, "{p}: {a} is not {b}");
+        close(nothing.value(p), still.value(p), 0.0);
+        close(shear.value(p), still.value(p - 2.0 * p.y * DVec3::X), 1e-14);
+        close(turn.value(p), still.value(p), 1e-3);
+        close(growth.value(p), still.value(p * (-0.7_f64).exp()), 1e-4);
+        close(along.value(p), noise.value(p - DVec3::new(0.3, -0.2, 0.1)), 1e-14);
+        close(vector.value(p), p.y + 0.2, 1e-14);
+        // d = exp(M) x has the derivative exp(M).
+        let (_, g) = shear.gradient(p);
+        let n = (p - 2.0 * p.y * DVec3::X).normalize();
+        assert!((g - DVec3::new(n.x, n.y - 2.0 * n.x, n.z)).length() < 1e-13, "{p}: {g}");
+    }
+}
+
+#[test]
+fn what_flows_comes_back() {
+    for (velocity, is_smooth) in VELOCITIES {
+        let mut there = field(&format!("p.flow({velocity}).x"));
+        let mut back = field(&format!("p.flow({velocity}).unflow({velocity}).x"));
+        let far = points(2, 200).into_iter().map(|p| (there.value(p) - p.x).abs()).fold(0.0, f64::max);
+        // Creases cost accuracy that the probes may not have met.
+        let share = if *is_smooth { 2e-3 } else { 2e-2 };
+        for p in points(3, 200) {
+            let off = (back.value(p) - p.x).abs();
+            assert!(off <= share * far, "{velocity} at {p}: off by {off}, and carries as far as {far}");
+        }
+    }
+}
+
+#[test]
+fn derivatives_are_those_of_the_map() {
+    const H: f64 = 1e-5;
+    for (velocity, is_smooth) in VELOCITIES {
+        if !is_smooth {
+            continue;
+        }
+        let mut f = flowed(velocity);
+        for p in points(4, 60) {
+            let (value, g) = f.gradient(p);
+            assert_eq!(value, f.value(p), "{velocity}");
+            let jet = f.jet(p);
+            assert_eq!((jet.value, DVec3::from_array(jet.grad)), (value, g), "{velocity}");
+            for axis in 0..3 {
+                let e = DVec3::from_array(std::array::from_fn(|k| if k == axis { H } else { 0.0 }));
+                let slope = (f.value(p + e) - f.value(p - e)) / (2.0 * H);
+                let size = 1.0 + g.length();
+                assert!((slope - g[axis]).abs() < 1e-5 * size, "{velocity} at {p}: {slope} and {g}");
+                let bend = (f.gradient(p + e).1 - f.gradient(p - e).1) / (2.0 * H);
+                let bent = jet.hess[axis];
+                // Slopes of noises have second derivatives from differences themselves.
+                let within = 2e-2 * (1.0 + bend.length());
+                assert!((bend[axis] - bent).abs() < within, "{velocity} at {p}: {} and {bent}", bend[axis]);
+            }
+        }
+    }
+}
+
+#[test]
+fn lanes_equal_points_bit_for_bit() {
+    for (velocity, _) in VELOCITIES {
+        let mut f = flowed(velocity);
+        let mut lanes = Evaluator::<Many<f64, 16>>::new(f.tape().clone());
+        for batch in points(5, 64).chunks(16) {
+            let at = std::array::from_fn(|axis| Many(std::array::from_fn(|i| batch[i][axis])));
+            let Many(values) = *lanes.eval(&at);
+            for (p, value) in batch.iter().zip(values) {
+                assert_eq!(f.value(*p).to_bits(), value.to_bits(), "{velocity} at {p}");
+            }
+        }
+    }
+}
+
+#[test]
+fn enclosures_contain() {
+    let mut rng = StdRng::seed_from_u64(6);
+    for (velocity, _) in VELOCITIES {
+        let mut f = flowed(velocity);
+        let mut forms = Evaluator::<Reduced<1>>::new(f.tape().clone());
+        let mut balls = Evaluator::<Taylors<4>>::new(f.tape().clone());
+        for (i, c) in points(7, 24).into_iter().enumerate() {
+            let half = [1e-12, 1e-4, 1e-2, 0.1, 0.4, 1.5][i % 6];
+            let region = c.to_array().map(|c| Interval::around(c, half));
+            let (range, slope) = (f.range(&region), f.slope(&region));
+            let mut ball = [orogen::num::Number::constant(0.0); 3];
+            Taylors::<4>::set_ball(&mut ball, 2, c.to_array(), half);
+            let taylor = balls.eval(&ball).lane(2);
+            // A piece of a line through the middle.
+            let e = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-half..half)));
+            let line = std::array::from_fn(|k| Reduced::<1>::new(c[k], [e[k]]));
+            let form = *forms.eval(&line);
+            for _ in 0..12 {
+                let o = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-half..half)));
+                let Jet { value, grad, .. } = f.jet(c + o);
+                assert!(range.contains(value), "{velocity}: {value} at {} is outside of {range:?}", c + o);
+                assert!(slope.value.contains(value), "{velocity}: {value} outside of {slope:?}");
+                let norm = DVec3::from_array(grad).length();
+                assert!(norm <= slope.norm, "{velocity}: slope {norm} above {}", slope.norm);
+                assert!(
+                    (0..3).all(|k| slope.grad[k].contains(grad[k])),
+                    "{velocity}: {grad:?} outside of {slope:?}"
+                );
+                if o.length() < half {
+                    assert!(taylor.range.contains(value), "{velocity}: {value} outside of {taylor:?}");
+                    let u = o / half;
+                    let linear = taylor.value + DVec3::from_array(taylor.grad).dot(u);
+                    assert!((value - linear).abs() <= taylor.bow[0], "{velocity}: {value} and {taylor:?}");
+                }
+                let t = rng.random_range(-1.0..1.0);
+                let value = f.value(c + t * e);
+                let off = (value - form.mid - t * form.slope[0]).abs();
+                assert!(off <= form.rest && form.range.contains(value), "{velocity}: {value} and {form:?}");
+            }
+        }
+        // A smaller ball is no wider.
+        let at = DVec3::new(0.9, 0.3, -0.2).to_array();
+        let width = |f: &mut Field, half: f64| f.range(&at.map(|c| Interval::around(c, half))).width();
+        let widths = [1e-4, 1e-3, 1e-2].map(|half| width(&mut f, half));
+        assert!(widths.windows(2).all(|w| w[0] <= w[1]), "{velocity}: {widths:?}");
+        let wide: Slope = f.slope(&at.map(|c| Interval::around(c, 0.1)));
+        assert!(wide.norm.is_finite(), "{velocity} has no bound");
+    }
+}
+
+/// Rays in bundles of neighbours, as pictures have them.
+fn bundles(count: usize, region: &Aabb) -> Vec<Vec<Ray>> {
+    let mut rng = StdRng::seed_from_u64(8);
+    let mut out = Vec::new();
+    while out.len() < count {
+        let mut unit = || DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0))).normalize();
+        let (eye, target) = (4.0 * unit(), 0.9 * unit());
+        let (side, pixel) = ((target - eye).cross(unit()).normalize(), 0.004);
+        let up = side.cross(target - eye).normalize();
+        let bundle: Vec<Ray> = (0..256)
+            .filter_map(|i| {
+                let aim = target + pixel * (f64::from(i % 16) * side + f64::from(i / 16) * up);
+                let direction = (aim - eye).normalize();
+                let (near, far) = region.clip(eye, direction)?;
+                Some(Ray { origin: eye, direction, near, far, tolerance: Tolerance::fixed(1e-4) })
+            })
+            .collect();
+        out.push(bundle);
+    }
+    out
+}
+
+#[test]
+fn no_hit_is_missed_where_the_heuristic_misses() {
+    let mut f = flowed("-0.04 * slope(gradient(7).scaled(4.0))");
+    let region = Aabb::cube(1.4);
+    let never = AtomicBool::new(false);
+    let mut cast = |kind: Kind, rays: &[Ray]| {
+        let mut out = vec![Hit::MISS; rays.len()];
+        let mut stats = CastStats::default();
+        caster(kind, &mut f, &region, &[]).expect("a caster").first_hits(rays, &mut out, &mut stats, &never);
+        out
+    };
+    let (mut rays_in_all, mut hits, mut uncertified, mut heuristic_errs) = (0, 0, 0, 0);
+    for rays in bundles(12, &region) {
+        let (certified, bent) = (cast(Kind::Beam, &rays), cast(Kind::Bent, &rays));
+        let mut lanes =
+            Evaluator::<Many<f64, 16>>::new(flowed("-0.04 * slope(gradient(7).scaled(4.0))").tape().clone());
+        for ((ray, hit), guess) in rays.iter().zip(&certified).zip(&bent) {
+            rays_in_all += 1;
+            uncertified += usize::from(!hit.certified);
+            hits += usize::from(hit.is_hit());
+            // Nothing lies before the hit, as far as 512 samples can tell.
+            let end = hit.t.min(ray.far) - 2e-4;
+            for batch in 0..32 {
+                let at = |i: usize| ray.at(ray.near + (end - ray.near) * (16 * batch + i) as f64 / 512.0);
+                let at: [_; 3] = std::array::from_fn(|axis| Many(std::array::from_fn(|i| at(i)[axis])));
+                let least = lanes.eval(&at).0.into_iter().fold(f64::INFINITY, f64::min);
+                assert!(least > 0.0, "{ray:?}: a root before {hit:?}");
+            }
+            heuristic_errs += usize::from(guess.is_hit() != hit.is_hit() || (guess.t - hit.t).abs() > 2e-3);
+        }
+    }
+    assert!(hits > rays_in_all / 4, "{hits} of {rays_in_all} rays meet the solid");
+    assert!(1000 * uncertified < rays_in_all, "{uncertified} of {rays_in_all} rays are not certified");
+    assert!(heuristic_errs > 0, "the heuristic made no error: the flow is too weak to tell them apart");
+}
+
+fn meshed(script: &str, resolution: u32) -> orogen::mesh::Meshed {
+    let script = format!("import \"std/flow\" as flow;\n{script}");
+    let scene = compile(&Request::text(script)).scene.expect("a scene");
+    let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+    polygonise(&scene, &Fineness { resolution: Some(resolution), tolerance: None }, &watch).expect("a mesh")
+}
+
+#[test]
+fn topology_is_kept() {
+    for seed in 0..5 {
+        for (velocity, solid, parts, euler) in [
+            (format!("flow::by_noise(gradient({seed}).scaled(2.0), 0.4)"), "torus(1.0, 0.4)", 1, 0),
+            (format!("flow::by_slope(gradient({seed}).scaled(3.0), 0.04)"), "sphere(1.0)", 1, 2),
+            (format!("flow::by_curl(gradient({seed}).scaled(2.0), 0.2)"), "shell(sphere(1.0), 0.3)", 2, 4),
+            (
+                format!("flow::twist([0.5, 0.2, 0.1 * {seed}], [1, 0.3, 0.2], 200, 1.2)"),
+                "union(torus(0.8, 0.2), torus(0.8, 0.2).rotate([1, 0, 0], 90))",
+                1,
+                -4,
+            ),
+        ] {
+            let script = format!("{solid}.flow({velocity})");
+            let census = Census::of(&meshed(&script, 64).mesh);
+            assert!(census.is_closed_manifold(), "{script}");
+            assert_eq!((census.parts, census.euler_characteristic()), (parts, euler), "{script}");
+        }
+    }
+}
+
+#[test]
+fn curls_keep_volumes() {
+    let volume = |script: &str| {
+        let mesh = meshed(script, 96).mesh;
+        let six = |t| {
+            let [a, b, c] = mesh.corners(t);
+            a.dot(b.cross(c))
+        };
+        (0..mesh.triangles.len()).map(six).sum::<f64>() / 6.0
+    };
+    let before = volume("sphere(1.0)");
+    let stirred = volume("sphere(1.0).flow(flow::by_curl(gradient(3).scaled(2.0), 0.1))");
+    assert!((stirred / before - 1.0).abs() < 1e-3, "{before} becomes {stirred}");
+    // What does not stir does not keep them.
+    let kneaded = volume("sphere(1.0).flow(flow::by_noise(gradient(3).scaled(2.0), 0.2))");
+    assert!((kneaded / before - 1.0).abs() > 1e-3, "{before} becomes {kneaded}");
+}
+
+#[test]
+fn expressions_have_gradients() {
+    let scripts =
+        ["gradient(7).scaled(4.0)", "sparse(2) * length(p)", "exp(x * y) + smoothstep(-1.0, 1.0, z)"];
+    for script in scripts {
+        let mut f = field(script);
+        let mut parts = ["x", "y", "z"].map(|axis| field(&format!("slope({script}).{axis}")));
+        let mut turning = field(&format!("length(curl(slope({script})))"));
+        for p in points(9, 50) {
+            let (_, g) = f.gradient(p);
+            for axis in 0..3 {
+                let own = parts[axis].value(p);
+                assert!((own - g[axis]).abs() < 1e-11 * (1.0 + g.length()), "{script} at {p}: {own} and {g}");
+            }
+            assert!(turning.value(p) < 1e-9, "{script}: a gradient has no curl");
+        }
+    }
+}
