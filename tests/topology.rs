@@ -333,6 +333,29 @@ fn degenerate_points_are_reported() {
     assert!(!ring.is_certified() && !ring.open.is_empty());
 }
 
+/// What comes in through a face of the region may have its minimum beyond it: no critical point tells of it.
+#[test]
+fn what_goes_on_beyond_the_region_is_not_certified() {
+    for script in [
+        "smooth_union(sphere(0.5), sphere(1.0).translate([1.8, 0, 0]), 0.05)",
+        "x * x + z * z + y",
+        "y",
+        "sphere(1.0).translate([0.3, -1.5, 0.2])",
+        "sphere(1e12)",
+        // A speck on an edge of the region, and a corner.
+        "sphere(0.01).translate([1.005, 1.005, 0.123])",
+        "sphere(0.01).translate([1.005, -1.005, 1.005])",
+    ] {
+        let found = complex(script, 1.0);
+        assert!(found.cut && !found.is_certified(), "{script}");
+        assert!(found.components.iter().all(|c| c.genus.is_none()), "{script}");
+    }
+    // What ends close to the border is not taken for what goes on.
+    for script in ["sphere(0.999)", "sphere(0.5) + 0.45 * gradient(3).scaled(4.0) * (1.0 - x * x)"] {
+        assert!(complex(script, 1.0).is_certified(), "{script}");
+    }
+}
+
 #[test]
 fn a_bridge_of_a_millionth_joins() {
     let blobs = |level: f64| {

@@ -12,6 +12,7 @@
 //! can close off a void, so that one without them has as many handles as that says.
 
 use super::basin::{Basin, Basins, widest};
+use super::border::is_closed;
 use super::descent::{End, Place, Start, descend};
 use super::point::{CriticalPoint, Kind};
 use super::search::{Balls, Critical, Search, SearchStats};
@@ -47,9 +48,10 @@ pub struct Component {
     pub lowest: f64,
     /// Euler characteristic.
     pub euler: i64,
-    /// Number of handles, where it follows.
+    /// Number of handles, where it follows: where all of it is known to be in the region, and it has no 2-saddles.
     pub genus: Option<i64>,
     /// A box around its critical points.
+    #[serde(rename = "critical_bounds")]
     pub bounds: Aabb,
 }
 
@@ -76,6 +78,8 @@ pub struct Complex {
     pub lost: usize,
     /// Critical points from which a path left the region.
     pub beyond: usize,
+    /// Whether the solid may go on beyond the region: then there may be components without a critical point in it.
+    pub cut: bool,
     /// What the search took.
     pub stats: SearchStats,
 }
@@ -107,6 +111,7 @@ impl Complex {
             .map_init(|| Balls::new(tape), |field, some| both_ends(field, &points, some, &basins, &region))
             .flatten()
             .collect();
+        let cut = !is_closed(tape, &region, watch.cancel);
         if watch.cancel.load(Ordering::Relaxed) {
             return None;
         }
@@ -121,6 +126,7 @@ impl Complex {
             level,
             lost: count(End::Lost) + found.iter().filter(|b| b.radius <= 0.0).count(),
             beyond: count(End::Beyond),
+            cut,
             stats: critical.stats,
             points,
         };
@@ -131,7 +137,7 @@ impl Complex {
 
     /// Whether it is proven that the components are these.
     pub fn is_certified(&self) -> bool {
-        self.open.is_empty() && self.level.is_empty() && self.lost == 0 && self.beyond == 0
+        self.open.is_empty() && self.level.is_empty() && self.lost == 0 && self.beyond == 0 && !self.cut
     }
 
     /// The basins by where they are; number `i` is that of the minimum `basins[i].0`.
@@ -193,7 +199,7 @@ impl Complex {
             (min, max) = (min.min(p.position), max.max(p.position));
         }
         let euler = euler(counts);
-        let genus = (counts[2] == 0).then_some(1 - euler);
+        let genus = (counts[2] == 0 && !self.cut).then_some(1 - euler);
         Component {
             counts,
             deepest,

@@ -59,7 +59,7 @@ pub fn judge(f: &Taylor, share: DVec3, solid: bool) -> Verdict {
 }
 
 /// Whether the values in the cell are positive.
-fn is_outside(f: &Taylor, share: DVec3) -> bool {
+pub fn is_outside(f: &Taylor, share: DVec3) -> bool {
     let [x, y, z] = f.grad.map(f64::abs);
     let first = x * share.x + y * share.y + z * share.z;
     if f.range.lo > 0.0 || f.value - (first + f.bow[0]) * (1.0 + 1e-12) > 0.0 {

@@ -53,7 +53,7 @@ fn renumbered(node: &Node, name: impl Fn(&NodeId) -> NodeId) -> Node {
 }
 
 /// Raised when analyses of old must not be taken for those of now.
-const REVISION: u32 = 1;
+const REVISION: u32 = 2;
 
 /// What a file holds.
 #[derive(Serialize, Deserialize)]
