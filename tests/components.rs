@@ -295,6 +295,9 @@ fn regions_cut() {
         Limits::default(),
     );
     assert!(found.is_certified() && found.list.len() == 1, "{:?}", found.list);
+    // One that ends right before it.
+    let found = within("box(1.0)", &Aabb::cube(0.503), Limits::default());
+    assert!(found.is_certified() && found.list.len() == 1 && !found.list[0].cut, "{:?}", found.list);
     let nothing =
         within("sphere(0.5)", &Aabb { min: DVec3::splat(1.0), max: DVec3::splat(2.0) }, Limits::default());
     assert!(nothing.is_certified() && nothing.list.is_empty());

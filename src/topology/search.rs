@@ -101,7 +101,7 @@ pub fn search(tape: &Arc<Tape>, search: &Search, watch: &Watch<'_>) -> Option<Cr
         .map_init(
             || Balls::new(tape),
             |field, cell| {
-                let part = Part::search(field, vec![*cell], search, watch.cancel);
+                let part = Part::search(field, vec![*cell], search, (u64::MAX, watch.cancel));
                 (watch.progress)((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64);
                 part
             },
@@ -131,14 +131,15 @@ pub(super) fn isolate(field: &mut Balls, found: &mut Critical, solid: bool) {
     found.points.sort_by(by_value);
 }
 
-/// Finds the critical points in a few cells, some of which may be flat; what is not smooth is left open.
+/// Finds the critical points in a few cells, some of which may be flat; what is not smooth is left open, and what is left
+/// when it has looked at so many cells.
 pub(super) fn search_cells(
     field: &mut Balls,
     cells: Vec<Cell>,
     search: &Search,
-    cancel: &AtomicBool,
+    limits: (u64, &AtomicBool),
 ) -> Critical {
-    gathered(vec![Part::search(field, cells, search, cancel)])
+    gathered(vec![Part::search(field, cells, search, limits)])
 }
 
 /// All that the parts found, each point once.
@@ -169,7 +170,13 @@ struct Part {
 }
 
 impl Part {
-    fn search(field: &mut Balls, roots: Vec<Cell>, search: &Search, cancel: &AtomicBool) -> Part {
+    /// Searches until it is cancelled, or has looked at so many cells.
+    fn search(
+        field: &mut Balls,
+        roots: Vec<Cell>,
+        search: &Search,
+        (most, cancel): (u64, &AtomicBool),
+    ) -> Part {
         let mut part = Part::default();
         let diagonal = search.region.diagonal();
         let Aabb { min, max } = search.region;
@@ -181,6 +188,11 @@ impl Part {
             if single.len() >= LANES || stack.is_empty() {
                 let batch: Vec<Cell> = single.drain(single.len().saturating_sub(LANES)..).collect();
                 part.polish(field, &batch, (search, smallest), &mut stack);
+                continue;
+            }
+            if part.stats.cells >= most {
+                part.crowded = true;
+                part.open.extend(stack.drain(..).map(|cell| bounds(&cell)));
                 continue;
             }
             let from = stack.len().saturating_sub(LANES);

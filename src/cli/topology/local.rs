@@ -44,6 +44,7 @@ pub(super) fn print(stats: &LocalStats) {
     for (name, value) in [
         ("points asked about", count(stats.asked)),
         ("  undecided", count(stats.unknown)),
+        ("searches given up", count(stats.impatient)),
         ("places looked at", count(stats.looked)),
         ("  seen from the core", share(stats.quick, stats.looked)),
         ("voxels searched", count(stats.voxels)),

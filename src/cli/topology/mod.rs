@@ -13,7 +13,7 @@ use crate::exchange::mesh::{Network, write_network};
 use crate::field::Watch;
 use crate::render::{self, Job, Metadata, Picture};
 use crate::scene::{Keep, Measure, Scene};
-use crate::session::topology::{ARCS, Analysis, COLORS, Show, analyse, kept, picture};
+use crate::session::topology::{ARCS, Analysis, COLORS, Purpose, Show, analyse, kept, picture, unproven};
 use crate::session::{self, Order};
 use crate::topology::separatrices;
 use crate::world::atomic;
@@ -109,13 +109,14 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         return tell(args, &stats, || local::print(&stats));
     }
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
-    let found = session::on_threads(args.picture.threads, || analyse(&scene, args.fresh, &watch));
+    let purpose = Purpose { fresh: args.fresh, volumes: true };
+    let found = session::on_threads(args.picture.threads, || analyse(&scene, purpose, &watch));
     progress.finish();
     let analysis = found.and_then(|a| a).map_err(|error| work::failure(error, &loaded, terminal))?;
     let elapsed = start.elapsed().as_secs_f64();
     let keep = scene.surface.keep.unwrap_or(Keep::Most(Measure::Minima));
     let kept = kept(&analysis, &keep).map_err(|error| work::failure(error, &loaded, terminal))?;
-    let report = Report::new(&analysis, &analysis.sizes(), &kept, elapsed);
+    let report = Report::new(&analysis, &kept, elapsed);
     tell(args, &report, || report.print(args.top))?;
     if args.json.is_none() {
         let source = if analysis.remembered { ", partly from disk" } else { "" };
@@ -135,7 +136,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         progress.finish();
         made.map_err(|error| work::failure(error, &loaded, terminal))?;
     }
-    report.doubts().iter().for_each(|d| terminal.diagnostic(d, &loaded.sources));
+    let unproven = unproven(&analysis, &kept).filter(|_| analysis.is_certified());
+    report.doubts().iter().chain(&unproven).for_each(|d| terminal.diagnostic(d, &loaded.sources));
     Ok(())
 }
 
@@ -192,12 +194,12 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
 
 /// Writes the complex.
 fn export(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
-    let Some(complex) = analysis.complex() else {
+    let Some(complex) = &analysis.complex else {
         let hint = "see the warning above for what is not smooth";
         return Err(Failure::error("a field that is not smooth has no critical points to write", hint));
     };
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
-        return write(path, |f| Ok(serde_json::to_writer(f, complex)?));
+        return write(path, |f| Ok(serde_json::to_writer(f, &**complex)?));
     }
     let lines = separatrices(&analysis.tape, complex).into_iter().zip(&complex.arcs);
     let network = Network {

@@ -43,6 +43,7 @@ mod bounds;
 mod joins;
 mod tree;
 
+use super::border::is_closed;
 use crate::field::{Stopped, Watch};
 use crate::num::Interval;
 use crate::scene::Aabb;
@@ -109,6 +110,8 @@ pub struct Components {
     /// Cells of which it is not known where their solid belongs, if they have any. They may hold components that
     /// are in no list.
     pub undecided: Vec<Aabb>,
+    /// A bound on the volume of all of these together.
+    pub undecided_volume: f64,
     /// Cells that were looked at.
     pub cells: usize,
     /// Times that the region was cut where that was necessary.
@@ -116,12 +119,24 @@ pub struct Components {
     tree: Tree,
     /// Of the nodes of the tree.
     labels: Vec<Label>,
+    /// Bounds on the volumes of the clusters of cells without a label.
+    clusters: BTreeMap<u32, f64>,
 }
 
 impl Components {
     /// What a point belongs to.
     pub fn label(&self, p: DVec3) -> Label {
         self.tree.leaf_at(p).map_or(Label::Undecided, |leaf| self.labels[leaf as usize])
+    }
+
+    /// A bound on the volume, within the region, of the component that holds a point.
+    pub fn most_about(&self, p: DVec3) -> f64 {
+        let Some(leaf) = self.tree.leaf_at(p) else { return f64::INFINITY };
+        match self.labels[leaf as usize] {
+            Label::Component(c) => self.list[c].volume.hi,
+            Label::Outside => 0.0,
+            Label::Undecided => self.clusters.get(&leaf).copied().unwrap_or(f64::INFINITY),
+        }
     }
 
     /// Whether everything is proven.
@@ -153,14 +168,21 @@ pub fn components(
         joins.learn(&mut tree, &cut, &fresh);
         let clusters = Clusters::new(&tree, &mut joins);
         (watch.progress)(clusters.settled(&tree));
-        cut = clusters.to_cut(&tree, limits);
+        // Volumes are known as well as they can be if cells run short.
+        cut = coarse(&tree, limits);
         if cut.is_empty() {
-            cut = coarse(&tree, limits);
+            cut = clusters.to_cut(&tree, limits);
         }
         cut.sort_unstable_by_key(|&n| (tree.nodes[n as usize].level, n));
         cut.truncate(limits.cells.saturating_sub(tree.nodes.len()) / 8);
         if cut.is_empty() {
-            return Ok(clusters.finish(tree, joins));
+            let mut found = clusters.finish(tree, joins);
+            if found.list.iter().any(|c| c.cut) && is_closed(tape, region, watch.cancel) {
+                // Cells at the border are not understood in full, but nothing goes through it.
+                found.list.iter_mut().for_each(|c| c.cut = false);
+            }
+            watch.check()?;
+            return Ok(found);
         }
         let first = tree.nodes.len() as u32;
         cut.iter().for_each(|&n| tree.cut(n));
@@ -270,11 +292,17 @@ impl Clusters {
         }
         let mut found: Vec<(u32, Component)> =
             sets.iter().map(|(&set, measure)| (set, measure.component(true))).collect();
+        let mut clusters = BTreeMap::new();
+        let mut unknown = Measure::default();
         for cluster in self.0.values() {
             // Any of it may be all of it.
             let mut all = Measure::default();
             cluster.sets.iter().filter_map(|set| sets.get(set)).for_each(|measure| all.include(measure));
-            cluster.open().for_each(|n| all.add(&tree, n));
+            let unlabelled = |n: &u32| !matches!(joins.homes[*n as usize], Home::One(_));
+            let open: Vec<u32> = cluster.open().filter(unlabelled).collect();
+            open.iter().for_each(|&n| all.add(&tree, n));
+            open.iter().for_each(|&n| unknown.add(&tree, n));
+            clusters.extend(open.into_iter().map(|n| (n, all.all.hi)));
             for (set, component) in found.iter_mut().filter(|(set, _)| cluster.sets.contains(set)) {
                 let least = sets.get(set).map_or(0.0, |measure| measure.full.lo);
                 let Component { inside, shown, .. } = *component;
@@ -295,6 +323,8 @@ impl Clusters {
             labels: joins.homes.iter().map(&mut label).collect(),
             list: found.into_iter().map(|(_, component)| component).collect(),
             undecided: self.0.values().flat_map(Cluster::open).map(|n| tree.cell(n)).collect(),
+            undecided_volume: unknown.all.hi,
+            clusters,
             cells: tree.nodes.len(),
             depth: tree.nodes.iter().map(|node| node.level).max().unwrap_or(0),
             tree,
