@@ -54,7 +54,7 @@ fn is_free(field: &mut Balls, face: Cell, cancel: &AtomicBool) -> bool {
             if f.value < 0.0 || cell.half == DVec3::ZERO {
                 return false;
             }
-            stack.extend(cell.octants().map(|(_, part)| part));
+            stack.extend(cell.parts());
         }
     }
     true
