@@ -37,6 +37,7 @@ mod point;
 mod polish;
 mod search;
 mod separatrix;
+mod sets;
 mod verdict;
 
 pub use border::is_closed;

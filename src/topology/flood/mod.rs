@@ -44,12 +44,13 @@ mod joins;
 mod tree;
 
 use super::border::is_closed;
+use super::sets::Sets;
 use crate::field::{Stopped, Watch};
 use crate::num::Interval;
 use crate::scene::Aabb;
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
-use joins::{Home, Joins, Sets, has_way};
+use joins::{Home, Joins, has_way};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use tree::{State, Tree};
@@ -64,6 +65,9 @@ pub struct Limits {
     /// Times that it is cut along the surface in any case, for the sake of boxes and volumes.
     pub least: u8,
 }
+
+/// Times that it is cut around what cannot be decided: to a few thousandths of a region.
+const ENOUGH: u8 = 10;
 
 /// Times that a region can be cut.
 const DEEPEST: u8 = 30;
@@ -107,8 +111,8 @@ pub enum Label {
 pub struct Components {
     /// The largest first.
     pub list: Vec<Component>,
-    /// Cells of which it is not known where their solid belongs, if they have any. They may hold components that
-    /// are in no list.
+    /// Boxes around cells that touch and of which it is not known where their solid belongs, if they have any. They may
+    /// hold components that are in no list.
     pub undecided: Vec<Aabb>,
     /// A bound on the volume of all of these together.
     pub undecided_volume: f64,
@@ -266,11 +270,15 @@ impl Clusters {
         for Cluster { blind, homeless, between, .. } in self.0.values() {
             let before = cut.len();
             cut.extend(blind.iter().copied().filter(can));
+            // What is blind to the last keeps the cluster apart, however finely the rest is cut: that only serves
+            // to say where it is.
+            let is_lost = !blind.is_empty() && cut.len() == before;
+            let helps = |n: &u32| can(n) && !(is_lost && tree.nodes[*n as usize].level >= ENOUGH);
             if cut.len() == before {
-                cut.extend(homeless.iter().copied().filter(can));
+                cut.extend(homeless.iter().copied().filter(helps));
             }
             if cut.len() == before {
-                cut.extend(between.iter().copied().filter(can));
+                cut.extend(between.iter().copied().filter(helps));
             }
         }
         cut
@@ -280,6 +288,25 @@ impl Clusters {
     fn settled(&self, tree: &Tree) -> f64 {
         let share = |n: u32| libm::ldexp(1.0, -3 * i32::from(tree.nodes[n as usize].level));
         1.0 - self.0.values().flat_map(Cluster::open).map(share).sum::<f64>().min(1.0)
+    }
+
+    /// Boxes around cells that are not understood and touch.
+    fn places(&self, tree: &Tree, joins: &mut Joins) -> Vec<Aabb> {
+        let open: BTreeSet<u32> = self.0.values().flat_map(Cluster::open).collect();
+        let mut near = Sets::default();
+        near.grow(tree.nodes.len());
+        for pair in joins.differing() {
+            if open.contains(&pair.a) && open.contains(&pair.b) {
+                near.join(pair.a, pair.b);
+            }
+        }
+        let mut places: BTreeMap<u32, Aabb> = BTreeMap::new();
+        for n in open {
+            let cell = tree.cell(n);
+            let place = places.entry(near.of(n)).or_insert(cell);
+            *place = Aabb { min: place.min.min(cell.min), max: place.max.max(cell.max) };
+        }
+        places.into_values().collect()
     }
 
     /// What all that comes to.
@@ -322,7 +349,7 @@ impl Clusters {
         Components {
             labels: joins.homes.iter().map(&mut label).collect(),
             list: found.into_iter().map(|(_, component)| component).collect(),
-            undecided: self.0.values().flat_map(Cluster::open).map(|n| tree.cell(n)).collect(),
+            undecided: self.places(&tree, &mut joins),
             undecided_volume: unknown.all.hi,
             clusters,
             cells: tree.nodes.len(),
