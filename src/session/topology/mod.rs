@@ -64,6 +64,9 @@ impl Analysis {
     }
 }
 
+/// Share of the work that the search for critical points is, about.
+const SEARCH: f64 = 0.7;
+
 /// Cells of the octree beside a complex of which all is proven: it is there for speed alone.
 const BESIDE: Limits = Limits { cells: 1 << 17, depth: 8, least: 5 };
 
@@ -87,7 +90,9 @@ pub fn analyse(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Ana
     };
     let proven = complex.as_ref().filter(|complex| complex.is_certified());
     let limits = if proven.is_some() && !purpose.volumes { BESIDE } else { INSTEAD };
-    let flood = flood::components(&tape, &region, limits, watch).map_err(|_: Stopped| stage::stopped())?;
+    let searched = if complex.is_some() && !remembered { SEARCH } else { 0.0 };
+    let flooded = watch.part(searched, 1.0, |watch| flood::components(&tape, &region, limits, watch));
+    let flood = flooded.map_err(|_: Stopped| stage::stopped())?;
     let (parts, names) = match proven {
         Some(complex) => parts::of_complex(&tape, complex, &flood),
         None => parts::of_flood(&flood),
@@ -109,7 +114,10 @@ fn complex(
         return Ok((known, true));
     }
     let what = Search { region, solid: true };
-    let found = search(tape, &what, watch).and_then(|critical| Complex::new(tape, &what, critical, watch));
+    let found = watch.part(0.0, 0.9 * SEARCH, |watch| search(tape, &what, watch));
+    let joined =
+        |critical| watch.part(0.9 * SEARCH, SEARCH, |watch| Complex::new(tape, &what, critical, watch));
+    let found = found.and_then(joined);
     let complex = found.ok_or_else(stage::stopped)?;
     store::save(key, &complex);
     Ok((complex, false))
