@@ -20,6 +20,8 @@ pub struct Report<'a> {
     region: Aabb,
     /// Of smooth fields, as far as they were found.
     critical_points: Option<Counts>,
+    /// Whether these are all, and the components theirs.
+    complete: bool,
     components: Vec<Line<'a>>,
     undecided: Undecided,
     search: Option<SearchStats>,
@@ -85,6 +87,7 @@ impl<'a> Report<'a> {
             certified_within_bounds: analysis.is_certified(),
             region: analysis.region,
             critical_points: complex.map(Counts::new),
+            complete: analysis.proven().is_some(),
             components: analysis.parts.iter().zip(kept).map(line).collect(),
             undecided,
             search: complex.map(|c| c.stats),
@@ -102,9 +105,8 @@ impl<'a> Report<'a> {
             (false, false) => "not certified",
         };
         let components = plural(self.components.len() as u64, "component");
-        let complete = self.components.iter().any(|line| line.component.is_some());
         match &self.critical_points {
-            Some(counts) if complete => {
+            Some(counts) if self.complete => {
                 out(counts);
                 out(format!("Euler characteristic {}, {components}, {certified}", counts.euler));
             }
@@ -117,9 +119,14 @@ impl<'a> Report<'a> {
         if top == 0 || self.components.is_empty() {
             return;
         }
-        let details =
-            if complete { "  minima  1-saddles  2-saddles  maxima  Euler  genus      lowest" } else { "" };
-        out(format!("\ncomponent {:>21}{details}  kept", "volume"));
+        let details = if self.complete {
+            "  minima  1-saddles  2-saddles  maxima  Euler  genus      lowest"
+        } else {
+            ""
+        };
+        // In this order they are numbered.
+        let key = if self.complete { "by minima" } else { "by volume" };
+        out(format!("\n{key} {:>21}{details}  kept", "volume"));
         self.components.iter().enumerate().take(top).for_each(|(i, line)| line.print(i));
         match self.components.len().saturating_sub(top) {
             0 => {}
