@@ -7,10 +7,11 @@
 //! overlap the judge chooses, and its ruling is no proof.
 
 use super::local::{Joined, doubts, local};
+use super::store::Key;
 use super::{Analysis, Part, Purpose, analyse};
 use crate::cast::{Judge, Ruling};
 use crate::diag::Diagnostic;
-use crate::field::Watch;
+use crate::field::{Field, Watch};
 use crate::num::Interval;
 use crate::scene::{Keep, Measure, Scene};
 use crate::session::stage;
@@ -20,8 +21,8 @@ use crate::topology::flood::{self, Label};
 use crate::topology::local::{Local, Seeker};
 use glam::DVec3;
 use std::num::NonZeroUsize;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Says which component a point of a solid belongs to, by number in the report.
 #[derive(Debug)]
@@ -123,11 +124,30 @@ pub fn correction(
         return Ok(Correction { judge, warnings: Vec::new(), local: Some(local) });
     }
     let purpose = Purpose { fresh: false, volumes: *keep == Keep::Most(Measure::Volume) };
-    let analysis = stage::on_threads(threads, || analyse(scene, purpose, watch))??;
+    let analysis = stage::on_threads(threads, || known(scene, purpose, watch))??;
     let kept = kept(&analysis, keep)?;
     let warnings = unproven(&analysis, &kept).into_iter().collect();
     let judge = Box::new(Components::new(&analysis, kept.into()));
     Ok(Correction { judge, warnings, local: None })
+}
+
+/// The analysis that was made last, and what of.
+static LAST: Mutex<Option<(Key, bool, Analysis)>> = Mutex::new(None);
+
+/// An analysis, remembered from picture to picture: quick ones and the full one share it.
+fn known(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis, Box<Diagnostic>> {
+    let (graph, root) = (&scene.graph, scene.surface.field);
+    let key = Key::new(graph, root, &stage::region(scene, &mut Field::new(graph, root)));
+    let last = || LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((of, volumes, analysis)) = &*last()
+        && *of == key
+        && *volumes >= purpose.volumes
+    {
+        return Ok(Analysis { place: graph.place(root).cloned(), ..analysis.clone() });
+    }
+    let analysis = analyse(scene, purpose, watch)?;
+    *last() = Some((key, purpose.volumes, analysis.clone()));
+    Ok(analysis)
 }
 
 /// That it is not proven which components are kept.
