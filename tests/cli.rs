@@ -17,9 +17,20 @@ fn alone_it_shows_help() {
 #[test]
 fn every_command_has_help_with_examples() {
     let bench = Bench::new(&[]);
-    for command in
-        ["render", "watch", "check", "repl", "new", "noise", "doc", "mesh", "grid", "heights", "definitions"]
-    {
+    for command in [
+        "render",
+        "watch",
+        "check",
+        "repl",
+        "new",
+        "noise",
+        "doc",
+        "mesh",
+        "grid",
+        "heights",
+        "definitions",
+        "topology",
+    ] {
         let help = stdout(&bench.run(&format!("{command} --help")).success());
         has(&help, &["Usage: orogen", "Examples:", &format!("orogen {command}")]);
         assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
@@ -69,6 +80,8 @@ fn usage_errors_exit_with_2_and_show_how() {
         ("heights a.rhai -o a.png --center 1,2", &["--center", "0,1.5,0"]),
         ("heights a.rhai -o a.png --center 1,2,1e300", &["--center", "0,1.5,0"]),
         ("heights a.rhai -o a.png --radius -1", &["--radius"]),
+        ("topology a.rhai --top -1", &["--top 10"]),
+        ("topology a.rhai --show kept", &["--output"]),
         ("definitions -o a.txt", &[".d.rhai"]),
         ("noise", &["KIND"]),
         ("noise gradient", &["--output"]),
@@ -103,6 +116,62 @@ fn usage_errors_exit_with_2_and_show_how() {
         has(&message, pieces);
     }
     assert_eq!(bench.names(), ["a.rhai"]);
+}
+
+// ---- topology -----------------------------------------------------------------------------------
+
+#[test]
+fn topology_reports_what_is_proven() {
+    let bench = Bench::new(&[
+        ("ball.rhai", BALL),
+        ("cut.rhai", "scene(#{ surface: sphere(1.0), bounds: 0.9 })"),
+        ("thin.rhai", "scene(#{ surface: sphere(1.0), bounds: [[-2, -2, -2], [2, 2, -1.99999]] })"),
+        ("contact.rhai", "min(sphere(1.0), sphere(0.5).translate([1.5, 0, 0]))"),
+    ]);
+    let report = |arguments: &str| {
+        let text = stdout(&bench.run(&format!("topology {arguments} --fresh --json -")).success());
+        // A key that is there twice is an error for a strict reader.
+        let keys = text.lines().filter(|line| line.starts_with("      \"bounds\":")).count();
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(keys, value["components"].as_array().unwrap().len(), "{text}");
+        value
+    };
+    let ball = report("ball.rhai");
+    assert_eq!((&ball["certified"], &ball["components"][0]["genus"]), (&true.into(), &0.into()));
+    let [lo, hi] = [0, 1].map(|i| ball["components"][0]["volume"][i].as_f64().unwrap());
+    assert!(lo < 4.18879 && 4.18879 < hi && hi < 1.2 * lo, "{lo} {hi}");
+    let cut = report("cut.rhai");
+    assert_eq!((&cut["certified"], &cut["certified_within_bounds"]), (&false.into(), &true.into()));
+    assert_eq!(cut["undecided"]["cut"], 1);
+    assert_eq!(report("thin.rhai")["components"].as_array().unwrap().len(), 0);
+    let contact = report("contact.rhai");
+    assert_eq!((&contact["certified"], contact["undecided"]["cut"].as_u64()), (&false.into(), Some(0)));
+    assert!(contact["undecided"]["places_total"].as_u64().is_some_and(|n| n > 0 && n < 10));
+    let table = bench.run("topology cut.rhai").success();
+    has(&stdout(&table), &["by volume", "certified within the bounds only"]);
+    has(&stderr(&table), &["may go on beyond the bounds"]);
+}
+
+#[test]
+fn topology_with_a_feature_refuses_before_it_works() {
+    let bench = Bench::new(&[("near.rhai", "component_of(sphere(1.0), [0, 0, 0], #{ feature: 0.2 })")]);
+    for (options, piece) in [
+        ("", "finds out no more than a picture needs"),
+        ("-o n.png --show components", "finds out no more than a picture needs"),
+        ("-o n.png --fresh", "leave out --fresh"),
+        ("-o n.png --top 3", "leave out --fresh and --top"),
+    ] {
+        has(&stderr(&bench.run(&format!("topology near.rhai {options}")).code(2)), &[piece]);
+    }
+    bench.run("topology near.rhai -o n.png --size 24x18 --samples 1").success();
+    assert_eq!(bench.names(), ["n.png", "near.rhai"]);
+    has(&stdout(&bench.run("topology --help").success()), &["without it none is made"]);
+}
+
+#[test]
+fn what_is_corrected_is_corrected_last() {
+    let bench = Bench::new(&[("a.rhai", "largest_component(sphere(1.0)) + 1.0")]);
+    has(&stderr(&bench.run("check a.rhai").code(1)), &["not a corrected solid", "correct last"]);
 }
 
 // ---- render -------------------------------------------------------------------------------------

@@ -261,6 +261,19 @@ fn necks() {
     assert_ne!(touching.label(DVec3::X), touching.label(-DVec3::Y * 2.0));
 }
 
+/// Where two parts touch in a point nothing helps, and that is known soon: there is one place, and not much work.
+#[test]
+fn contact_is_one_place() {
+    let found =
+        within("min(sphere(1.0), sphere(0.5).translate([1.5, 0, 0]))", &Aabb::cube(2.1), Limits::default());
+    assert!(found.list.len() == 2 && found.list.iter().all(|c| !c.certified), "{:?}", found.list);
+    assert!(found.cells < 200_000, "{} cells", found.cells);
+    let contact = DVec3::X;
+    let holds = |place: &Aabb| place.min.cmple(contact).all() && place.max.cmpge(contact).all();
+    assert!(found.undecided.len() < 10 && found.undecided.iter().any(holds), "{:?}", found.undecided);
+    assert!(found.undecided.iter().all(|place| place.diagonal() < 0.6), "{:?}", found.undecided);
+}
+
 #[test]
 fn thin_bridges() {
     let bridge = |radius: f64, length: f64| {
@@ -295,6 +308,9 @@ fn regions_cut() {
         Limits::default(),
     );
     assert!(found.is_certified() && found.list.len() == 1, "{:?}", found.list);
+    // One that ends right before it.
+    let found = within("box(1.0)", &Aabb::cube(0.503), Limits::default());
+    assert!(found.is_certified() && found.list.len() == 1 && !found.list[0].cut, "{:?}", found.list);
     let nothing =
         within("sphere(0.5)", &Aabb { min: DVec3::splat(1.0), max: DVec3::splat(2.0) }, Limits::default());
     assert!(nothing.is_certified() && nothing.list.is_empty());

@@ -5,9 +5,10 @@ use glam::DVec3;
 use orogen::field::{Field, Watch};
 use orogen::scene::{Aabb, Scene};
 use orogen::script::{Request, compile};
+use orogen::session::topology::doubts;
 use orogen::session::{self, Order};
 use orogen::tape::Tape;
-use orogen::topology::local::{Answer, Local, Seeker};
+use orogen::topology::local::{Answer, Local, LocalStats, Seeker};
 use orogen::topology::{Complex, Locator, Search, search};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
@@ -29,7 +30,10 @@ fn local(script: &str, half: f64, core: DVec3, feature: f64) -> Arc<Local> {
 }
 
 fn answers(local: &Arc<Local>, points: &[DVec3]) -> Vec<Answer> {
-    points.chunks(64).flat_map(|some| Seeker::new(local.clone()).answers(some)).collect()
+    points
+        .chunks(64)
+        .flat_map(|some| Seeker::new(local.clone()).answers(some, &AtomicBool::new(false)))
+        .collect()
 }
 
 /// Points inside, next to the surface, on random lines in a box.
@@ -113,7 +117,7 @@ fn who_asks_when_makes_no_difference() {
             .chunks(100)
             .map(|chunk| {
                 let shared = shared.clone();
-                scope.spawn(move || Seeker::new(shared).answers(chunk))
+                scope.spawn(move || Seeker::new(shared).answers(chunk, &AtomicBool::new(false)))
             })
             .collect();
         for thread in threads {
@@ -146,6 +150,43 @@ fn islands_over_a_plain() {
     assert_eq!(ball(&island(0.3), 0.3), [Answer::Joined, Answer::Joined]);
 }
 
+/// A voxel that holds far more than one feature is given up, and that is said; so is a search through too many voxels.
+#[test]
+fn features_of_the_wrong_size_are_noticed() {
+    let (script, region) = (hypertexture(1), Aabb::cube(2.0));
+    let points = surface_points(&script, &region, 40);
+    let large = local(&script, 2.0, DVec3::ZERO, 8.0);
+    let found = answers(&large, &points);
+    let stats = large.stats();
+    assert!(stats.crowded > 0 && found.contains(&Answer::Unknown), "{stats:?}");
+    assert!(!found.contains(&Answer::Apart), "nothing is apart of what was not looked through");
+    let hints = |stats: &LocalStats| {
+        doubts(stats).iter().flat_map(|d| d.hints.clone()).collect::<Vec<_>>().join("; ")
+    };
+    assert!(hints(&stats).contains("larger than the features"), "{}", hints(&stats));
+    // Two bars that nothing joins, each far longer than thousands of voxels.
+    let bars = "-ln(exp(-40.0 * (y * y + z * z - 0.04)) + exp(-40.0 * ((y - 2.0) ** 2 + z * z - 0.04))) / 40.0 \
+                + 1e-3 * sin(30.0 * x)";
+    let small = local(bars, 400.0, DVec3::ZERO, 0.05);
+    assert_eq!(answers(&small, &[DVec3::new(0.05, 2.0, 0.0)]), [Answer::Unknown]);
+    assert!(small.stats().impatient == 1 && small.stats().crowded == 0, "{:?}", small.stats());
+    assert!(hints(&small.stats()).contains("too small"), "{}", hints(&small.stats()));
+    let fit = local(&script, 2.0, DVec3::ZERO, 0.25);
+    answers(&fit, &points);
+    assert_eq!(doubts(&fit.stats()), []);
+}
+
+/// What was broken off is not remembered.
+#[test]
+fn questions_can_be_broken_off() {
+    let (script, region) = (hypertexture(1), Aabb::cube(2.0));
+    let points = surface_points(&script, &region, 200);
+    let (fresh, stopped) = [0, 1].map(|_| local(&script, 2.0, DVec3::ZERO, 0.25)).into();
+    let early = Seeker::new(stopped.clone()).answers(&points, &AtomicBool::new(true));
+    assert!(early.contains(&Answer::Unknown));
+    assert_eq!(answers(&stopped, &points), answers(&fresh, &points));
+}
+
 #[test]
 fn what_is_not_inside_has_no_component() {
     let tape = tape(&scene("sphere(1.0)"));
@@ -155,7 +196,7 @@ fn what_is_not_inside_has_no_component() {
 #[test]
 fn neither_specks_nor_their_shadows_are_seen() {
     // The same picture of a solid with a crumb over it, found out either way, and of one that never had it.
-    let picture = |surface: &str| {
+    let whole_picture = |surface: &str| {
         let script = format!(
             "let body = sphere(1.0); let crumb = sphere(0.2).translated([0.6, 1.3, 0.5]); \
              let both = -ln(exp(-30.0 * body) + exp(-30.0 * crumb)) / 30.0; \
@@ -165,11 +206,16 @@ fn neither_specks_nor_their_shadows_are_seen() {
         let order = Order { size: None, samples: None, caster: Default::default(), threads: None };
         let cancel = AtomicBool::new(false);
         let picture = session::render(&scene(&script), &order, &orogen::render::Job::unwatched(&cancel));
-        picture.expect("it can be rendered").pixels
+        picture.expect("it can be rendered")
     };
+    let picture = |surface: &str| whole_picture(surface).pixels;
     let whole = picture("both");
     let global = picture("component_of(both, [0, 0, 0])");
     let local = picture("component_of(both, [0, 0, 0], #{ feature: 0.3 })");
     assert_eq!(global, local);
     assert_ne!(whole, local);
+    // That the crumb is apart is proven of the whole solid, but not of what was found out as rays asked.
+    let uncertified = |surface: &str| whole_picture(surface).stats.uncertified();
+    assert_eq!(uncertified("component_of(both, [0, 0, 0])"), uncertified("both"));
+    assert!(uncertified("component_of(both, [0, 0, 0], #{ feature: 0.3 })") > uncertified("both"));
 }

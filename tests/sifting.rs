@@ -4,7 +4,7 @@ mod common;
 
 use common::Build;
 use glam::DVec3;
-use orogen::cast::{CastStats, Caster, Hit, Judge, Kind, Ray, Sifted, Tolerance, caster, caster_in};
+use orogen::cast::{CastStats, Caster, Hit, Judge, Kind, Ray, Ruling, Sifted, Tolerance, caster, caster_in};
 use orogen::expr::NodeId;
 use orogen::op::{self, Op};
 use orogen::scene::Aabb;
@@ -22,9 +22,9 @@ const KINDS: [Kind; 4] = [Kind::Beam, Kind::Sphere, Kind::Affine, Kind::Auto];
 struct By<F>(F);
 
 impl<F: Fn(DVec3) -> bool + Clone + Send + 'static> Judge for By<F> {
-    fn judge(&mut self, points: &[DVec3], kept: &mut [bool]) {
-        for (point, kept) in points.iter().zip(kept) {
-            *kept = (self.0)(*point);
+    fn judge(&mut self, points: &[DVec3], rulings: &mut [Ruling], _: &AtomicBool) {
+        for (point, ruling) in points.iter().zip(rulings) {
+            *ruling = Ruling { kept: (self.0)(*point), proven: true };
         }
     }
     fn clone_box(&self) -> Box<dyn Judge> {
@@ -297,6 +297,51 @@ fn judges_are_asked_about_places_inside() {
         first(&mut *sieve.sifted(Kind::Beam, By(judge)), &rays(5));
         let [within, grazing] = inside.lock().expect("one thread").1;
         assert!(within > 500 && grazing * 50 < within, "{}: {within} inside, {grazing} not", sieve.name);
+    }
+}
+
+/// Keeps one half, and has a proof for the other alone, or for neither.
+#[derive(Clone)]
+struct Guess {
+    is_sure_of_rejections: bool,
+}
+
+impl Judge for Guess {
+    fn judge(&mut self, points: &[DVec3], rulings: &mut [Ruling], _: &AtomicBool) {
+        for (point, ruling) in points.iter().zip(rulings) {
+            let kept = point.x > 0.0;
+            *ruling = Ruling { kept, proven: !kept && self.is_sure_of_rejections };
+        }
+    }
+    fn clone_box(&self) -> Box<dyn Judge> {
+        Box::new(self.clone())
+    }
+}
+
+/// What a judge only supposes is nothing that a ray's answer could be certified by.
+#[test]
+fn rulings_without_proof_certify_nothing() {
+    let sieve = ball_and_crumbs();
+    for is_sure_of_rejections in [true, false] {
+        let mut caster = sieve.sifted(Kind::Auto, Guess { is_sure_of_rejections });
+        let (all, rays) = (self::rays(7), sieve.sifted(Kind::Auto, By(|_| true)));
+        let (mut plain, mut passed) = (rays, [0_u32; 2]);
+        let mut whole = vec![Hit::MISS; all.len()];
+        plain.first_hits(&all, &mut whole, &mut CastStats::default(), &AtomicBool::new(false));
+        let mut hits = vec![Hit::MISS; all.len()];
+        caster.first_hits(&all, &mut hits, &mut CastStats::default(), &AtomicBool::new(false));
+        for (hit, whole) in hits.iter().zip(&whole) {
+            // What met nothing needed no ruling; a hit is kept without a proof.
+            assert!(!hit.is_hit() || !hit.certified, "{hit:?}");
+            if whole.is_hit() && !hit.is_hit() {
+                passed[usize::from(hit.certified)] += 1;
+            }
+        }
+        let [guessed, certain] = passed;
+        assert!(
+            if is_sure_of_rejections { certain > 100 } else { guessed > 100 && certain == 0 },
+            "{passed:?}"
+        );
     }
 }
 

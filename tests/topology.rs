@@ -2,11 +2,12 @@
 
 use glam::{DMat3, DVec3};
 use orogen::expr::NodeId;
-use orogen::field::Watch;
-use orogen::num::{Jet, Many, Number, Taylor, Taylors};
+use orogen::field::{Field, Watch};
+use orogen::num::{Interval, Jet, Many, Number, Taylor, Taylors};
 use orogen::render::{Job, Picture};
-use orogen::scene::{Aabb, Scene};
+use orogen::scene::{Aabb, Keep, Measure, Scene};
 use orogen::script::{Request, compile};
+use orogen::session::topology::{Analysis, Labels, Purpose, kept, unproven};
 use orogen::session::{self, Order};
 use orogen::tape::{Evaluator, Tape};
 use orogen::topology::{Complex, CriticalPoint, Kind, Locator, Search, search};
@@ -31,6 +32,9 @@ fn analysed(tape: &Arc<Tape>, region: Aabb) -> Complex {
     let found = search(tape, &what, &watch).expect("it is not cancelled");
     Complex::new(tape, &what, found, &watch).expect("it is not cancelled")
 }
+
+/// Nothing from disk, and volumes.
+const FRESH: Purpose = Purpose { fresh: true, volumes: true };
 
 fn complex(script: &str, half: f64) -> Complex {
     analysed(&tape(script), Aabb::cube(half))
@@ -333,6 +337,29 @@ fn degenerate_points_are_reported() {
     assert!(!ring.is_certified() && !ring.open.is_empty());
 }
 
+/// What comes in through a face of the region may have its minimum beyond it: no critical point tells of it.
+#[test]
+fn what_goes_on_beyond_the_region_is_not_certified() {
+    for script in [
+        "smooth_union(sphere(0.5), sphere(1.0).translate([1.8, 0, 0]), 0.05)",
+        "x * x + z * z + y",
+        "y",
+        "sphere(1.0).translate([0.3, -1.5, 0.2])",
+        "sphere(1e12)",
+        // A speck on an edge of the region, and a corner.
+        "sphere(0.01).translate([1.005, 1.005, 0.123])",
+        "sphere(0.01).translate([1.005, -1.005, 1.005])",
+    ] {
+        let found = complex(script, 1.0);
+        assert!(found.cut && !found.is_certified(), "{script}");
+        assert!(found.components.iter().all(|c| c.genus.is_none()), "{script}");
+    }
+    // What ends close to the border is not taken for what goes on.
+    for script in ["sphere(0.999)", "sphere(0.5) + 0.45 * gradient(3).scaled(4.0) * (1.0 - x * x)"] {
+        assert!(complex(script, 1.0).is_certified(), "{script}");
+    }
+}
+
 #[test]
 fn a_bridge_of_a_millionth_joins() {
     let blobs = |level: f64| {
@@ -372,23 +399,116 @@ fn rough_fields_have_no_complex_and_a_culprit() {
     let scene = scene(script);
     let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
     let analysis =
-        session::topology::analyse(&scene, true, &watch).unwrap_or_else(|e| panic!("{}", e.message));
+        session::topology::analyse(&scene, FRESH, &watch).unwrap_or_else(|e| panic!("{}", e.message));
     let rough = analysis.rough.as_ref().expect("a reason");
-    assert!(analysis.complex().is_none() && rough.message.contains("`min`"), "{}", rough.message);
+    assert!(analysis.complex.is_none() && rough.message.contains("`min`"), "{}", rough.message);
     assert_eq!(rough.place.as_ref().expect("a place").line, 2);
+}
+
+fn analysis(script: &str) -> Analysis {
+    let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+    session::topology::analyse(&scene(script), FRESH, &watch).unwrap_or_else(|e| panic!("{}", e.message))
+}
+
+/// Where critical points do not decide, the flood does: a circle of minima, and what reaches beyond the bounds.
+#[test]
+fn degenerate_solids_have_components_all_the_same() {
+    let torus = "(length(vec3(x, 0, z)) - 1.0) ** 2 + y * y - 0.09";
+    let two = "smooth_union(sphere(0.5), sphere(1.0).translate([1.8, 0, 0]), 0.05)";
+    let own = analysis(torus);
+    assert!(own.complex.as_ref().is_some_and(|c| !c.is_certified()) && own.proven().is_none());
+    assert!(own.is_certified() && own.parts.len() == 1 && !own.parts[0].cut, "{:?}", own.parts);
+    // pi^2 / 2 times the radii's product, doubled.
+    let volume = 2.0 * std::f64::consts::PI * std::f64::consts::PI * 0.09;
+    assert!(own.parts[0].volume.contains(volume), "{:?}", own.parts[0].volume);
+    for (p, inside) in [(DVec3::X, true), (DVec3::ZERO, false)] {
+        assert_eq!(kept(&own, &Keep::Holding(p)).is_ok(), inside, "{p}");
+    }
+    let cut = analysis(&format!("scene(#{{ surface: {two}, bounds: 1.0 }})"));
+    assert!(cut.parts.len() == 2 && cut.parts.iter().any(|part| part.cut), "{:?}", cut.parts);
+}
+
+/// Volumes of smooth solids are enclosed, and which is largest follows from them.
+#[test]
+fn volumes_hold_those_of_samples() {
+    let script = "sphere(1.0) + 0.8 * gradient(1).scaled(4.0)";
+    let found = analysis(script);
+    let complex = found.proven().expect("all of it is proven");
+    assert_eq!(complex.components.len(), 67);
+    let mut labels = Labels::new(&found);
+    let mut field = Field::new(&scene(script).graph, scene(script).surface.field);
+    let n = 80;
+    let region = found.region;
+    let place = |i: usize| {
+        let share = [i % n, i / n % n, i / n / n].map(|k| (k as f64 + 0.5) / n as f64);
+        region.min + (region.max - region.min) * DVec3::from_array(share)
+    };
+    let inside: Vec<DVec3> = (0..n * n * n).map(place).filter(|p| field.value(*p) < 0.0).collect();
+    let cell = (region.max - region.min).element_product() / (n * n * n) as f64;
+    let mut sampled = vec![0.0; found.parts.len()];
+    labels.components(&inside).into_iter().for_each(|c| sampled[c.expect("all is proven")] += cell);
+    for (i, (part, sampled)) in found.parts.iter().zip(&sampled).enumerate() {
+        // Samples are no proof either.
+        let slack = 0.02 * sampled + 8.0 * cell;
+        let Interval { lo, hi } = part.volume;
+        assert!(lo <= sampled + slack && sampled - slack <= hi, "{i}: {sampled} {:?}", part.volume);
+    }
+    let largest = (0..sampled.len()).max_by(|&a, &b| sampled[a].total_cmp(&sampled[b]));
+    let kept = kept(&found, &Keep::Most(Measure::Volume)).expect("there is one");
+    assert_eq!(kept.iter().position(|ruling| ruling.kept), largest);
+    assert!(found.parts[0].volume.lo > 3.0 && found.parts[0].volume.hi < 8.0, "{:?}", found.parts[0]);
 }
 
 #[test]
 fn rough_fields_have_components_all_the_same() {
     let script = "min(sphere(1.0), sphere(0.3).translate([1.8, 0, 0]))";
     let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
-    let analysis = session::topology::analyse(&scene(script), true, &watch).expect("components");
-    let sizes: Vec<f64> = analysis.sizes().iter().map(|size| size.volume).collect();
-    assert!(analysis.flood.is_certified() && sizes.len() == 2 && sizes[0] > 10.0 * sizes[1], "{sizes:?}");
+    let analysis = session::topology::analyse(&scene(script), FRESH, &watch).expect("components");
+    let sizes: Vec<Interval> = analysis.parts.iter().map(|part| part.volume).collect();
+    assert!(analysis.flood.is_certified() && sizes.len() == 2, "{sizes:?}");
+    for (size, radius) in sizes.iter().zip([1.0, 0.3_f64]) {
+        assert!(size.contains(4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius), "{sizes:?}");
+    }
     let pixels = |script: &str| rendered(script).pixels.iter().filter(|p| p.depth.is_finite()).count();
     let [whole, large, ball] = [script, &format!("largest_component({script})"), "sphere(1.0)"]
         .map(|script| pixels(&format!("scene(#{{ surface: {script}, bounds: 2.5 }})")));
     assert!(whole > ball && large == ball, "{whole} {large} {ball}");
+}
+
+/// A cell of the flood speaks for what is solid in it, and not for points outside.
+#[test]
+fn a_point_outside_has_no_component() {
+    let script = "min(sphere(1.0), sphere(0.3).translate([1.8, 0, 0]))";
+    let found = analysis(script);
+    let outside: Vec<DVec3> =
+        (0..60).map(|i| DVec3::new(0.3, 0.9, 0.1).normalize() * (1.0 + 1e-3 * f64::from(i))).collect();
+    let mut labels = Labels::new(&found);
+    assert!(labels.components(&outside).into_iter().flatten().count() > 2, "some share a cell with the ball");
+    assert!(outside.iter().all(|&p| kept(&found, &Keep::Holding(p)).is_err()));
+    let error = kept(&found, &Keep::Holding(DVec3::Y * 1.5)).expect_err("it is outside");
+    assert!(error.message.contains("[0, 1.5, 0]") && error.hints[0].contains("0.5"), "{error:?}");
+    assert!(error.place.is_some());
+}
+
+/// Rulings follow from intervals: where these overlap, and where components may be joined beyond the bounds, none is proven.
+#[test]
+fn rulings_are_proven_or_say_that_they_are_not() {
+    let rulings = |script: &str, keep: Keep| {
+        let found = analysis(script);
+        let kept = kept(&found, &keep).expect("rulings");
+        (kept.iter().map(|r| (r.kept, r.proven)).collect::<Vec<_>>(), unproven(&found, &kept))
+    };
+    let two = |radius: f64| format!("min(sphere(1.0), sphere({radius}).translate([2.3, 0.1, 0.2]))");
+    let (clear, warning) = rulings(&two(0.5), Keep::Most(Measure::Volume));
+    assert_eq!((clear, warning), (vec![(true, true), (false, true)], None));
+    let (close, warning) = rulings(&two(0.9999), Keep::Most(Measure::Volume));
+    assert!(close.iter().all(|(_, proven)| !proven) && warning.is_some(), "{close:?}");
+    let cut = format!("scene(#{{ surface: {}, bounds: 2.0 }})", two(0.5));
+    let (cut, warning) = rulings(&cut, Keep::Holding(DVec3::ZERO));
+    assert_eq!(cut, [(true, true), (false, false)]);
+    assert!(warning.is_some_and(|w| w.message.contains("beyond the bounds")));
+    let picture = rendered(&format!("largest_component({}, \"volume\")", two(0.9999)));
+    assert!(picture.stats.uncertified() > 0 && picture.warnings.len() == 1, "{:?}", picture.warnings);
 }
 
 fn rendered(script: &str) -> Picture {

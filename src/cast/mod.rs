@@ -31,7 +31,7 @@ mod segment;
 mod sifted;
 mod sphere;
 
-pub use sifted::{Judge, Sifted};
+pub use sifted::{Judge, Ruling, Sifted};
 
 use crate::field::{Field, lipschitz_outside};
 use crate::num::{Affine, Interval, ROUNDOFF, Reduced};

@@ -27,6 +27,8 @@
 //! tolerances in front of it, as far as the judge is right. Where that cannot be proven, the ray goes on, so
 //! that nothing is lost that the casters see, but its answer is not certified. A ray of which nothing is
 //! rejected has the very hit that the caster without a judge would give it.
+//!
+//! A ruling without a proof is followed like any other, but nothing that follows from it is certified.
 
 use super::group::Group;
 use super::passage::{Ahead, Looks, Passage, Side};
@@ -39,13 +41,22 @@ use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// What a judge says of a point.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Ruling {
+    /// Whether what it belongs to is kept.
+    pub kept: bool,
+    /// Whether that is proven; else it is as the judge sees fit, but always alike.
+    pub proven: bool,
+}
+
 /// Says which parts of a solid count.
 pub trait Judge: Send {
-    /// Sets for each point whether what it belongs to is kept. Points are inside the solid, at most four
+    /// Rules for each point whether what it belongs to is kept. Points are inside the solid, at most four
     /// tolerances behind its surface; where a ray only grazes the solid, they may be outside by less than the
-    /// tolerance. A judge that cannot tell decides as it sees fit, but always alike. `kept` has as many
-    /// entries as there are points.
-    fn judge(&mut self, points: &[DVec3], kept: &mut [bool]);
+    /// tolerance. There are as many rulings as there are points; what they are once the job is cancelled is of
+    /// no interest.
+    fn judge(&mut self, points: &[DVec3], rulings: &mut [Ruling], cancel: &AtomicBool);
 
     /// The same judge with memory of its own, for another thread.
     fn clone_box(&self) -> Box<dyn Judge>;
@@ -159,7 +170,10 @@ impl Sifted {
             if going.is_empty() || cancel.load(Ordering::Relaxed) {
                 return;
             }
-            going = self.judge(going, work, total);
+            going = self.judge(going, work, total, cancel);
+            if cancel.load(Ordering::Relaxed) {
+                return;
+            }
             going = self.leave(going, work, total, cancel);
             if going.is_empty() || cancel.load(Ordering::Relaxed) {
                 return;
@@ -208,18 +222,28 @@ impl Sifted {
     }
 
     /// Judges what rays have met; those that have met what is rejected go on.
-    fn judge(&mut self, going: Vec<Going>, work: &mut Sifting<'_>, total: &mut CastStats) -> Vec<Going> {
+    fn judge(
+        &mut self,
+        going: Vec<Going>,
+        work: &mut Sifting<'_>,
+        total: &mut CastStats,
+        cancel: &AtomicBool,
+    ) -> Vec<Going> {
         let place = |ray: &Going| match ray.place {
             Place::Met { at, .. } | Place::Free(at) | Place::Rejected(at) => work.ray(ray).at(at),
         };
         let points: Vec<DVec3> = going.iter().map(place).collect();
-        let mut kept = vec![true; points.len()];
-        self.judge.judge(&points, &mut kept);
+        let mut rulings = vec![Ruling { kept: true, proven: false }; points.len()];
+        self.judge.judge(&points, &mut rulings, cancel);
+        if cancel.load(Ordering::Relaxed) {
+            return Vec::new();
+        }
         work.stats.judged += points.len() as u64;
         let mut next = Vec::new();
-        for (ray, kept) in going.into_iter().zip(kept) {
+        for (ray, ruling) in going.into_iter().zip(rulings) {
             let Place::Met { t, at, how } = ray.place else { continue };
-            if kept {
+            let ray = Going { certified: ray.certified && ruling.proven, ..ray };
+            if ruling.kept {
                 work.settle(ray, Hit { t, certified: true }, total);
                 continue;
             }

@@ -5,6 +5,7 @@ use crate::num::{Dual, Many};
 use crate::tape::{Cells, Evaluator};
 use glam::DVec3;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Points evaluated together.
 const LANES: usize = 16;
@@ -47,12 +48,12 @@ impl Surface {
     }
 
     /// Describes the solid at points, each seen along a direction; `out` gets a patch for each.
-    pub(super) fn patches(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>) {
+    pub(super) fn patches(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>, cancel: &AtomicBool) {
         self.describe(seen, out);
         if let Some(painter) = &mut self.painter {
             let points: Vec<DVec3> = out.iter().map(|patch| patch.position).collect();
             let mut colors: Vec<DVec3> = out.iter().map(|patch| patch.albedo).collect();
-            painter.paint(&points, &mut colors);
+            painter.paint(&points, &mut colors, cancel);
             out.iter_mut().zip(colors).for_each(|(patch, color)| patch.albedo = color);
         }
     }

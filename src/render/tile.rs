@@ -109,7 +109,7 @@ impl<'a> Worker<'a> {
         let at_once = (GROUP / area).max(1);
         for first in (0..samples).step_by(at_once as usize) {
             self.primary(rect, first..samples.min(first + at_once), job.cancel);
-            self.surface();
+            self.surface(job.cancel);
             if job.is_cancelled() {
                 return None;
             }
@@ -164,7 +164,7 @@ impl<'a> Worker<'a> {
     }
 
     /// Finds normals and colours where rays met the solid.
-    fn surface(&mut self) {
+    fn surface(&mut self, cancel: &AtomicBool) {
         let stage = Stage::begin();
         let eye = self.scene.view.eye;
         let mut seen = Vec::new();
@@ -174,7 +174,7 @@ impl<'a> Worker<'a> {
             self.patch_pixels.push(sample.pixel);
             seen.push((eye + sample.distance * sample.direction, sample.direction));
         }
-        self.surface.patches(&seen, &mut self.patches);
+        self.surface.patches(&seen, &mut self.patches, cancel);
         self.stats.undefined += self.patches.iter().filter(|p| p.undefined).count() as u64;
         stage.end(&mut self.stats.seconds.surface, &mut self.stats.octaves.surface);
     }

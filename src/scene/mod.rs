@@ -67,7 +67,7 @@ pub enum Keep {
 /// What makes one component larger than another.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Measure {
-    /// How many minima it has; its volume if the field is not smooth.
+    /// How many minima it has; its volume where not all of them are proven to be found.
     Minima,
     /// Its volume.
     Volume,

@@ -212,6 +212,7 @@ pub fn type_name(v: &Dynamic) -> &'static str {
         AffineVec3 => "AffineVec3", Interval => "Interval", Affine => "Affine",
         crate::scene::Camera => "Camera", crate::scene::Sun => "Sun", crate::scene::Sky => "Sky",
         crate::scene::Film => "Film", crate::scene::Air => "Air", super::library::SceneValue => "Scene",
+        super::library::Corrected => "corrected solid",
         Fault => "error",
     }
     "value"

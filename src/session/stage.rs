@@ -47,9 +47,14 @@ pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic
 /// A diagnostic where no picture can be made, before any ray is cast.
 pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
     let watch = Watch { cancel: job.cancel, progress: &|_| () };
-    let judge = scene.surface.keep.as_ref().map(|keep| topology::judge(scene, keep, order.threads, &watch));
-    let touch = Touch { judge: judge.transpose()?, painter: None };
-    Ok(render_touched(scene, order, touch, job)?.0)
+    let Some(keep) = &scene.surface.keep else {
+        return Ok(render_touched(scene, order, Touch::default(), job)?.0);
+    };
+    let correction = topology::correction(scene, keep, order.threads, &watch)?;
+    let touch = Touch { judge: Some(correction.judge.clone_box()), painter: None };
+    let mut picture = render_touched(scene, order, touch, job)?.0;
+    picture.warnings.extend(correction.warnings());
+    Ok(picture)
 }
 
 /// What a picture shows otherwise than the scene says.

@@ -19,18 +19,18 @@ pub struct Cell {
 /// both sides of it, however their middles are rounded.
 const OVERLAP: f64 = 1e-9;
 
-/// Where octant number `i` lies: one of `(-1, -1, -1)` to `(1, 1, 1)`.
-pub fn side(i: usize) -> DVec3 {
-    let side = |bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
-    DVec3::new(side(1), side(2), side(4))
-}
+/// Cells along an axis that a region begins as, at most: one that is thinner begins as cells that are flatter than cubes.
+const ALONG: f64 = 8.0;
+
+/// An axis is not cut along which a cell is thinner than this share of its longest edge.
+const THIN: f64 = 0.5;
 
 impl Cell {
-    /// The box as nearly cubic cells.
+    /// The box as a few nearly cubic cells, or flat ones.
     pub fn of(region: &Aabb) -> Vec<Cell> {
         let extent = region.max - region.min;
         let least = extent.min_element();
-        let count = (extent / least).round().max(DVec3::ONE);
+        let count = (extent / least).round().clamp(DVec3::ONE, DVec3::splat(ALONG));
         let half = 0.5 * extent / count;
         let [nx, ny, nz] = count.to_array().map(|n| n as usize);
         let at = |i: usize, j: usize, k: usize| {
@@ -41,12 +41,24 @@ impl Cell {
         places.map(|(i, j, k)| at(i, j, k)).collect()
     }
 
-    /// The halves by their numbers: eight, four of a flat cell, two of one that is flat along two axes.
-    pub fn octants(&self) -> impl Iterator<Item = (usize, Cell)> + use<> {
+    /// Its parts: eight octants, or fewer of a cell that is thin or flat along an axis.
+    pub fn parts(&self) -> impl Iterator<Item = Cell> + use<> {
+        self.places().map(|(_, part)| part)
+    }
+
+    /// The same, and how far their middles are from that of the cell, which is exact.
+    pub fn places(&self) -> impl Iterator<Item = (DVec3, Cell)> + use<> {
         let Cell { centre, half } = *self;
-        let flat = (0..3).filter(|&axis| half[axis] == 0.0).map(|axis| 1 << axis).sum::<usize>();
-        let octant = move |i: usize| Cell { centre: centre + 0.5 * half * side(i), half: 0.5 * half };
-        (0..8).filter(move |i| i & flat == 0).map(move |i| (i, octant(i)))
+        let cut = half.cmpgt(DVec3::splat(THIN * half.max_element()));
+        let quarter = DVec3::select(cut, 0.5 * half, half);
+        let whole = 7 & !cut.bitmask() as usize;
+        let side = |i: usize, bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
+        let off = move |i: usize| {
+            let to = DVec3::new(side(i, 1), side(i, 2), side(i, 4));
+            DVec3::select(cut, quarter * to, DVec3::ZERO)
+        };
+        let part = move |i: usize| (off(i), Cell { centre: centre + off(i), half: quarter });
+        (0..8).filter(move |i| i & whole == 0).map(part)
     }
 
     /// Along which axes it is not flat.
@@ -59,13 +71,42 @@ impl Cell {
         self.half.length() * (1.0 + 2.0 * OVERLAP)
     }
 
-    /// Half the extents in units of that radius, and a little more.
+    /// A length of 1 in units of that radius, and a little more.
+    pub fn unit(&self) -> f64 {
+        (1.0 + OVERLAP) / self.radius()
+    }
+
+    /// Half the extents in these units.
     pub fn share(&self) -> DVec3 {
-        self.half * ((1.0 + OVERLAP) / self.radius())
+        self.half * self.unit()
     }
 
     /// Whether a point lies in the cell, or a little beside it.
     pub fn holds(&self, p: DVec3, margin: f64) -> bool {
         (p - self.centre).abs().cmple(self.half * (1.0 + OVERLAP) + margin).all()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A region of any shape is a few cells, and cells are cut where they are long, until they are nearly cubes.
+    #[test]
+    fn thin_regions_are_few_cells() {
+        for thin in [4.0, 0.7, 1e-2, 1e-5, 1e-300, 0.0] {
+            let region = Aabb { min: DVec3::splat(-2.0), max: DVec3::new(2.0, 2.0, thin - 2.0) };
+            let mut cells = Cell::of(&region);
+            assert!(cells.len() <= 64, "{thin}: {}", cells.len());
+            let volume = |cells: &[Cell]| cells.iter().map(|c| c.half.x * c.half.y).sum::<f64>();
+            for _ in 0..4 {
+                let before = volume(&cells);
+                let cut = cells[0].parts().count();
+                cells = cells.iter().flat_map(Cell::parts).collect();
+                let layers = if cut == 8 { 2.0 } else { 1.0 };
+                assert!((volume(&cells) - layers * before).abs() < 1e-9, "{thin}: the parts are the whole");
+                assert!(cut == 4 || cut == 8, "{thin}: {cut}");
+            }
+        }
     }
 }

@@ -12,9 +12,11 @@
 //! can close off a void, so that one without them has as many handles as that says.
 
 use super::basin::{Basin, Basins, widest};
+use super::border::is_closed;
 use super::descent::{End, Place, Start, descend};
 use super::point::{CriticalPoint, Kind};
 use super::search::{Balls, Critical, Search, SearchStats};
+use super::sets::Sets;
 use crate::field::Watch;
 use crate::scene::Aabb;
 use crate::tape::Tape;
@@ -23,7 +25,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A 1-saddle with the minima on both sides of it.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -47,9 +49,10 @@ pub struct Component {
     pub lowest: f64,
     /// Euler characteristic.
     pub euler: i64,
-    /// Number of handles, where it follows.
+    /// Number of handles, where it follows: where all of it is known to be in the region, and it has no 2-saddles.
     pub genus: Option<i64>,
     /// A box around its critical points.
+    #[serde(rename = "critical_bounds")]
     pub bounds: Aabb,
 }
 
@@ -76,6 +79,8 @@ pub struct Complex {
     pub lost: usize,
     /// Critical points from which a path left the region.
     pub beyond: usize,
+    /// Whether the solid may go on beyond the region: then there may be components without a critical point in it.
+    pub cut: bool,
     /// What the search took.
     pub stats: SearchStats,
 }
@@ -102,11 +107,21 @@ impl Complex {
         let basins = Basins::new(found.clone());
         // Two paths from a 1-saddle; one from a point higher up, which is enough to know its component.
         let others: Vec<usize> = (0..points.len()).filter(|&i| points[i].kind != Kind::Minimum).collect();
+        let followed = AtomicUsize::new(0);
         let ends: Vec<[End<usize>; 2]> = others
             .par_chunks(PATHS)
-            .map_init(|| Balls::new(tape), |field, some| both_ends(field, &points, some, &basins, &region))
+            .map_init(
+                || Balls::new(tape),
+                |field, some| {
+                    let ends = both_ends(field, &points, some, &basins, &region);
+                    let done = followed.fetch_add(some.len(), Ordering::Relaxed) + some.len();
+                    (watch.progress)(done as f64 / others.len() as f64);
+                    ends
+                },
+            )
             .flatten()
             .collect();
+        let cut = !is_closed(tape, &region, watch.cancel);
         if watch.cancel.load(Ordering::Relaxed) {
             return None;
         }
@@ -121,6 +136,7 @@ impl Complex {
             level,
             lost: count(End::Lost) + found.iter().filter(|b| b.radius <= 0.0).count(),
             beyond: count(End::Beyond),
+            cut,
             stats: critical.stats,
             points,
         };
@@ -131,7 +147,7 @@ impl Complex {
 
     /// Whether it is proven that the components are these.
     pub fn is_certified(&self) -> bool {
-        self.open.is_empty() && self.level.is_empty() && self.lost == 0 && self.beyond == 0
+        self.open.is_empty() && self.level.is_empty() && self.lost == 0 && self.beyond == 0 && !self.cut
     }
 
     /// The basins by where they are; number `i` is that of the minimum `basins[i].0`.
@@ -152,24 +168,25 @@ impl Complex {
 
     /// Union-find over the minima, in increasing order of the saddles' values.
     fn join(&mut self, minima: &[usize], ends: &[(usize, [Option<usize>; 2])]) {
-        let mut sets = Sets::new(self.points.len());
+        let mut sets = Sets::default();
+        sets.grow(self.points.len());
         for &(saddle, ends) in ends {
             if self.points[saddle].kind != Kind::Saddle1 {
                 continue;
             }
             let joins = match ends {
-                [Some(a), Some(b)] => sets.join(a, b),
+                [Some(a), Some(b)] => sets.join(a as u32, b as u32),
                 _ => false,
             };
             self.arcs.push(Arc1 { saddle, minima: ends, joins });
         }
-        let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for &i in minima {
-            members.entry(sets.root(i)).or_default().push(i);
+            members.entry(sets.of(i as u32)).or_default().push(i);
         }
         for &(i, ends) in ends {
             if let Some(end) = ends.into_iter().flatten().next() {
-                members.entry(sets.root(end)).or_default().push(i);
+                members.entry(sets.of(end as u32)).or_default().push(i);
             }
         }
         let mut members: Vec<Vec<usize>> = members.into_values().collect();
@@ -193,7 +210,7 @@ impl Complex {
             (min, max) = (min.min(p.position), max.max(p.position));
         }
         let euler = euler(counts);
-        let genus = (counts[2] == 0).then_some(1 - euler);
+        let genus = (counts[2] == 0 && !self.cut).then_some(1 - euler);
         Component {
             counts,
             deepest,
@@ -268,38 +285,6 @@ pub(super) fn sides(field: &mut Balls, point: &CriticalPoint, largest: f64) -> [
     };
     let radius = widest(field, point.position, largest, falls);
     [-1.0, 1.0].map(|side| Start { at: point.position + side * radius * v, radius })
-}
-
-/// Sets that are joined: a forest whose trees know their sizes.
-struct Sets {
-    parent: Vec<usize>,
-    size: Vec<u32>,
-}
-
-impl Sets {
-    fn new(count: usize) -> Sets {
-        Sets { parent: (0..count).collect(), size: vec![1; count] }
-    }
-
-    fn root(&mut self, mut i: usize) -> usize {
-        while self.parent[i] != i {
-            self.parent[i] = self.parent[self.parent[i]];
-            i = self.parent[i];
-        }
-        i
-    }
-
-    /// Whether they were apart.
-    fn join(&mut self, a: usize, b: usize) -> bool {
-        let (a, b) = (self.root(a), self.root(b));
-        if a == b {
-            return false;
-        }
-        let (small, large) = if self.size[a] < self.size[b] { (a, b) } else { (b, a) };
-        self.parent[small] = large;
-        self.size[large] += self.size[small];
-        true
-    }
 }
 
 /// What a point of the solid belongs to, by a path downhill.

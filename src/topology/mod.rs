@@ -21,10 +21,11 @@
 //! ```
 //!
 //! What could not be decided is part of every result: degenerate critical points, values too close to zero, paths that
-//! leave the region. Where there is none of it, the result is a theorem about the part of the solid in the
-//! region.
+//! leave the region, and faces of the region that the solid may reach through ([`is_closed`]). Where there is none of
+//! it, the result is a theorem about the solid in the region.
 
 mod basin;
+mod border;
 mod cell;
 mod complex;
 mod descent;
@@ -36,8 +37,10 @@ mod point;
 mod polish;
 mod search;
 mod separatrix;
+mod sets;
 mod verdict;
 
+pub use border::is_closed;
 pub use complex::{Arc1, Complex, Component, Locator};
 pub use point::{CriticalPoint, Kind};
 pub use search::{Critical, Search, SearchStats, search};

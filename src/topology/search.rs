@@ -83,7 +83,7 @@ const SMALLEST: f64 = 1e-10;
 const BLUR: f64 = 1024.0 * f64::EPSILON;
 
 /// and a part of the region when it has so many cells that are nearly so small.
-const CROWD: u64 = 100_000;
+const CROWD: u64 = 20_000;
 
 /// Share of the region below which cells count towards a crowd. Few cells are that small about an isolated
 /// critical point, since every level has but those around it.
@@ -93,7 +93,7 @@ const SMALL: f64 = 1e-5;
 pub fn search(tape: &Arc<Tape>, search: &Search, watch: &Watch<'_>) -> Option<Critical> {
     let mut parts = Cell::of(&search.region);
     while parts.len() < PARTS {
-        parts = parts.iter().flat_map(Cell::octants).map(|(_, octant)| octant).collect();
+        parts = parts.iter().flat_map(Cell::parts).collect();
     }
     let (done, total) = (AtomicUsize::new(0), parts.len());
     let found: Vec<Part> = parts
@@ -101,7 +101,7 @@ pub fn search(tape: &Arc<Tape>, search: &Search, watch: &Watch<'_>) -> Option<Cr
         .map_init(
             || Balls::new(tape),
             |field, cell| {
-                let part = Part::search(field, vec![*cell], search, watch.cancel);
+                let part = Part::search(field, vec![*cell], search, (u64::MAX, watch.cancel));
                 (watch.progress)((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64);
                 part
             },
@@ -131,14 +131,15 @@ pub(super) fn isolate(field: &mut Balls, found: &mut Critical, solid: bool) {
     found.points.sort_by(by_value);
 }
 
-/// Finds the critical points in a few cells, some of which may be flat; what is not smooth is left open.
+/// Finds the critical points in a few cells, some of which may be flat; what is not smooth is left open, and what is left
+/// when it has looked at so many cells.
 pub(super) fn search_cells(
     field: &mut Balls,
     cells: Vec<Cell>,
     search: &Search,
-    cancel: &AtomicBool,
+    limits: (u64, &AtomicBool),
 ) -> Critical {
-    gathered(vec![Part::search(field, cells, search, cancel)])
+    gathered(vec![Part::search(field, cells, search, limits)])
 }
 
 /// All that the parts found, each point once.
@@ -169,7 +170,13 @@ struct Part {
 }
 
 impl Part {
-    fn search(field: &mut Balls, roots: Vec<Cell>, search: &Search, cancel: &AtomicBool) -> Part {
+    /// Searches until it is cancelled, or has looked at so many cells.
+    fn search(
+        field: &mut Balls,
+        roots: Vec<Cell>,
+        search: &Search,
+        (most, cancel): (u64, &AtomicBool),
+    ) -> Part {
         let mut part = Part::default();
         let diagonal = search.region.diagonal();
         let Aabb { min, max } = search.region;
@@ -183,6 +190,11 @@ impl Part {
                 part.polish(field, &batch, (search, smallest), &mut stack);
                 continue;
             }
+            if part.stats.cells >= most {
+                part.crowded = true;
+                part.open.extend(stack.drain(..).map(|cell| bounds(&cell)));
+                continue;
+            }
             let from = stack.len().saturating_sub(LANES);
             let batch: Vec<Cell> = stack.drain(from..).collect();
             let values = field.eval(batch.iter().map(|cell| (cell.centre, cell.radius())));
@@ -190,6 +202,7 @@ impl Part {
             for (i, cell) in batch.iter().enumerate() {
                 let f = values.lane(i).on(cell.free_axes());
                 match judge(&f, cell.share(), search.solid) {
+                    Verdict::Critical => part.open.push(bounds(cell)),
                     Verdict::Outside => part.stats.outside += 1,
                     Verdict::Regular => part.stats.regular += 1,
                     Verdict::Single => {
@@ -203,9 +216,11 @@ impl Part {
                         if size < smallest || part.crowded {
                             part.open.push(bounds(cell));
                         } else {
-                            let share = 0.5 * cell.share();
-                            let open = cell.octants().filter(|(i, _)| !is_free(&f, share, *i, search.solid));
-                            stack.extend(open.map(|(_, octant)| octant));
+                            let unit = cell.unit();
+                            let open = cell.places().filter(|(off, part)| {
+                                !is_free(&f, part.half * unit, *off * unit, search.solid)
+                            });
+                            stack.extend(open.map(|(_, part)| part));
                         }
                     }
                 }
@@ -225,7 +240,7 @@ impl Part {
         for (cell, outcome) in cells.iter().zip(polish(field, cells, &mut self.stats.newton)) {
             match outcome {
                 None if cell.radius() < smallest => self.open.push(bounds(cell)),
-                None => stack.extend(cell.octants().map(|(_, octant)| octant)),
+                None => stack.extend(cell.parts()),
                 Some(point) => {
                     let wanted = !search.solid || point.is_inside() != Some(false);
                     if wanted && cell.holds(point.position, point.error) {

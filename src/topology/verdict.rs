@@ -14,7 +14,6 @@
 //! where the smallest eigenvalue of `H`, in size, exceeds `twist`: then every mean of Hessians in the ball
 //! can be inverted, and the gradient takes no value twice.
 
-use super::cell::side;
 use super::matrix::{inverse, matrix, spectral};
 use crate::num::Taylor;
 use glam::{DMat3, DVec3};
@@ -26,6 +25,8 @@ pub enum Verdict {
     Outside,
     /// The gradient does not vanish in it.
     Regular,
+    /// The gradient vanishes all over it, but for rounding, so that no critical point is isolated.
+    Critical,
     /// The gradient vanishes at most once in the ball around it.
     Single,
     /// Nothing.
@@ -41,6 +42,9 @@ pub fn judge(f: &Taylor, share: DVec3, solid: bool) -> Verdict {
     let g = DVec3::from_array(f.grad);
     if g.length_squared() > f.turn[0] * f.turn[0] * (1.0 + 1e-12) {
         return Verdict::Regular;
+    }
+    if g == DVec3::ZERO && f.turn[0] <= 1e-100 {
+        return Verdict::Critical;
     }
     let h = matrix(f.hess);
     let rows = DMat3::from_cols(h.x_axis.abs(), h.y_axis.abs(), h.z_axis.abs());
@@ -59,7 +63,7 @@ pub fn judge(f: &Taylor, share: DVec3, solid: bool) -> Verdict {
 }
 
 /// Whether the values in the cell are positive.
-fn is_outside(f: &Taylor, share: DVec3) -> bool {
+pub fn is_outside(f: &Taylor, share: DVec3) -> bool {
     let [x, y, z] = f.grad.map(f64::abs);
     let first = x * share.x + y * share.y + z * share.z;
     if f.range.lo > 0.0 || f.value - (first + f.bow[0]) * (1.0 + 1e-12) > 0.0 {
@@ -72,11 +76,10 @@ fn is_outside(f: &Taylor, share: DVec3) -> bool {
     f.value + 0.5 * dips - (twists + first + f.bow[1]) * (1.0 + 1e-12) > 1e-12 * f.value.abs()
 }
 
-/// Whether octant number `i` of a cell is outside of the solid, or free of critical points, by what is known of the
-/// whole cell: E0 and E2 with the expansion about the octant's middle. It costs little beside an evaluation, and
-/// often saves one. `share` are half the extents of the octant in units of the ball.
-pub fn is_free(f: &Taylor, share: DVec3, i: usize, solid: bool) -> bool {
-    let middle = share * side(i);
+/// Whether a part of a cell is outside of the solid, or free of critical points, by what is known of the whole cell: E0
+/// and E2 with the expansion about the part's middle. It costs little beside an evaluation, and often saves one.
+/// `share` are half the extents of the part, and `middle` is where it lies, in units of the ball.
+pub fn is_free(f: &Taylor, share: DVec3, middle: DVec3, solid: bool) -> bool {
     let h = matrix(f.hess);
     let bent = h * middle;
     let g = DVec3::from_array(f.grad) + bent;

@@ -67,6 +67,7 @@ impl Bench {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_orogen"));
         command.current_dir(self.0.path()).args(arguments.split_whitespace());
         command.env_remove("NO_COLOR").env("XDG_DATA_HOME", self.path("data"));
+        command.env("OROGEN_CACHE", std::env::temp_dir().join("orogen-tests"));
         command
     }
 

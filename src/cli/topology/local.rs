@@ -1,6 +1,6 @@
 //! `orogen topology` of a solid of which no more is found out than a picture needs: the picture, and what it took.
 
-use super::{Args, save};
+use super::{Args, What, save};
 use crate::cli::interrupt::Flag;
 use crate::cli::progress::Progress;
 use crate::cli::report::{Failure, count, out};
@@ -12,10 +12,15 @@ use glam::DVec3;
 
 /// That nothing is asked for but a picture.
 pub(super) fn check(args: &Args) -> Result<(), Failure> {
-    if args.picture.output.is_none() || args.complex.is_some() {
+    let shows_all = matches!(args.show, Some(What::Components | What::Network));
+    if args.picture.output.is_none() || args.complex.is_some() || shows_all {
         let message = "component_of with `feature` finds out no more than a picture needs";
-        let hint = "ask for one: -o planet.png --show specks; or leave out `feature` to find everything";
+        let hint = "ask for one: -o planet.png --show specks, kept or triptych; or leave out `feature` to find everything";
         return Err(Failure::usage(message, hint));
+    }
+    if args.fresh || args.top.is_some() {
+        let message = "component_of with `feature` keeps nothing on disk and has no table of components";
+        return Err(Failure::usage(message, "leave out --fresh and --top"));
     }
     Ok(())
 }
@@ -31,7 +36,8 @@ pub(super) fn show(
     watch: (&Progress, &Flag),
 ) -> Result<LocalStats, Box<Diagnostic>> {
     let local = local(scene, core, feature)?;
-    save(args, watch, |order, job| local_picture(scene, order, &local, args.show.show(), job))?;
+    let shown = args.show.unwrap_or(What::Specks);
+    save(args, watch, |order, job| local_picture(scene, order, &local, shown.show(), job))?;
     Ok(local.stats())
 }
 
@@ -44,6 +50,7 @@ pub(super) fn print(stats: &LocalStats) {
     for (name, value) in [
         ("points asked about", count(stats.asked)),
         ("  undecided", count(stats.unknown)),
+        ("searches given up", count(stats.impatient)),
         ("places looked at", count(stats.looked)),
         ("  seen from the core", share(stats.quick, stats.looked)),
         ("voxels searched", count(stats.voxels)),

@@ -13,7 +13,9 @@ use crate::exchange::mesh::{Network, write_network};
 use crate::field::Watch;
 use crate::render::{self, Job, Metadata, Picture};
 use crate::scene::{Keep, Measure, Scene};
-use crate::session::topology::{ARCS, Analysis, COLORS, Show, analyse, kept, picture};
+use crate::session::topology::{
+    ARCS, Analysis, COLORS, Purpose, Show, analyse, doubts, kept, picture, unproven,
+};
 use crate::session::{self, Order};
 use crate::topology::separatrices;
 use crate::world::atomic;
@@ -27,9 +29,11 @@ use std::time::Instant;
 ///
 /// Finds every critical point inside of the solid (minima, saddles and maxima of its field), joins the minima along
 /// the separatrices of 1-saddles, and reports the components: how many critical points each has, its Euler
-/// characteristic, and its genus where that follows. All of it is proven, or the report says what is not. The
-/// field must be C2. What was found is kept on disk, so that the next time takes no time.
+/// characteristic, its genus where that follows, and an interval that holds its volume. All of it is proven, or the
+/// report says what is not. Of a field that is not C2, or whose critical points do not decide, the components are
+/// found without them, and there are no counts. Critical points are kept on disk; volumes are found anew each time.
 #[derive(clap::Args)]
+#[command(mut_arg("output", |output| output.help("Picture to write, .png or .exr; without it none is made")))]
 #[command(after_help = "Examples:
   orogen topology rock.rhai                            the report
   orogen topology rock.rhai --json rock.json           for programs; - for standard output
@@ -39,7 +43,7 @@ use std::time::Instant;
   orogen topology rock.rhai -o rock.png --show triptych
 
 In networks minima are yellow, 1-saddles blue; lines that join components are pale yellow, lines that only close
-rings blue. Analyses are kept in the folder OROGEN_CACHE, else in ~/.cache/orogen.")]
+rings blue. Critical points are kept in the folder OROGEN_CACHE, else in ~/.cache/orogen.")]
 pub struct Args {
     /// Script of the solid
     #[arg(value_name = "SCRIPT")]
@@ -54,15 +58,16 @@ pub struct Args {
     complex: Option<PathBuf>,
 
     /// What the picture shows: components, specks (red), kept, network, or triptych (plain, specks, kept)
-    #[arg(long, value_name = "WHAT", default_value = "components", hide_possible_values = true)]
+    /// [default: components; with component_of and `feature`, specks]
+    #[arg(long, value_name = "WHAT", hide_possible_values = true)]
     #[arg(requires = "output")]
-    show: What,
+    show: Option<What>,
 
-    /// Components in the table
-    #[arg(long, value_name = "N", default_value = "10")]
-    top: usize,
+    /// Components in the table [default: 10]
+    #[arg(long, value_name = "N", value_parser = lines, allow_hyphen_values = true)]
+    top: Option<usize>,
 
-    /// Searches anew, even if the result is on disk
+    /// Searches for critical points anew, even if they are on disk
     #[arg(long)]
     fresh: bool,
 
@@ -71,6 +76,14 @@ pub struct Args {
 
     #[command(flatten)]
     scripting: ScriptOptions,
+}
+
+/// Components in the table.
+const TOP: usize = 10;
+
+/// Parses how many components a table has.
+fn lines(text: &str) -> Result<usize, String> {
+    text.trim().parse().map_err(|_| "a whole number from 0 is needed; for example: --top 10".into())
 }
 
 /// What a picture shows, by its name.
@@ -106,17 +119,20 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         let made = local::show(args, &scene, (core, feature), (&progress, &flag));
         progress.finish();
         let stats = made.map_err(|error| work::failure(error, &loaded, terminal))?;
-        return tell(args, &stats, || local::print(&stats));
+        tell(args, &stats, || local::print(&stats))?;
+        doubts(&stats).iter().for_each(|d| terminal.diagnostic(d, &loaded.sources));
+        return Ok(());
     }
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
-    let found = session::on_threads(args.picture.threads, || analyse(&scene, args.fresh, &watch));
+    let purpose = Purpose { fresh: args.fresh, volumes: true };
+    let found = session::on_threads(args.picture.threads, || analyse(&scene, purpose, &watch));
     progress.finish();
     let analysis = found.and_then(|a| a).map_err(|error| work::failure(error, &loaded, terminal))?;
     let elapsed = start.elapsed().as_secs_f64();
     let keep = scene.surface.keep.unwrap_or(Keep::Most(Measure::Minima));
     let kept = kept(&analysis, &keep).map_err(|error| work::failure(error, &loaded, terminal))?;
-    let report = Report::new(&analysis, &analysis.sizes(), &kept, elapsed);
-    tell(args, &report, || report.print(args.top))?;
+    let report = Report::new(&analysis, &kept, elapsed);
+    tell(args, &report, || report.print(args.top.unwrap_or(TOP)))?;
     if args.json.is_none() {
         let source = if analysis.remembered { ", partly from disk" } else { "" };
         let cells = plural(report.cells(), "cell");
@@ -135,7 +151,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         progress.finish();
         made.map_err(|error| work::failure(error, &loaded, terminal))?;
     }
-    report.doubts().iter().for_each(|d| terminal.diagnostic(d, &loaded.sources));
+    let unproven = unproven(&analysis, &kept).filter(|_| scene.surface.keep.is_some());
+    report.doubts().iter().chain(&unproven).for_each(|d| terminal.diagnostic(d, &loaded.sources));
     Ok(())
 }
 
@@ -192,12 +209,12 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
 
 /// Writes the complex.
 fn export(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
-    let Some(complex) = analysis.complex() else {
+    let Some(complex) = &analysis.complex else {
         let hint = "see the warning above for what is not smooth";
         return Err(Failure::error("a field that is not smooth has no critical points to write", hint));
     };
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
-        return write(path, |f| Ok(serde_json::to_writer(f, complex)?));
+        return write(path, |f| Ok(serde_json::to_writer(f, &**complex)?));
     }
     let lines = separatrices(&analysis.tape, complex).into_iter().zip(&complex.arcs);
     let network = Network {
@@ -215,7 +232,9 @@ fn paint(
     keep: &Keep,
     (progress, flag): (&Progress, &Flag),
 ) -> Result<(), Box<Diagnostic>> {
-    save(args, (progress, flag), |order, job| picture(scene, order, analysis, (args.show.show(), keep), job))
+    save(args, (progress, flag), |order, job| {
+        picture(scene, order, analysis, (args.show.unwrap_or(What::Components).show(), keep), job)
+    })
 }
 
 /// Makes and saves the picture that was asked for.

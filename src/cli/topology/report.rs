@@ -1,9 +1,10 @@
 //! What a solid is connected with, for people and for programs.
 
+use crate::cast::Ruling;
 use crate::cli::report::{count, out, plural};
 use crate::diag::Diagnostic;
 use crate::scene::Aabb;
-use crate::session::topology::{Analysis, Parts, Size};
+use crate::session::topology::{Analysis, Part};
 use crate::topology::{Complex, Component, Kind, SearchStats};
 use glam::DVec3;
 use serde::Serialize;
@@ -11,10 +12,16 @@ use serde::Serialize;
 /// What the report says.
 #[derive(Serialize)]
 pub struct Report<'a> {
-    /// Whether all of it is proven.
+    /// Whether all of it is proven of the whole solid,
     certified: bool,
-    /// Of smooth fields.
+    /// or of what of it is within the region.
+    certified_within_bounds: bool,
+    /// Where it was looked for.
+    region: Aabb,
+    /// Of smooth fields, as far as they were found.
     critical_points: Option<Counts>,
+    /// Whether these are all, and the components theirs.
+    complete: bool,
     components: Vec<Line<'a>>,
     undecided: Undecided,
     search: Option<SearchStats>,
@@ -36,10 +43,11 @@ struct Counts {
 #[derive(Serialize)]
 struct Line<'a> {
     kept: bool,
+    certified: bool,
     /// A box that holds it, as far as cells tell.
     bounds: Option<Aabb>,
-    /// Its volume, about.
-    volume: f64,
+    /// Ends of an interval that holds its volume.
+    volume: [f64; 2],
     #[serde(flatten)]
     component: Option<&'a Component>,
 }
@@ -47,8 +55,9 @@ struct Line<'a> {
 /// What is not proven, by reason.
 #[derive(Default, Serialize)]
 struct Undecided {
-    /// Where critical points, or what joins cells, were not decided.
+    /// Where critical points, or what joins cells, were not decided: the first of them, and how many there are.
     places: Vec<Aabb>,
+    places_total: usize,
     /// Critical points that may be inside or not.
     level: usize,
     /// Paths that found no minimum.
@@ -59,20 +68,28 @@ struct Undecided {
     cut: usize,
 }
 
+/// Undecided places in a report.
+const PLACES: usize = 1000;
+
 impl<'a> Report<'a> {
-    pub fn new(analysis: &'a Analysis, sizes: &[Size], kept: &[bool], seconds: f64) -> Report<'a> {
-        let complex = analysis.complex();
-        let line = |(i, (size, &kept)): (usize, (&Size, &bool))| Line {
-            kept,
-            bounds: size.bounds,
-            volume: size.volume,
-            component: complex.map(|c| &c.components[i]),
+    pub fn new(analysis: &'a Analysis, kept: &[Ruling], seconds: f64) -> Report<'a> {
+        let line = |(part, ruling): (&'a Part, &Ruling)| Line {
+            kept: ruling.kept,
+            certified: part.certified,
+            bounds: part.bounds,
+            volume: [part.volume.lo, part.volume.hi],
+            component: part.critical.as_ref(),
         };
+        let complex = analysis.complex.as_deref();
+        let undecided = Undecided::new(analysis);
         Report {
-            certified: complex.map_or_else(|| analysis.flood.is_certified(), Complex::is_certified),
+            certified: analysis.is_certified() && undecided.cut == 0,
+            certified_within_bounds: analysis.is_certified(),
+            region: analysis.region,
             critical_points: complex.map(Counts::new),
-            components: sizes.iter().zip(kept).enumerate().map(line).collect(),
-            undecided: Undecided::new(analysis),
+            complete: analysis.proven().is_some(),
+            components: analysis.parts.iter().zip(kept).map(line).collect(),
+            undecided,
             search: complex.map(|c| c.stats),
             cells: analysis.flood.cells,
             remembered: analysis.remembered,
@@ -82,22 +99,34 @@ impl<'a> Report<'a> {
 
     /// The table, with so many components.
     pub fn print(&self, top: usize) {
-        let certified = if self.certified { "certified" } else { "not certified" };
+        let certified = match (self.certified, self.certified_within_bounds) {
+            (true, _) => "certified",
+            (false, true) => "certified within the bounds only",
+            (false, false) => "not certified",
+        };
         let components = plural(self.components.len() as u64, "component");
         match &self.critical_points {
-            Some(counts) => {
+            Some(counts) if self.complete => {
                 out(counts);
                 out(format!("Euler characteristic {}, {components}, {certified}", counts.euler));
+            }
+            Some(counts) => {
+                out(format!("{counts} found; there may be more"));
+                out(format!("{components}, {certified}"));
             }
             None => out(format!("{components}, {certified}")),
         }
         if top == 0 || self.components.is_empty() {
             return;
         }
-        let smooth = self.critical_points.is_some();
-        let details =
-            if smooth { "  minima  1-saddles  2-saddles  maxima  Euler  genus     lowest" } else { "" };
-        out(format!("\ncomponent      volume{details}  kept"));
+        let details = if self.complete {
+            "  minima  1-saddles  2-saddles  maxima  Euler  genus      lowest"
+        } else {
+            ""
+        };
+        // In this order they are numbered.
+        let key = if self.complete { "by minima" } else { "by volume" };
+        out(format!("\n{key} {:>21}{details}  kept", "volume"));
         self.components.iter().enumerate().take(top).for_each(|(i, line)| line.print(i));
         match self.components.len().saturating_sub(top) {
             0 => {}
@@ -112,7 +141,7 @@ impl<'a> Report<'a> {
 
     /// What is not proven, and what to do about it.
     pub fn doubts(&self) -> Vec<Diagnostic> {
-        let Undecided { places, level, lost, beyond, cut } = &self.undecided;
+        let Undecided { places, places_total, level, lost, beyond, cut } = &self.undecided;
         let mut doubts = Vec::new();
         let mut doubt = |n: usize, noun: &str, what: &str, hint: &str| {
             if n > 0 {
@@ -124,7 +153,7 @@ impl<'a> Report<'a> {
         let degenerate = "a slightly other parameter, or a little noise, parts critical points that coincide";
         let thin = "parts that only just touch, or very thin ones, cannot be told apart; try a smooth field";
         let hint = if self.critical_points.is_some() { degenerate } else { thin };
-        doubt(places.len(), "place", &what, hint);
+        doubt(*places_total, "place", &what, hint);
         let hint = "shift the field by a small constant";
         doubt(*level, "critical point", "may be inside or not", hint);
         let hint = "what they would have joined may be apart in the report";
@@ -157,31 +186,85 @@ impl std::fmt::Display for Counts {
 
 impl Line<'_> {
     fn print(&self, i: usize) {
-        let volume = self.volume;
+        let volume = enclosed(self.volume);
         let details = self.component.map_or(String::new(), |c| {
             let (Component { euler, lowest, .. }, [a, b, c2, d]) = (c, c.counts);
             let genus = c.genus.map_or("?".to_owned(), |g| g.to_string());
-            format!(" {a:7} {b:10} {c2:10} {d:7} {euler:6} {genus:>6} {lowest:10.4}")
+            format!(" {a:7} {b:10} {c2:10} {d:7} {euler:6} {genus:>6} {:>11}", significant(*lowest))
         });
-        out(format!("{i:9} {volume:11.5}{details}  {}", if self.kept { "yes" } else { "no" }));
+        out(format!("{i:9} {volume:>21}{details}  {}", if self.kept { "yes" } else { "no" }));
+    }
+}
+
+/// A number of any size, with five digits that matter.
+fn significant(x: f64) -> String {
+    if x == 0.0 || (1e-3..1e5).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.3e}") }
+}
+
+/// A volume as far as it is known: `4.70..4.74`, `< 0.02`, or `?`. The ends are rounded outwards.
+fn enclosed([lo, hi]: [f64; 2]) -> String {
+    if !hi.is_finite() {
+        return "?".to_owned();
+    }
+    // Both ends in units of one power of ten, if they are not of a handy size.
+    let power = if hi > 0.0 { libm::floor(libm::log10(hi)) as i32 } else { 0 };
+    let power = if (-3..6).contains(&power) { 0 } else { power };
+    let unit = libm::pow(10.0, f64::from(power));
+    let suffix = if power == 0 { String::new() } else { format!("e{power}") };
+    // As many digits as tell the ends apart.
+    let width = (hi - lo) / unit;
+    let digits = if width > 0.0 { libm::ceil(-libm::log10(width)).clamp(0.0, 9.0) as usize + 1 } else { 4 };
+    let step = libm::pow(10.0, digits as f64);
+    let [lo, hi] = [libm::floor(lo / unit * step) / step, libm::ceil(hi / unit * step) / step];
+    if lo <= 0.0 {
+        format!("< {hi:.digits$}{suffix}")
+    } else {
+        format!("{lo:.digits$}..{hi:.digits$}{suffix}")
     }
 }
 
 impl Undecided {
     fn new(analysis: &Analysis) -> Undecided {
-        match &analysis.parts {
-            Parts::Complex(complex) => Undecided {
-                places: complex.open.clone(),
-                level: complex.level.len(),
-                lost: complex.lost,
-                beyond: complex.beyond,
-                cut: 0,
-            },
-            Parts::Flood => Undecided {
-                places: analysis.flood.undecided.clone(),
-                cut: analysis.flood.list.iter().filter(|c| c.cut).count(),
-                ..Undecided::default()
-            },
+        if analysis.proven().is_some() {
+            return Undecided::default();
         }
+        let flood = &analysis.flood;
+        let mut undecided = Undecided {
+            places_total: flood.undecided.len(),
+            places: flood.undecided.iter().take(PLACES).copied().collect(),
+            cut: flood.list.iter().filter(|c| c.cut).count(),
+            ..Undecided::default()
+        };
+        // What is not known of critical points matters only where the flood does not know either.
+        if let Some(complex) = analysis.complex.as_ref().filter(|_| !flood.is_certified()) {
+            undecided.level = complex.level.len();
+            undecided.lost = complex.lost;
+            undecided.beyond = complex.beyond;
+        }
+        undecided
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn volumes_are_printed_as_far_as_they_are_known() {
+        for (volume, text) in [
+            ([4.7003, 4.7304], "4.700..4.731"),
+            ([0.0, 0.0123], "< 0.013"),
+            ([0.0, f64::INFINITY], "?"),
+            ([3.912, 4.508], "3.91..4.51"),
+            ([8.0, 8.0], "8.0000..8.0000"),
+            ([4.113e36, 4.287e36], "4.11..4.29e36"),
+            ([1.23e-9, 2.34e-9], "1.2..2.4e-9"),
+        ] {
+            assert_eq!(enclosed(volume), text);
+        }
+        assert_eq!(
+            [0.0, -1.25, -1e-7, -1e12].map(significant),
+            ["0.0000", "-1.2500", "-1.000e-7", "-1.000e12"]
+        );
     }
 }

@@ -21,7 +21,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<Corrected>("Corrected");
     lib.def(
         "largest_component(f)",
-        "The solid without what floats beside its main component, the one with the most minima. It is for scene(#{ surface: ... }), or the end of a script; colour it before. Of a field that is not C2 it is the one of largest volume.",
+        "The solid without what floats beside its main component, the one with the most minima. It is for scene(#{ surface: ... }), or the end of a script; colour it before. Of a field that is not C2, or whose critical points are not all found, it is the one of largest volume.",
         "largest_component(sphere(1.0) + 0.8 * gradient(7).scaled(4.0))",
         |c| corrected(c, Keep::Most(Measure::Minima)),
     );
@@ -38,7 +38,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
             corrected(c, Keep::Most(by))
         },
     );
-    let sentence = "The solid without the components that have fewer minima than a share of the main one's, 0.1 if none is given.";
+    let sentence = "The solid without the components that have fewer minima than a share of the main one's, 0.1 if none is given; of a field that is not C2, or whose critical points are not all found, that are smaller than that share of its volume.";
     let example = "without_specks(sphere(1.0) + 0.8 * gradient(7).scaled(4.0))";
     lib.def("without_specks(f)", sentence, example, |c| corrected(c, Keep::Share(0.1)));
     lib.def(

@@ -196,14 +196,21 @@ impl Call<'_> {
     /// Argument `i` is of a wrong type.
     pub fn wrong(&self, i: usize, wanted: &str) -> Fault {
         let given = describe(&self.args[i]);
-        if is_operator(self.name) {
-            return Fault::new(format!("`{}` takes {wanted}, not {given}", self.name));
-        }
         let which = match self.args.len() {
             1 => "the argument".to_owned(),
             _ => format!("argument {}", i + 1),
         };
-        Fault::new(format!("{which} of `{}` must be {wanted}, not {given}", self.name))
+        let fault = Fault::new(if is_operator(self.name) {
+            format!("`{}` takes {wanted}, not {given}", self.name)
+        } else {
+            format!("{which} of `{}` must be {wanted}, not {given}", self.name)
+        });
+        match self.args[i].is::<Corrected>() {
+            true => {
+                fault.hint("correct last: colour, move and combine before, and end with largest_component(f)")
+            }
+            false => fault,
+        }
     }
 
     /// Argument `i` for arithmetic of any kind.

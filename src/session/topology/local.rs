@@ -4,15 +4,17 @@
 //! animation and pictures that are made again while their script is edited begin where the last one ended.
 
 use super::store::Key;
-use crate::cast::Judge;
+use crate::cast::{Judge, Ruling};
 use crate::diag::Diagnostic;
 use crate::field::{self, Field};
+use crate::num::Interval;
 use crate::render::Painter;
 use crate::scene::{Aabb, Scene};
 use crate::session::stage;
-use crate::tape::Tape;
-use crate::topology::local::{Answer, Local, Seeker};
+use crate::tape::{Evaluator, Tape};
+use crate::topology::local::{Answer, Local, LocalStats, Seeker};
 use glam::DVec3;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Solids that are remembered.
@@ -40,7 +42,7 @@ pub fn local(scene: &Scene, core: DVec3, feature: f64) -> Result<Arc<Local>, Box
         Some(i) => remembered.remove(i).1,
         None => {
             let tape = Arc::new(Tape::new(graph, &[root]));
-            Arc::new(Local::new(&tape, &region, core, feature).ok_or_else(super::judge::outside)?)
+            Arc::new(Local::new(&tape, &region, core, feature).ok_or_else(|| outside(scene, &tape, core))?)
         }
     };
     found.turn();
@@ -49,15 +51,48 @@ pub fn local(scene: &Scene, core: DVec3, feature: f64) -> Result<Arc<Local>, Box
     Ok(found)
 }
 
+/// Why there is nothing that a point could be joined with.
+fn outside(scene: &Scene, tape: &Arc<Tape>, core: DVec3) -> Box<Diagnostic> {
+    let value = *Evaluator::<Interval>::new(tape.clone()).eval(&core.to_array().map(Interval::point));
+    let place = scene.graph.place(scene.surface.field).cloned();
+    Box::new(super::judge::outside(core, value).at(place))
+}
+
+/// What was not found out for a picture, and what to do about it.
+pub fn doubts(stats: &LocalStats) -> Vec<Diagnostic> {
+    let LocalStats { asked, unknown, crowded, impatient, .. } = *stats;
+    let mut doubts = Vec::new();
+    if unknown > 0 {
+        let message = format!(
+            "of {unknown} of {asked} points it could not be decided what they belong to; they are kept"
+        );
+        doubts.push(Diagnostic::warning(message).hint("rays that met them count as uncertified"));
+    }
+    if crowded > 0 {
+        let message = format!("{crowded} cubes of size `feature` hold too much to be searched");
+        let hint =
+            "`feature` is larger than the features of the field; of noise.scaled(s) they are of size 1 / s";
+        doubts.push(Diagnostic::warning(message).hint(hint));
+    }
+    if impatient > 0 {
+        let message =
+            format!("{impatient} searches were given up, each after thousands of cubes of size `feature`");
+        let hint = "`feature` may be too small; of noise.scaled(s) the smallest features are of size 1 / s";
+        doubts.push(Diagnostic::warning(message).hint(hint));
+    }
+    doubts
+}
+
 /// Keeps what is joined with the core.
 #[derive(Debug)]
 pub(super) struct Joined(pub Seeker);
 
 impl Judge for Joined {
-    /// A point of which it is not known whether it is joined is kept: better a crumb too many than a hole.
-    fn judge(&mut self, points: &[DVec3], kept: &mut [bool]) {
-        for (kept, answer) in kept.iter_mut().zip(self.0.answers(points)) {
-            *kept = answer != Answer::Apart;
+    /// A point of which it is not known whether it is joined is kept: better a crumb too many than a hole. That one is
+    /// apart is no proof.
+    fn judge(&mut self, points: &[DVec3], rulings: &mut [Ruling], cancel: &AtomicBool) {
+        for (ruling, answer) in rulings.iter_mut().zip(self.0.answers(points, cancel)) {
+            *ruling = Ruling { kept: answer != Answer::Apart, proven: answer == Answer::Joined };
         }
     }
 
@@ -74,8 +109,8 @@ pub(super) struct Apart {
 }
 
 impl Painter for Apart {
-    fn paint(&mut self, points: &[DVec3], colors: &mut [DVec3]) {
-        for (color, answer) in colors.iter_mut().zip(self.seeker.answers(points)) {
+    fn paint(&mut self, points: &[DVec3], colors: &mut [DVec3], cancel: &AtomicBool) {
+        for (color, answer) in colors.iter_mut().zip(self.seeker.answers(points, cancel)) {
             if answer == Answer::Apart {
                 *color = self.color;
             }

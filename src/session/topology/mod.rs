@@ -2,15 +2,17 @@
 
 mod judge;
 mod local;
+mod parts;
 mod picture;
 mod store;
 
-pub use judge::{Labels, judge, kept};
-pub use local::local;
+pub use judge::{Correction, Labels, correction, kept, unproven};
+pub use local::{doubts, local};
+pub use parts::Part;
 pub use picture::{ARCS, COLORS, Show, local_picture, picture};
 
 use super::stage;
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Place};
 use crate::field::{self, Field, Stopped, Watch};
 use crate::scene::{Aabb, Scene};
 use crate::tape::Tape;
@@ -23,92 +25,100 @@ use std::sync::Arc;
 pub struct Analysis {
     /// The solid, in full detail.
     pub tape: Arc<Tape>,
+    /// Where it was analysed.
+    pub region: Aabb,
     /// Its components.
-    pub parts: Parts,
-    /// What an octree says of the places that belong to them.
+    pub parts: Vec<Part>,
+    /// Critical points and what they join, of a field with continuous second derivatives.
+    pub complex: Option<Arc<Complex>>,
+    /// What an octree says of the places that belong to components.
     pub flood: Arc<flood::Components>,
+    /// Which parts the flood's components are.
+    names: Arc<[Option<usize>]>,
     /// Why there is no complex, if there is none.
     pub rough: Option<Box<Diagnostic>>,
+    /// Where in the script the solid is.
+    place: Option<Place>,
     /// Whether the complex was found on disk.
     pub remembered: bool,
 }
 
-/// Components, as far as a field has them.
-#[derive(Clone, Debug)]
-pub enum Parts {
-    /// Of a field with continuous second derivatives: its critical points, and what joins them.
-    Complex(Arc<Complex>),
-    /// Of any other: those of the flood.
-    Flood,
-}
-
-/// How large a component is.
-#[derive(Clone, Copy, Debug)]
-pub struct Size {
-    /// A box that holds what cells show of it; none if it is smaller than these.
-    pub bounds: Option<Aabb>,
-    /// The volume of that, about.
-    pub volume: f64,
+/// What an analysis is for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Purpose {
+    /// Critical points are to be found anew, even if they are on disk.
+    pub fresh: bool,
+    /// Volumes are of interest.
+    pub volumes: bool,
 }
 
 impl Analysis {
-    /// Critical points and what they join, if the field is smooth.
-    pub fn complex(&self) -> Option<&Complex> {
-        match &self.parts {
-            Parts::Complex(complex) => Some(complex),
-            Parts::Flood => None,
-        }
+    /// Critical points and what they join, if all of that is proven: then the parts are its components.
+    pub fn proven(&self) -> Option<&Complex> {
+        self.complex.as_deref().filter(|complex| complex.is_certified())
     }
 
-    /// How large each component is, from the cells of the flood that belong to it.
-    pub fn sizes(&self) -> Vec<Size> {
-        let count = self.complex().map_or(self.flood.list.len(), |c| c.components.len());
-        let mut sizes = vec![Size { bounds: None, volume: 0.0 }; count];
-        for (part, name) in self.flood.list.iter().zip(&*Labels::new(self).names) {
-            let Some(size) = name.and_then(|name| sizes.get_mut(name)) else { continue };
-            let own = size.bounds.unwrap_or(part.bounds);
-            size.bounds = Some(Aabb { min: own.min.min(part.bounds.min), max: own.max.max(part.bounds.max) });
-            size.volume += part.shown;
-        }
-        sizes
+    /// Whether it is proven that the parts are the components of the solid within the region.
+    pub fn is_certified(&self) -> bool {
+        self.proven().is_some() || self.flood.is_certified()
     }
 }
 
-/// Cells of the octree beside a complex: it is there for speed alone.
+/// Share of the work that the search for critical points is, about.
+const SEARCH: f64 = 0.7;
+
+/// Cells of the octree beside a complex of which all is proven: it is there for speed alone.
 const BESIDE: Limits = Limits { cells: 1 << 17, depth: 8, least: 5 };
 
-/// and instead of one.
-const INSTEAD: Limits = Limits { cells: 1 << 21, depth: 24, least: 5 };
+/// Where it is to find the components, or to say how large they are.
+const INSTEAD: Limits = Limits { cells: 1 << 21, depth: 24, least: 7 };
 
 /// Analyses the solid of a scene in full detail, within the region that the scene gives or that is found around
-/// it; or finds that it was done before, unless it is to be done afresh.
+/// it; or finds that part of it was done before.
 ///
 /// # Errors
 /// A diagnostic if the job was stopped.
-pub fn analyse(scene: &Scene, fresh: bool, watch: &Watch<'_>) -> Result<Analysis, Box<Diagnostic>> {
+pub fn analyse(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis, Box<Diagnostic>> {
     let (graph, root) = (&scene.graph, scene.surface.field);
     let region: Aabb = stage::region(scene, &mut Field::new(graph, root));
     let tape = Arc::new(Tape::new(graph, &[root]));
-    let stopped = |_: Stopped| stage::stopped();
-    let flooded = |limits| flood::components(&tape, &region, limits, watch).map(Arc::new).map_err(stopped);
-    if let Err(rough) = field::smooth(graph, root) {
-        let flood = flooded(INSTEAD)?;
-        return Ok(Analysis { tape, parts: Parts::Flood, flood, rough: Some(rough), remembered: false });
-    }
-    let key = store::Key::new(graph, root, &region);
-    let known = if fresh { None } else { store::load(key) };
-    let remembered = known.is_some();
-    let complex = match known {
-        Some(complex) => complex,
-        None => {
-            let what = Search { region, solid: true };
-            let found = search(&tape, &what, watch);
-            let found = found.and_then(|critical| Complex::new(&tape, &what, critical, watch));
-            let complex = found.ok_or_else(stage::stopped)?;
-            store::save(key, &complex);
-            complex
-        }
+    let rough = field::smooth(graph, root).err();
+    let (complex, remembered) = match rough {
+        None => complex(scene, &tape, region, purpose.fresh, watch)
+            .map(|(c, known)| (Some(Arc::new(c)), known))?,
+        Some(_) => (None, false),
     };
-    let flood = flooded(BESIDE)?;
-    Ok(Analysis { tape, parts: Parts::Complex(Arc::new(complex)), flood, rough: None, remembered })
+    let proven = complex.as_ref().filter(|complex| complex.is_certified());
+    let limits = if proven.is_some() && !purpose.volumes { BESIDE } else { INSTEAD };
+    let searched = if complex.is_some() && !remembered { SEARCH } else { 0.0 };
+    let flooded = watch.part(searched, 1.0, |watch| flood::components(&tape, &region, limits, watch));
+    let flood = flooded.map_err(|_: Stopped| stage::stopped())?;
+    let (parts, names) = match proven {
+        Some(complex) => parts::of_complex(&tape, complex, &flood),
+        None => parts::of_flood(&flood),
+    };
+    let place = graph.place(root).cloned();
+    Ok(Analysis { tape, region, parts, complex, flood: Arc::new(flood), names, rough, place, remembered })
+}
+
+/// Critical points and what they join, and whether they were on disk.
+fn complex(
+    scene: &Scene,
+    tape: &Arc<Tape>,
+    region: Aabb,
+    fresh: bool,
+    watch: &Watch<'_>,
+) -> Result<(Complex, bool), Box<Diagnostic>> {
+    let key = store::Key::new(&scene.graph, scene.surface.field, &region);
+    if let Some(known) = store::load(key).filter(|_| !fresh) {
+        return Ok((known, true));
+    }
+    let what = Search { region, solid: true };
+    let found = watch.part(0.0, 0.9 * SEARCH, |watch| search(tape, &what, watch));
+    let joined =
+        |critical| watch.part(0.9 * SEARCH, SEARCH, |watch| Complex::new(tape, &what, critical, watch));
+    let found = found.and_then(joined);
+    let complex = found.ok_or_else(stage::stopped)?;
+    store::save(key, &complex);
+    Ok((complex, false))
 }

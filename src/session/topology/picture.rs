@@ -2,8 +2,8 @@
 
 use super::judge::Components;
 use super::local::{Apart, Joined};
-use super::{Analysis, Labels, Parts, kept};
-use crate::cast::Judge;
+use super::{Analysis, Labels, kept};
+use crate::cast::{Judge, Ruling};
 use crate::diag::Diagnostic;
 use crate::render::{Job, Overlay, Painter, Picture, View};
 use crate::scene::{Keep, Scene};
@@ -12,6 +12,7 @@ use crate::topology::local::{Local, Seeker};
 use crate::topology::{CriticalPoint, Kind, separatrices};
 use glam::DVec3;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// What a picture shows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -51,11 +52,11 @@ pub fn picture(
     job: &Job<'_>,
 ) -> Result<Picture, Box<Diagnostic>> {
     let labels = Labels::new(analysis);
-    let kept: Arc<[bool]> = kept(analysis, keep)?.into();
-    let painted = |by: fn(usize, &[bool]) -> Option<DVec3>| -> Box<dyn Painter> {
+    let kept: Arc<[Ruling]> = kept(analysis, keep)?.into();
+    let painted = |by: fn(usize, &[Ruling]) -> Option<DVec3>| -> Box<dyn Painter> {
         Box::new(Paint { labels: labels.again(), kept: kept.clone(), by })
     };
-    let judge = Components::new(analysis, keep)?;
+    let judge = Components::new(analysis, kept.clone());
     let means = Means { scene, order, judge: &judge, specks: &*painted(alarm), job };
     match show {
         Show::Specks => means.specks(),
@@ -129,27 +130,27 @@ impl Means<'_> {
 }
 
 /// The colour of a component, if it is not that of the scene: evenly spread hues.
-fn tint(component: usize, _: &[bool]) -> Option<DVec3> {
+fn tint(component: usize, _: &[Ruling]) -> Option<DVec3> {
     let hue = std::f64::consts::TAU * (0.618_034 * component as f64);
     let channel = |shift: f64| 0.3 + 0.27 * libm::cos(hue - shift * std::f64::consts::TAU / 3.0);
     (component > 0).then(|| DVec3::new(channel(0.0), channel(1.0), channel(2.0)))
 }
 
 /// Red for what is not kept.
-fn alarm(component: usize, kept: &[bool]) -> Option<DVec3> {
-    (!kept[component]).then_some(RED)
+fn alarm(component: usize, kept: &[Ruling]) -> Option<DVec3> {
+    (!kept[component].kept).then_some(RED)
 }
 
 /// Paints by component.
 #[derive(Debug)]
 struct Paint {
     labels: Labels,
-    kept: Arc<[bool]>,
-    by: fn(usize, &[bool]) -> Option<DVec3>,
+    kept: Arc<[Ruling]>,
+    by: fn(usize, &[Ruling]) -> Option<DVec3>,
 }
 
 impl Painter for Paint {
-    fn paint(&mut self, points: &[DVec3], colors: &mut [DVec3]) {
+    fn paint(&mut self, points: &[DVec3], colors: &mut [DVec3], _: &AtomicBool) {
         for (color, component) in colors.iter_mut().zip(self.labels.components(points)) {
             let painted = component.and_then(|component| (self.by)(component, &self.kept));
             *color = painted.unwrap_or(*color);
@@ -163,7 +164,7 @@ impl Painter for Paint {
 
 /// Minima and saddles with the lines between them; nothing of a field that has none.
 fn network(analysis: &Analysis) -> Overlay {
-    let Parts::Complex(complex) = &analysis.parts else { return Overlay::default() };
+    let Some(complex) = &analysis.complex else { return Overlay::default() };
     let lines = separatrices(&analysis.tape, complex);
     let color = |joins: bool| ARCS[usize::from(!joins)];
     let lines = complex.arcs.iter().zip(lines).map(|(arc, line)| (line, color(arc.joins), 2.2)).collect();

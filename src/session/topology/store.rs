@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use std::env::var_os;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What an analysis is of.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -57,7 +57,7 @@ fn renumbered(node: &Node, name: impl Fn(&NodeId) -> NodeId) -> Node {
 }
 
 /// Raised when analyses of old must not be taken for those of now.
-const REVISION: u32 = 1;
+const REVISION: u32 = 3;
 
 /// What a file holds.
 #[derive(Serialize, Deserialize)]
@@ -96,5 +96,61 @@ pub fn save(key: Key, complex: &Complex) {
     {
         // Next time it is found anew.
         let _ = atomic::write(&path, |f| f.write_all(&text));
+        trim(folder, MOST);
+    }
+}
+
+/// Bytes that the analyses of a folder may take.
+const MOST: u64 = 256 << 20;
+
+/// Removes the oldest analyses of a folder until the others take no more than so many bytes.
+fn trim(folder: &Path, most: u64) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let analysis = |path: &Path| path.extension().is_some_and(|e| e == "json");
+    let file = |entry: std::fs::DirEntry| {
+        let about = entry.metadata().ok().filter(std::fs::Metadata::is_file)?;
+        analysis(&entry.path()).then_some((about.modified().ok()?, about.len(), entry.path()))
+    };
+    let mut files: Vec<_> = entries.flatten().filter_map(file).collect();
+    files.sort_by(|a, b| b.cmp(a));
+    let mut total = 0;
+    for (_, size, path) in files {
+        total += size;
+        if total > most {
+            // One that another process has removed is gone as well.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::{Duration, SystemTime};
+
+    #[test]
+    fn the_oldest_analyses_make_room() {
+        let folder = tempfile::tempdir().unwrap();
+        for (i, name) in ["0.json", "1.json", "2.json", "3.txt"].into_iter().enumerate() {
+            let path = folder.path().join(name);
+            std::fs::write(&path, [0; 100]).unwrap();
+            let age = Duration::from_secs(1000 * i as u64);
+            std::fs::File::options()
+                .write(true)
+                .open(path)
+                .unwrap()
+                .set_modified(SystemTime::now() - age)
+                .unwrap();
+        }
+        let left = || {
+            let names = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name());
+            let mut names: Vec<_> = names.map(|name| name.into_string().unwrap()).collect();
+            names.sort();
+            names
+        };
+        trim(folder.path(), 300);
+        assert_eq!(left().len(), 4);
+        trim(folder.path(), 250);
+        assert_eq!(left(), ["0.json", "1.json", "3.txt"]);
     }
 }

@@ -43,12 +43,14 @@ mod bounds;
 mod joins;
 mod tree;
 
+use super::border::is_closed;
+use super::sets::Sets;
 use crate::field::{Stopped, Watch};
 use crate::num::Interval;
 use crate::scene::Aabb;
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
-use joins::{Home, Joins, Sets, has_way};
+use joins::{Home, Joins, has_way};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use tree::{State, Tree};
@@ -63,6 +65,9 @@ pub struct Limits {
     /// Times that it is cut along the surface in any case, for the sake of boxes and volumes.
     pub least: u8,
 }
+
+/// Times that it is cut around what cannot be decided: to a few thousandths of a region.
+const ENOUGH: u8 = 10;
 
 /// Times that a region can be cut.
 const DEEPEST: u8 = 30;
@@ -106,9 +111,11 @@ pub enum Label {
 pub struct Components {
     /// The largest first.
     pub list: Vec<Component>,
-    /// Cells of which it is not known where their solid belongs, if they have any. They may hold components that
-    /// are in no list.
+    /// Boxes around cells that touch and of which it is not known where their solid belongs, if they have any. They may
+    /// hold components that are in no list.
     pub undecided: Vec<Aabb>,
+    /// A bound on the volume of all of these together.
+    pub undecided_volume: f64,
     /// Cells that were looked at.
     pub cells: usize,
     /// Times that the region was cut where that was necessary.
@@ -116,12 +123,24 @@ pub struct Components {
     tree: Tree,
     /// Of the nodes of the tree.
     labels: Vec<Label>,
+    /// Bounds on the volumes of the clusters of cells without a label.
+    clusters: BTreeMap<u32, f64>,
 }
 
 impl Components {
     /// What a point belongs to.
     pub fn label(&self, p: DVec3) -> Label {
         self.tree.leaf_at(p).map_or(Label::Undecided, |leaf| self.labels[leaf as usize])
+    }
+
+    /// A bound on the volume, within the region, of the component that holds a point.
+    pub fn most_about(&self, p: DVec3) -> f64 {
+        let Some(leaf) = self.tree.leaf_at(p) else { return f64::INFINITY };
+        match self.labels[leaf as usize] {
+            Label::Component(c) => self.list[c].volume.hi,
+            Label::Outside => 0.0,
+            Label::Undecided => self.clusters.get(&leaf).copied().unwrap_or(f64::INFINITY),
+        }
     }
 
     /// Whether everything is proven.
@@ -153,14 +172,21 @@ pub fn components(
         joins.learn(&mut tree, &cut, &fresh);
         let clusters = Clusters::new(&tree, &mut joins);
         (watch.progress)(clusters.settled(&tree));
-        cut = clusters.to_cut(&tree, limits);
+        // Volumes are known as well as they can be if cells run short.
+        cut = coarse(&tree, limits);
         if cut.is_empty() {
-            cut = coarse(&tree, limits);
+            cut = clusters.to_cut(&tree, limits);
         }
         cut.sort_unstable_by_key(|&n| (tree.nodes[n as usize].level, n));
         cut.truncate(limits.cells.saturating_sub(tree.nodes.len()) / 8);
         if cut.is_empty() {
-            return Ok(clusters.finish(tree, joins));
+            let mut found = clusters.finish(tree, joins);
+            if found.list.iter().any(|c| c.cut) && is_closed(tape, region, watch.cancel) {
+                // Cells at the border are not understood in full, but nothing goes through it.
+                found.list.iter_mut().for_each(|c| c.cut = false);
+            }
+            watch.check()?;
+            return Ok(found);
         }
         let first = tree.nodes.len() as u32;
         cut.iter().for_each(|&n| tree.cut(n));
@@ -244,11 +270,15 @@ impl Clusters {
         for Cluster { blind, homeless, between, .. } in self.0.values() {
             let before = cut.len();
             cut.extend(blind.iter().copied().filter(can));
+            // What is blind to the last keeps the cluster apart, however finely the rest is cut: that only serves
+            // to say where it is.
+            let is_lost = !blind.is_empty() && cut.len() == before;
+            let helps = |n: &u32| can(n) && !(is_lost && tree.nodes[*n as usize].level >= ENOUGH);
             if cut.len() == before {
-                cut.extend(homeless.iter().copied().filter(can));
+                cut.extend(homeless.iter().copied().filter(helps));
             }
             if cut.len() == before {
-                cut.extend(between.iter().copied().filter(can));
+                cut.extend(between.iter().copied().filter(helps));
             }
         }
         cut
@@ -258,6 +288,25 @@ impl Clusters {
     fn settled(&self, tree: &Tree) -> f64 {
         let share = |n: u32| libm::ldexp(1.0, -3 * i32::from(tree.nodes[n as usize].level));
         1.0 - self.0.values().flat_map(Cluster::open).map(share).sum::<f64>().min(1.0)
+    }
+
+    /// Boxes around cells that are not understood and touch.
+    fn places(&self, tree: &Tree, joins: &mut Joins) -> Vec<Aabb> {
+        let open: BTreeSet<u32> = self.0.values().flat_map(Cluster::open).collect();
+        let mut near = Sets::default();
+        near.grow(tree.nodes.len());
+        for pair in joins.differing() {
+            if open.contains(&pair.a) && open.contains(&pair.b) {
+                near.join(pair.a, pair.b);
+            }
+        }
+        let mut places: BTreeMap<u32, Aabb> = BTreeMap::new();
+        for n in open {
+            let cell = tree.cell(n);
+            let place = places.entry(near.of(n)).or_insert(cell);
+            *place = Aabb { min: place.min.min(cell.min), max: place.max.max(cell.max) };
+        }
+        places.into_values().collect()
     }
 
     /// What all that comes to.
@@ -270,11 +319,17 @@ impl Clusters {
         }
         let mut found: Vec<(u32, Component)> =
             sets.iter().map(|(&set, measure)| (set, measure.component(true))).collect();
+        let mut clusters = BTreeMap::new();
+        let mut unknown = Measure::default();
         for cluster in self.0.values() {
             // Any of it may be all of it.
             let mut all = Measure::default();
             cluster.sets.iter().filter_map(|set| sets.get(set)).for_each(|measure| all.include(measure));
-            cluster.open().for_each(|n| all.add(&tree, n));
+            let unlabelled = |n: &u32| !matches!(joins.homes[*n as usize], Home::One(_));
+            let open: Vec<u32> = cluster.open().filter(unlabelled).collect();
+            open.iter().for_each(|&n| all.add(&tree, n));
+            open.iter().for_each(|&n| unknown.add(&tree, n));
+            clusters.extend(open.into_iter().map(|n| (n, all.all.hi)));
             for (set, component) in found.iter_mut().filter(|(set, _)| cluster.sets.contains(set)) {
                 let least = sets.get(set).map_or(0.0, |measure| measure.full.lo);
                 let Component { inside, shown, .. } = *component;
@@ -294,7 +349,9 @@ impl Clusters {
         Components {
             labels: joins.homes.iter().map(&mut label).collect(),
             list: found.into_iter().map(|(_, component)| component).collect(),
-            undecided: self.0.values().flat_map(Cluster::open).map(|n| tree.cell(n)).collect(),
+            undecided: self.places(&tree, &mut joins),
+            undecided_volume: unknown.all.hi,
+            clusters,
             cells: tree.nodes.len(),
             depth: tree.nodes.iter().map(|node| node.level).max().unwrap_or(0),
             tree,

@@ -23,8 +23,11 @@
 //! missed. The way to a proof are paths that do not leave the voxel: at its border they go on along the face, so that
 //! doors, minima and saddles of one voxel say what its pieces are without regard to what is beside it.
 //!
-//! Who asks in which order makes no difference: a search that comes to *apart* looks at all voxels that the component
-//! reaches into, wherever it begins, and finds everything that could cast doubt on it.
+//! What is remembered of a minimum is what a search from it, or through it, has come to for good: *joined* holds for all
+//! that the search was joined with on its way, and so does *apart* after a search that looked at all voxels that the
+//! component reaches into. *Unknown* is remembered of the minimum alone that the search began with, and stops no other
+//! search. So a search never ends sooner in doubt for what was asked before; it may only come to know more, where
+//! an earlier one has come upon the core by another way.
 
 mod cache;
 mod core;
@@ -43,7 +46,7 @@ use grid::{Grid, Voxel};
 use patch::Patches;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 use voxel::{Links, Looker, Minimum, Node, Points};
 
@@ -103,6 +106,10 @@ pub struct LocalStats {
     pub statuses: [u64; 2],
     /// Points that remained undecided.
     pub unknown: u64,
+    /// Voxels that hold too much to be searched.
+    pub crowded: u64,
+    /// Searches that were given up after too many voxels.
+    pub impatient: u64,
     /// Nanoseconds of all threads with straight lines, with paths, and with searches of voxels.
     pub nanos: [u64; 3],
 }
@@ -117,6 +124,8 @@ struct Counters {
     minima: AtomicU64,
     saddles: AtomicU64,
     unknown: AtomicU64,
+    crowded: AtomicU64,
+    impatient: AtomicU64,
     lines: AtomicU64,
     streaming: AtomicU64,
     locating: AtomicU64,
@@ -160,7 +169,7 @@ impl Local {
         self.statuses.turn();
         self.patches.turn();
         let c = &self.counters;
-        let found = [&c.voxels, &c.minima, &c.saddles, &c.unknown];
+        let found = [&c.voxels, &c.minima, &c.saddles, &c.unknown, &c.crowded, &c.impatient];
         let work = [&c.asked, &c.looked, &c.quick, &c.paths, &c.lines, &c.streaming, &c.locating];
         for counter in found.into_iter().chain(work) {
             counter.store(0, Ordering::Relaxed);
@@ -182,6 +191,8 @@ impl Local {
             cached: self.statuses.len() as u64,
             statuses: self.statuses.hits(),
             unknown: count(&c.unknown),
+            crowded: count(&c.crowded),
+            impatient: count(&c.impatient),
             nanos: [&c.lines, &c.streaming, &c.locating].map(count),
         }
     }
@@ -201,11 +212,16 @@ impl Seeker {
         Seeker { looker: Looker::new(local), cells }
     }
 
-    /// Whether points inside are joined with the core.
-    pub fn answers(&mut self, points: &[DVec3]) -> Vec<Answer> {
+    /// Whether points inside are joined with the core. Once it is cancelled, what is not known yet stays so.
+    pub fn answers(&mut self, points: &[DVec3], cancel: &AtomicBool) -> Vec<Answer> {
         let Seeker { looker, cells } = self;
         let local = looker.local.clone();
-        let answers = local.patches.answers(cells, &local.core, points, |ends| one_by_one(looker, ends));
+        let exact = |ends: &[DVec3]| {
+            let answers = one_by_one(looker, ends, cancel);
+            // What was broken off is not to be remembered.
+            (!cancel.load(Ordering::Relaxed)).then_some(answers)
+        };
+        let answers = local.patches.answers(cells, &local.core, points, exact);
         let unknown = answers.iter().filter(|answer| **answer == Answer::Unknown).count();
         local.counters.asked.fetch_add(points.len() as u64, Ordering::Relaxed);
         local.counters.unknown.fetch_add(unknown as u64, Ordering::Relaxed);
@@ -214,7 +230,7 @@ impl Seeker {
 }
 
 /// Whether points inside are joined with the core, by lines and paths from each.
-fn one_by_one(looker: &mut Looker, points: &[DVec3]) -> Vec<Answer> {
+fn one_by_one(looker: &mut Looker, points: &[DVec3], cancel: &AtomicBool) -> Vec<Answer> {
     let mut answers = vec![Answer::Unknown; points.len()];
     for (answer, seen) in answers.iter_mut().zip(looker.see(points)) {
         if seen {
@@ -224,8 +240,8 @@ fn one_by_one(looker: &mut Looker, points: &[DVec3]) -> Vec<Answer> {
     let hidden: Vec<usize> = (0..points.len()).filter(|&i| answers[i] != Answer::Joined).collect();
     let radius = 0.1 * looker.local.grid.size();
     let starts: Vec<Start> = hidden.iter().map(|&i| Start { at: points[i], radius }).collect();
-    for (&i, end) in hidden.iter().zip(looker.descend(&starts)) {
-        answers[i] = end.map_or(Answer::Unknown, |node| status(looker, node));
+    for (&i, end) in hidden.iter().zip(looker.descend(&starts, cancel)) {
+        answers[i] = end.map_or(Answer::Unknown, |node| status(looker, node, cancel));
     }
     let counters = &looker.local.counters;
     counters.looked.fetch_add(points.len() as u64, Ordering::Relaxed);
@@ -234,15 +250,20 @@ fn one_by_one(looker: &mut Looker, points: &[DVec3]) -> Vec<Answer> {
 }
 
 /// What is known of a minimum, from now on at least.
-fn status(looker: &mut Looker, node: Node) -> Answer {
+fn status(looker: &mut Looker, node: Node, cancel: &AtomicBool) -> Answer {
     let Node::Minimum(minimum) = node else { return Answer::Joined };
     if let Some(answer) = looker.local.statuses.get(&minimum) {
         return answer;
     }
     let mut search = Exhaustion::default();
-    let answer = search.run(looker, minimum);
-    for minimum in search.active {
-        looker.local.statuses.insert(minimum, answer);
+    let answer = search.run(looker, minimum, cancel);
+    if cancel.load(Ordering::Relaxed) {
+        return Answer::Unknown;
+    }
+    let statuses = &looker.local.statuses;
+    match answer {
+        Answer::Unknown => statuses.insert(minimum, answer),
+        Answer::Joined | Answer::Apart => search.active.into_iter().for_each(|m| statuses.insert(m, answer)),
     }
     answer
 }
@@ -262,19 +283,23 @@ struct Exhaustion {
 }
 
 impl Exhaustion {
-    fn run(&mut self, looker: &mut Looker, first: Minimum) -> Answer {
-        if let Some(answer) = self.activate(looker, vec![Node::Minimum(first)]) {
+    fn run(&mut self, looker: &mut Looker, first: Minimum, cancel: &AtomicBool) -> Answer {
+        if let Some(answer) = self.activate(looker, vec![Node::Minimum(first)], cancel) {
             return answer;
         }
         while let Some((_, voxel)) = self.waiting.pop_first() {
             if !self.opened.insert(voxel) {
                 continue;
             }
-            if self.opened.len() > PATIENCE {
+            if cancel.load(Ordering::Relaxed) {
                 return Answer::Unknown;
             }
-            let found = self.open(looker, voxel);
-            if let Some(answer) = self.activate(looker, found) {
+            if self.opened.len() > PATIENCE {
+                looker.local.counters.impatient.fetch_add(1, Ordering::Relaxed);
+                return Answer::Unknown;
+            }
+            let found = self.open(looker, voxel, cancel);
+            if let Some(answer) = self.activate(looker, found, cancel) {
                 return answer;
             }
         }
@@ -282,9 +307,9 @@ impl Exhaustion {
     }
 
     /// Takes in what a voxel holds; returns what is joined with active minima by it.
-    fn open(&mut self, looker: &mut Looker, voxel: Voxel) -> Vec<Node> {
+    fn open(&mut self, looker: &mut Looker, voxel: Voxel, cancel: &AtomicBool) -> Vec<Node> {
         let local = looker.local.clone();
-        let links = looker.links(voxel);
+        let links = looker.links(voxel, cancel);
         self.doubt |= links.doubt;
         let mut joined = Vec::new();
         for &[a, b] in &links.bridges {
@@ -318,7 +343,12 @@ impl Exhaustion {
     }
 
     /// These are joined with the minimum, and so is all that is joined with them. The answer, if it is known by that.
-    fn activate(&mut self, looker: &mut Looker, mut joined: Vec<Node>) -> Option<Answer> {
+    fn activate(
+        &mut self,
+        looker: &mut Looker,
+        mut joined: Vec<Node>,
+        cancel: &AtomicBool,
+    ) -> Option<Answer> {
         while !joined.is_empty() {
             let mut fresh: Vec<Minimum> = Vec::new();
             for node in joined.drain(..) {
@@ -328,11 +358,13 @@ impl Exhaustion {
                 }
             }
             let statuses = &looker.local.statuses;
-            if let Some(answer) = fresh.iter().find_map(|minimum| statuses.get(minimum)) {
+            // That nothing came of an earlier search says nothing about this one.
+            let known = fresh.iter().filter_map(|minimum| statuses.get(minimum));
+            if let Some(answer) = known.into_iter().find(|answer| *answer != Answer::Unknown) {
                 return Some(answer);
             }
             let positions: Vec<DVec3> =
-                fresh.iter().filter_map(|minimum| looker.position(*minimum)).collect();
+                fresh.iter().filter_map(|minimum| looker.position(*minimum, cancel)).collect();
             if looker.see(&positions).contains(&true) {
                 return Some(Answer::Joined);
             }

@@ -81,13 +81,13 @@ impl Patches {
         self.cells.turn();
     }
 
-    /// The answers for places inside, of which `exact` knows those for the ends of chains.
+    /// The answers for places inside, of which `exact` knows those for the ends of chains, unless it was broken off.
     pub fn answers(
         &self,
         field: &mut Balls,
         core: &Core,
         points: &[DVec3],
-        exact: impl FnOnce(&[DVec3]) -> Vec<Answer>,
+        exact: impl FnOnce(&[DVec3]) -> Option<Vec<Answer>>,
     ) -> Vec<Answer> {
         let mut answers = vec![Answer::Unknown; points.len()];
         let start = |(index, at): (usize, &DVec3)| Chase { index, at: *at, trail: Vec::new() };
@@ -116,7 +116,8 @@ impl Patches {
         ended.sort_by(|a, b| a.at.to_array().map(f64::to_bits).cmp(&b.at.to_array().map(f64::to_bits)));
         let groups: Vec<&[Chase]> = ended.chunk_by(|a, b| a.at == b.at).collect();
         let places: Vec<DVec3> = groups.iter().map(|group| group[0].at).collect();
-        for (group, answer) in groups.into_iter().zip(exact(&places)) {
+        let found = exact(&places).unwrap_or_default();
+        for (group, answer) in groups.into_iter().zip(found) {
             for chase in group {
                 answers[chase.index] = answer;
                 self.learn(&chase.trail, answer);

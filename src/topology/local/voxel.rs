@@ -72,8 +72,9 @@ pub struct Looker {
     paths: Balls,
 }
 
-/// Nobody stops the search of a voxel: it is over at once.
-static NEVER: AtomicBool = AtomicBool::new(false);
+/// Cells of a voxel, or of its border, that a search looks at. One as large as features are takes a few hundred, or tens
+/// of thousands where enclosures are wide, as those of exponentials are. What is left then is in doubt.
+const CELLS: u64 = 1 << 17;
 
 impl Looker {
     pub fn new(local: Arc<Local>) -> Looker {
@@ -82,24 +83,24 @@ impl Looker {
     }
 
     /// Where a minimum is; none if it was not found again.
-    pub fn position(&mut self, minimum: Minimum) -> Option<DVec3> {
-        let points = points(&self.local, &mut self.cells, minimum.voxel);
+    pub fn position(&mut self, minimum: Minimum, cancel: &AtomicBool) -> Option<DVec3> {
+        let points = points(&self.local, &mut self.cells, minimum.voxel, cancel);
         points.minima.get(minimum.number as usize).map(|p| p.position)
     }
 
     /// What paths downhill from places inside come to. Those that come to a place from which the core is seen are
     /// done, before it takes the search of a voxel to know the minimum there by name. One that has come down by some
     /// voxels may be in sight of it, too: on planets there are places without any minimum far down.
-    pub fn descend(&mut self, starts: &[Start]) -> Vec<Option<Node>> {
+    pub fn descend(&mut self, starts: &[Start], cancel: &AtomicBool) -> Vec<Option<Node>> {
         let mut ends = vec![None; starts.len()];
         let mut waiting: Vec<(usize, Start)> = starts.iter().copied().enumerate().collect();
-        while !waiting.is_empty() {
+        while !(waiting.is_empty() || cancel.load(Ordering::Relaxed)) {
             let from: Vec<Start> = waiting.iter().map(|(_, start)| *start).collect();
             let mut stopped = Vec::new();
-            for ((i, _), end) in waiting.drain(..).zip(self.paths_from(&from)) {
+            for ((i, _), end) in waiting.drain(..).zip(self.paths_from(&from, cancel)) {
                 match end {
                     End::At(Arrived::Node(node)) => ends[i] = Some(node),
-                    End::At(Arrived::Settled(at)) => match self.known(&at) {
+                    End::At(Arrived::Settled(at)) => match self.known(&at, cancel) {
                         Some(minimum) => ends[i] = minimum.map(Node::Minimum),
                         None => stopped.push((i, at.centre, Some(at))),
                     },
@@ -111,7 +112,7 @@ impl Looker {
             for ((i, at, settled), seen) in stopped.into_iter().zip(self.see(&places)) {
                 match settled {
                     _ if seen => ends[i] = Some(Node::Core),
-                    Some(settled) => ends[i] = self.minimum(&settled).map(Node::Minimum),
+                    Some(settled) => ends[i] = self.minimum(&settled, cancel).map(Node::Minimum),
                     None => waiting.push((i, Start { at, ..starts[i] })),
                 }
             }
@@ -120,12 +121,12 @@ impl Looker {
     }
 
     /// The only minimum of a ball that is known to hold one.
-    fn minimum(&mut self, settled: &Settled) -> Option<Minimum> {
+    fn minimum(&mut self, settled: &Settled, cancel: &AtomicBool) -> Option<Minimum> {
         let Looker { local, cells, .. } = self;
         let mut around: Vec<Voxel> = local.grid.around(settled.centre, settled.within).collect();
         around.sort_unstable();
         around.into_iter().find_map(|voxel| {
-            let points = points(local, cells, voxel);
+            let points = points(local, cells, voxel, cancel);
             let here = |p: &CriticalPoint| {
                 let rounding = 16.0 * f64::EPSILON * p.position.abs().max_element();
                 p.position.distance(settled.centre) <= settled.within + p.error + rounding
@@ -136,10 +137,10 @@ impl Looker {
     }
 
     /// The same, if no voxel has to be searched for it.
-    fn known(&mut self, settled: &Settled) -> Option<Option<Minimum>> {
+    fn known(&mut self, settled: &Settled, cancel: &AtomicBool) -> Option<Option<Minimum>> {
         let local = &self.local;
         let mut around = local.grid.around(settled.centre, settled.within);
-        around.all(|voxel| local.points.get(&voxel).is_some()).then(|| self.minimum(settled))
+        around.all(|voxel| local.points.get(&voxel).is_some()).then(|| self.minimum(settled, cancel))
     }
 
     /// Which points are seen from the core.
@@ -151,7 +152,7 @@ impl Looker {
         seen
     }
 
-    fn paths_from(&mut self, starts: &[Start]) -> Vec<End<Arrived>> {
+    fn paths_from(&mut self, starts: &[Start], cancel: &AtomicBool) -> Vec<End<Arrived>> {
         let timer = Timer::start();
         let (cells, local) = (&mut self.cells, &*self.local);
         let (core, size) = (local.core, local.grid.size());
@@ -165,7 +166,7 @@ impl Looker {
             }
             // A path ends in the tip of a cone in ever smaller steps.
             if radius < 1e-3 * size
-                && let Some(tip) = tip(local, cells, at)
+                && let Some(tip) = tip(local, cells, at, cancel)
             {
                 return Some(Arrived::Node(Node::Minimum(tip)));
             }
@@ -180,26 +181,29 @@ impl Looker {
     }
 
     /// The links of a voxel.
-    pub fn links(&mut self, voxel: Voxel) -> Arc<Links> {
+    pub fn links(&mut self, voxel: Voxel, cancel: &AtomicBool) -> Arc<Links> {
         if let Some(links) = self.local.links.get(&voxel) {
             return links;
         }
-        let links = Arc::new(self.find_links(voxel));
-        self.local.links.insert(voxel, links.clone());
+        let links = Arc::new(self.find_links(voxel, cancel));
+        // What was broken off is not to be remembered.
+        if !cancel.load(Ordering::Relaxed) {
+            self.local.links.insert(voxel, links.clone());
+        }
         links
     }
 
-    fn find_links(&mut self, voxel: Voxel) -> Links {
+    fn find_links(&mut self, voxel: Voxel, cancel: &AtomicBool) -> Links {
         let local = self.local.clone();
-        let points = points(&local, &mut self.cells, voxel);
+        let points = points(&local, &mut self.cells, voxel, cancel);
         let timer = Timer::start();
-        let (doors, unclear) = doors(&local, &mut self.cells, voxel);
+        let (doors, unclear) = doors(&local, &mut self.cells, voxel, cancel);
         local.counters.locating.fetch_add(timer.nanos(), Ordering::Relaxed);
         let half = 0.5 * local.grid.size();
         let starts = points.saddles.iter().flat_map(|saddle| sides(&mut self.paths, saddle, half));
         let mut starts: Vec<Start> = starts.collect();
         starts.extend(doors.iter().map(|&at| Start { at, radius: 0.25 * half }));
-        let ends = self.descend(&starts);
+        let ends = self.descend(&starts, cancel);
         let (bridges, outward) = ends.split_at(2 * points.saddles.len());
         let bridge = |pair: &[Option<Node>]| Some([pair[0]?, pair[1]?]);
         Links {
@@ -211,13 +215,13 @@ impl Looker {
 }
 
 /// The critical points of a voxel.
-fn points(local: &Local, cells: &mut Balls, voxel: Voxel) -> Arc<Points> {
+fn points(local: &Local, cells: &mut Balls, voxel: Voxel, cancel: &AtomicBool) -> Arc<Points> {
     if let Some(points) = local.points.get(&voxel) {
         return points;
     }
     let timer = Timer::start();
     let cell = local.grid.cell(voxel);
-    let mut found = search_cells(cells, vec![cell], &solid(cell.centre, cell.half), &NEVER);
+    let mut found = search_cells(cells, vec![cell], &solid(cell.centre, cell.half), (CELLS, cancel));
     isolate(cells, &mut found, true);
     let mut out = Points { doubt: !found.open.is_empty(), ..Points::default() };
     for point in found.points {
@@ -230,21 +234,24 @@ fn points(local: &Local, cells: &mut Balls, voxel: Voxel) -> Arc<Points> {
         }
     }
     let counters = &local.counters;
+    counters.crowded.fetch_add(u64::from(found.crowded), Ordering::Relaxed);
     counters.voxels.fetch_add(1, Ordering::Relaxed);
     counters.minima.fetch_add(out.minima.len() as u64, Ordering::Relaxed);
     counters.saddles.fetch_add(out.saddles.len() as u64, Ordering::Relaxed);
     counters.locating.fetch_add(timer.nanos(), Ordering::Relaxed);
     let out = Arc::new(out);
-    local.points.insert(voxel, out.clone());
+    if !cancel.load(Ordering::Relaxed) {
+        local.points.insert(voxel, out.clone());
+    }
     out
 }
 
 /// Where components of the solid cross a voxel's border, and whether there may be more.
-fn doors(local: &Local, cells: &mut Balls, voxel: Voxel) -> (Vec<DVec3>, bool) {
+fn doors(local: &Local, cells: &mut Balls, voxel: Voxel, cancel: &AtomicBool) -> (Vec<DVec3>, bool) {
     let (corners, borders): (Vec<_>, Vec<_>) =
         local.grid.borders(voxel).partition(|border| border.half == DVec3::ZERO);
     let middle = local.grid.cell(voxel);
-    let found = search_cells(cells, borders, &solid(middle.centre, middle.half), &NEVER);
+    let found = search_cells(cells, borders, &solid(middle.centre, middle.half), (CELLS, cancel));
     let minima = found.points.iter().filter(|point| point.kind == Kind::Minimum);
     let mut unclear = !found.open.is_empty() || minima.clone().any(|point| point.is_inside().is_none());
     let mut doors: Vec<DVec3> =
@@ -268,9 +275,9 @@ fn solid(centre: DVec3, half: DVec3) -> Search {
 }
 
 /// The minimum that is no smooth one and holds a place.
-fn tip(local: &Local, cells: &mut Balls, at: DVec3) -> Option<Minimum> {
+fn tip(local: &Local, cells: &mut Balls, at: DVec3, cancel: &AtomicBool) -> Option<Minimum> {
     let voxel = local.grid.voxel(at);
-    let points = points(local, cells, voxel);
+    let points = points(local, cells, voxel, cancel);
     let here = |p: &CriticalPoint| !p.smooth && p.position.distance(at) <= p.error;
     let number = points.minima.iter().position(here)? as u32;
     Some(Minimum { voxel, number })
