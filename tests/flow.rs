@@ -247,18 +247,18 @@ fn meshed(script: &str, resolution: u32) -> orogen::mesh::Meshed {
 fn topology_is_kept() {
     for seed in 0..5 {
         for (velocity, solid, parts, euler) in [
-            (format!("flow::by_noise(gradient({seed}).scaled(2.0), 0.4)"), "torus(1.0, 0.4)", 1, 0),
-            (format!("flow::by_slope(gradient({seed}).scaled(3.0), 0.04)"), "sphere(1.0)", 1, 2),
-            (format!("flow::by_curl(gradient({seed}).scaled(2.0), 0.2)"), "shell(sphere(1.0), 0.3)", 2, 4),
+            (format!("flow::by_noise(gradient({seed}).scaled(1.5), 0.3)"), "torus(1.0, 0.4)", 1, 0),
+            (format!("flow::by_slope(gradient({seed}).scaled(3.0), 0.03)"), "sphere(1.0)", 1, 2),
+            (format!("flow::by_curl(gradient({seed}).scaled(1.5), 0.1)"), "shell(sphere(1.0), 0.3)", 2, 4),
             (
                 format!("flow::twist([0.5, 0.2, 0.1 * {seed}], [1, 0.3, 0.2], 200, 1.2)"),
-                "union(torus(0.8, 0.2), torus(0.8, 0.2).rotate([1, 0, 0], 90))",
+                "union(torus(0.8, 0.3), torus(0.8, 0.3).rotate([1, 0, 0], 90))",
                 1,
                 -4,
             ),
         ] {
             let script = format!("{solid}.flow({velocity})");
-            let census = Census::of(&meshed(&script, 64).mesh);
+            let census = Census::of(&meshed(&script, 48).mesh);
             assert!(census.is_closed_manifold(), "{script}");
             assert_eq!((census.parts, census.euler_characteristic()), (parts, euler), "{script}");
         }
@@ -268,7 +268,7 @@ fn topology_is_kept() {
 #[test]
 fn curls_keep_volumes() {
     let volume = |script: &str| {
-        let mesh = meshed(script, 96).mesh;
+        let mesh = meshed(script, 64).mesh;
         let six = |t| {
             let [a, b, c] = mesh.corners(t);
             a.dot(b.cross(c))
@@ -276,10 +276,10 @@ fn curls_keep_volumes() {
         (0..mesh.triangles.len()).map(six).sum::<f64>() / 6.0
     };
     let before = volume("sphere(1.0)");
-    let stirred = volume("sphere(1.0).flow(flow::by_curl(gradient(3).scaled(2.0), 0.1))");
+    let stirred = volume("sphere(1.0).flow(flow::by_curl(gradient(3).scaled(1.5), 0.1))");
     assert!((stirred / before - 1.0).abs() < 1e-3, "{before} becomes {stirred}");
     // What does not stir does not keep them.
-    let kneaded = volume("sphere(1.0).flow(flow::by_noise(gradient(3).scaled(2.0), 0.2))");
+    let kneaded = volume("sphere(1.0).flow(flow::by_noise(gradient(3).scaled(1.5), 0.3))");
     assert!((kneaded / before - 1.0).abs() > 1e-3, "{before} becomes {kneaded}");
 }
 
@@ -290,14 +290,18 @@ fn expressions_have_gradients() {
     for script in scripts {
         let mut f = field(script);
         let mut parts = ["x", "y", "z"].map(|axis| field(&format!("slope({script}).{axis}")));
-        let mut turning = field(&format!("length(curl(slope({script})))"));
         for p in points(9, 50) {
             let (_, g) = f.gradient(p);
             for axis in 0..3 {
                 let own = parts[axis].value(p);
                 assert!((own - g[axis]).abs() < 1e-11 * (1.0 + g.length()), "{script} at {p}: {own} and {g}");
             }
-            assert!(turning.value(p) < 1e-9, "{script}: a gradient has no curl");
         }
+    }
+    // A gradient has no curl, and a curl no divergence.
+    let mut curl = field("length(curl(slope(exp(x * y) + sin(z * x) * y)))");
+    let mut divergence = field("divergence(curl(vec3(x * y * z, exp(x + z), x * y ** 3)))");
+    for p in points(10, 50) {
+        assert!(curl.value(p) < 1e-12 && divergence.value(p).abs() < 1e-12, "{p}");
     }
 }

@@ -381,8 +381,8 @@ fn seen_back<'a>(
     let spread = larger(f.range.hi - f.value, f.value - f.range.lo);
     let is_far = spread < own * r + bow;
     let (grad, bow) = if is_far { ([0.0; 3], spread) } else { (p, bow) };
-    // No two gradients differ by more than their lengths.
-    let hessian = if is_far { lipschitz / r } else { least(hessian, (lipschitz + own) / r) } * UP;
+    // No two gradients differ by more than their lengths; twice that, since half of it times the radius must bound the bow.
+    let hessian = if is_far { 2.0 * lipschitz / r } else { least(hessian, 2.0 * (lipschitz + own) / r) } * UP;
     let jet = Point { value: f.value, grad, hess: [0.0; 6] };
     // The range is that of the bow, which need not have zero in its middle.
     let bounds = Bounds { range: f64::INFINITY, lipschitz, hessian, third: f64::INFINITY };

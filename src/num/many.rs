@@ -4,7 +4,7 @@
 //! Functions map over the lanes in a loop that the compiler vectorises; kernels gather the centres
 //! of all lanes, evaluate their jets in one go, and expand them lane by lane.
 
-use super::number::{Centred, Jets, centred_kernel, error};
+use super::number::{Centred, Jets, error};
 use super::simd::widest;
 use super::{Function, Interval, Jets4, Kernel, Local, Number, Order, Plain, Point, Point4, Pointwise};
 
@@ -71,6 +71,32 @@ impl<T: Copy, const B: usize> Many<T, B> {
             |i| f(&self.0[i], &o.0[i]),
         )
     }
+}
+
+/// The images of points under a kernel that knows more of small balls than of all of space: what lanes of which that
+/// matters are about, side by side.
+fn locals<T: Centred + Copy, K: Kernel + ?Sized, const B: usize>(k: &K, p: [[T; 3]; B]) -> [T; B] {
+    let bounds = k.bounds();
+    let (mut at, mut radius, mut own, mut count) = ([[0.0; B]; 3], [0.0; B], [None; B], 0);
+    for i in 0..B {
+        let lane = p[i].each_ref();
+        if T::blind(&bounds, lane) {
+            continue;
+        }
+        let c = T::centre(lane);
+        for axis in 0..3 {
+            at[axis][count] = c[axis];
+        }
+        (radius[count], own[i]) = (T::reach(lane), Some(count));
+        count += 1;
+    }
+    let mut known = [Local::UNKNOWN; B];
+    k.locals(T::ORDER, at.each_ref().map(|at| &at[..count]), &radius[..count], &mut known[..count]);
+    let nothing = (Local::uniform(Point::default(), bounds), [0.0; 3]);
+    std::array::from_fn(|i| {
+        let (local, error) = own[i].map_or(nothing, |own| known[own]);
+        T::expand(&local, error, p[i].each_ref())
+    })
 }
 
 impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
@@ -157,7 +183,7 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
             return Many(std::array::from_fn(|i| T::expand(&nothing, [0.0; 3], p.map(|p| &p.0[i]))));
         }
         if !T::EXACT && !k.is_uniform() {
-            return Many(std::array::from_fn(|i| centred_kernel(k, p.map(|p| &p.0[i]))));
+            return Many(locals(k, std::array::from_fn(|i| p.map(|p| p.0[i]))));
         }
         let mut at = [[0.0; B]; 3];
         for i in 0..B {

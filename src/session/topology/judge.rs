@@ -6,6 +6,7 @@
 //! Which components are kept is decided by intervals: of volumes, or of numbers of minima, which are exact. Where they
 //! overlap the judge chooses, and its ruling is no proof.
 
+use super::carried::{self, Carried};
 use super::local::{Joined, doubts, local};
 use super::store::Key;
 use super::{Analysis, Part, Purpose, analyse};
@@ -118,6 +119,10 @@ pub fn correction(
     threads: Option<NonZeroUsize>,
     watch: &Watch<'_>,
 ) -> Result<Correction, Box<Diagnostic>> {
+    if let Some((rest, keep, flowed)) = carried::before(scene, keep) {
+        let Correction { judge, warnings, local } = correction(&rest, &keep, threads, watch)?;
+        return Ok(Correction { judge: Box::new(Carried { judge, flowed }), warnings, local });
+    }
     if let Keep::Near { core, feature } = *keep {
         let local = local(scene, core, feature)?;
         let judge = Box::new(Joined(Seeker::new(local.clone())));

@@ -1,5 +1,6 @@
 //! What a scene's solid is connected with, and pictures without what floats beside it.
 
+mod carried;
 mod judge;
 mod local;
 mod parts;
