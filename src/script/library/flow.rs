@@ -12,8 +12,8 @@ use crate::script::value::{Field, Value, VectorField};
 use rhai::{Dynamic, INT};
 use std::sync::Arc;
 
-/// Error of a flow as a share of how far it carries anything, unless another is asked for: a thousandth of a pixel's width
-/// where nothing is carried farther than ten pixels are wide.
+/// Error of a flow as a share of how far it carries points, unless another is asked for: a tenth of a pixel where they
+/// are carried across a thousand.
 const TOLERANCE: f64 = 1e-4;
 
 pub(super) fn register(lib: &mut Library<'_>) {
@@ -53,7 +53,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     });
     lib.def(
         "flow(f, v, options)",
-        "The same with options:\n\n- tolerance: error as a share of how far anything is carried (1e-9 to 0.1; 1e-4); from it, and from the velocity around the origin and near the surface, follow the steps\n- steps: how many steps there are instead (1 to 512); each asks for the velocity four times",
+        "The same with options:\n\n- tolerance: mean error as a share of how far points are carried (1e-9 to 0.1; 1e-4); from it, and from the velocity around the origin and near the surface, follow the steps\n- steps: how many steps there are instead (1 to 512); each asks for the velocity four times",
         "sphere(1.0).flow(vec3(-z, 0, x) * y, #{ steps: 16 })",
         |c| {
             let mut o = Options::new(c, 2)?;
