@@ -74,9 +74,10 @@ pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a >= b { a } else { b }
 }
 
+/// The smaller of two bounds. One that is no number, as what is unbounded times zero, bounds nothing.
 #[inline(always)]
 pub(super) fn least(a: f64, b: f64) -> f64 {
-    if a <= b { a } else { b }
+    if a <= b || b.is_nan() { a } else { b }
 }
 
 /// Bound on the spectral norm: the root of the largest eigenvalue of `A A^T`. With `m` the mean of its eigenvalues, and
@@ -371,10 +372,11 @@ fn seen_back<'a>(
         off += length(p) * step.off;
         p = transposed_times(&step.linear, p);
     }
-    // The gradient is a product of as many matrices, each off by a few roundings of its size.
-    let grad_off = (steep * ball.off + rounding.grad * ball.steep + bent * off * ball.steep) * UP;
     bow = (bow + 8.0 * ROUNDOFF * length(p) * r) * UP;
     let hessian = (steep * ball.bent + bent * ball.steep * ball.steep) * UP;
+    // Without a bound on second derivatives the gradient serves the bow alone, which holds for it as it is computed.
+    let grad_off = (steep * ball.off + rounding.grad * ball.steep + bent * off * ball.steep) * UP;
+    let grad_off = if hessian.is_finite() { grad_off } else { 0.0 };
     let own = length(p);
     let lipschitz = least(steep * ball.steep, own + hessian * r + grad_off) * UP;
     // All of the last ball may say more than the gradient; then that is taken for zero, and may be off by all of itself.

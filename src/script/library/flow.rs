@@ -54,7 +54,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.def(
         "flow(f, v, options)",
         "The same with options:\n\n- tolerance: mean error as a share of how far points are carried (1e-9 to 0.1; 1e-4); from it, and from the velocity around the origin and near the surface, follow the steps\n- steps: how many steps there are instead (1 to 512); each asks for the velocity four times",
-        "sphere(1.0).flow(vec3(-z, 0, x) * y, #{ steps: 16 })",
+        "sphere(1.0).flow(vec3(0.4 * y, 0, 0), #{ steps: 16 })",
         |c| {
             let mut o = Options::new(c, 2)?;
             let tolerance = o.number("tolerance", 1e-9..=0.1, TOLERANCE)?;
