@@ -364,11 +364,13 @@ fn editors_get_definitions() {
 
 #[test]
 fn every_caster_renders() {
-    let bench = Bench::new(&[("a.rhai", BALL)]);
+    let bench = Bench::new(&[("a.rhai", BALL), ("flowed.rhai", "sphere(1.0).flow(vec3(0.3 * y, 0, 0))")]);
     for (_, caster) in orogen::cast::Kind::ALL {
-        bench.run(&format!("render a.rhai --size 20x20 --caster {caster} -o {caster}.png")).success();
+        let script = if caster == "bent" { "flowed.rhai" } else { "a.rhai" };
+        bench.run(&format!("render {script} --size 20x20 --caster {caster} -o {caster}.png")).success();
         assert_eq!(bench.picture(&format!("{caster}.png")).0, 20);
     }
+    bench.run("render a.rhai --size 20x20 --caster bent -o no.png").failure();
 }
 
 #[test]

