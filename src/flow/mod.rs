@@ -13,12 +13,12 @@
 //! y  <-  y + h/6 (k1 + 2 k2 + 2 k3 + k4)
 //! ```
 //!
-//! It is evaluated by putting whatever kind of number through it ([`advect`](step::advect)), so that its derivatives
+//! It is evaluated by putting whatever kind of number through it ([`advect`]), so that its derivatives
 //! are exact, the second ones too. For enclosures over balls, where that would lose all correlation, `tube` follows
 //! the ball around a trajectory instead, and bounds what it becomes. The bounds are those of the map as it is
 //! computed, steps and roundings included, not of a solution that nobody knows.
 //!
-//! A [`Flowed`] field is a [`Kernel`]: it enters expressions as a noise does, and whoever casts, meshes or
+//! A [`Flowed`] field is a [`Kernel`](crate::num::Kernel): it enters expressions as a noise does, and whoever casts, meshes or
 //! bounds expressions needs to know nothing of flows.
 
 mod code;
