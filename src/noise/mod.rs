@@ -70,7 +70,7 @@ pub use weierstrass::Weierstrass;
 
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
 use count::count;
-use slope::{Slope, rougher, steeper};
+use slope::{Slope, steeper};
 use std::hash::{Hash, Hasher};
 
 /// A noise of some kind, seeded and scaled: `N(frequency x)`.
@@ -179,7 +179,7 @@ impl Kernel for Noise {
     fn class(&self) -> Class {
         match self.part {
             Part::Value => self.kind.class(),
-            Part::Slope(_) => rougher(self.kind.class()),
+            Part::Slope(_) => self.kind.class().of_slope(),
         }
     }
 
@@ -243,7 +243,12 @@ impl Kernel for Noise {
         let reach = radius * k * (1.0 + 8.0 * ROUNDOFF) + off;
         let local = self.kind.local(&self.lattice, order, centre, reach);
         let bounds = creased(local.bounds, &self.kind.bounds(), radius * k, reach);
-        Local { jet: scaled(local.jet, k), bounds: bounds.at_frequency(k), bow: local.bow }
+        Local {
+            jet: scaled(local.jet, k),
+            bounds: bounds.at_frequency(k),
+            bow: local.bow,
+            sag: local.sag * k * k,
+        }
     }
 
     #[inline]

@@ -194,7 +194,8 @@ impl Kernel for Octave {
         let reach = radius * k * (1.0 + 32.0 * ROUNDOFF) + 32.0 * ROUNDOFF * (k * size + REACH);
         let local = self.unit().local(order, centre, reach);
         let bounds = creased(local.bounds, &self.noise.kind.bounds(), radius * k, reach);
-        Local { jet: placement.turned(k, order, local.jet), bounds: bounds.at_frequency(k), ..local }
+        let sag = local.sag * k * k;
+        Local { jet: placement.turned(k, order, local.jet), bounds: bounds.at_frequency(k), sag, ..local }
     }
 
     /// As for any kernel, with the error of `M x + t` in place of that of `k x`: a row of three

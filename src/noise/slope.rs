@@ -29,15 +29,6 @@ pub(super) fn steeper(b: Bounds) -> Bounds {
     Bounds { range: b.lipschitz, lipschitz: b.hessian, hessian: b.third, third: f64::INFINITY }
 }
 
-/// Continuity class of the slope of a kernel of a class.
-pub(super) fn rougher(class: Class) -> Class {
-    match class {
-        Class::C2 => Class::C1,
-        Class::C1 => Class::C0,
-        Class::C0 | Class::Jump => Class::Jump,
-    }
-}
-
 impl<'a, K: Kernel> Slope<'a, K> {
     /// The slope along an axis (0, 1, 2).
     pub(super) fn new(of: &'a K, axis: u8, step: f64) -> Self {
@@ -73,7 +64,7 @@ impl<'a, K: Kernel> Slope<'a, K> {
 
 impl<K: Kernel> Kernel for Slope<'_, K> {
     fn class(&self) -> Class {
-        rougher(self.of.class())
+        self.of.class().of_slope()
     }
 
     fn bounds(&self) -> Bounds {
@@ -124,6 +115,7 @@ impl<K: Kernel> Kernel for Slope<'_, K> {
             bounds: steeper(local.bounds),
             // The kernel's own bow says nothing about that of its slope.
             bow: Interval::ENTIRE,
+            sag: f64::INFINITY,
         }
     }
 

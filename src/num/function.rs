@@ -26,6 +26,17 @@ pub enum Class {
     C2,
 }
 
+impl Class {
+    /// That of the slope of what is of this class.
+    pub fn of_slope(self) -> Class {
+        match self {
+            Class::C2 => Class::C1,
+            Class::C1 => Class::C0,
+            Class::C0 | Class::Jump => Class::Jump,
+        }
+    }
+}
+
 impl std::fmt::Display for Class {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {

@@ -57,6 +57,8 @@ pub struct Local {
     pub bounds: Bounds,
     /// Encloses `N(x) - N(c) - grad N(c) . (x - c)` in the ball, beyond what the bounds say.
     pub bow: Interval,
+    /// The same is at most `sag |x - c|^2 / 2` in the ball; infinite where no more is known than by `bounds`.
+    pub sag: f64,
 }
 
 impl Local {
@@ -65,13 +67,13 @@ impl Local {
         let infinite = f64::INFINITY;
         let jet = Point { value: 0.0, grad: [0.0; 3], hess: [0.0; 6] };
         let bounds = Bounds { range: infinite, lipschitz: infinite, hessian: infinite, third: infinite };
-        (Local { jet, bounds, bow: Interval::ENTIRE }, [infinite; 3])
+        (Local { jet, bounds, bow: Interval::ENTIRE, sag: infinite }, [infinite; 3])
     };
 
     /// The jet and the bounds are all there is to say.
     #[inline(always)]
     pub fn uniform(jet: Point, bounds: Bounds) -> Local {
-        Local { jet, bounds, bow: Interval::ENTIRE }
+        Local { jet, bounds, bow: Interval::ENTIRE, sag: f64::INFINITY }
     }
 
     /// What a smooth kernel knows of the ball of `radius` from the jet at its centre, of which every
@@ -101,6 +103,7 @@ impl Local {
                 ..bounds
             },
             bow: Interval::radius(radius * radius * (0.5 * h + third / 6.0) * up),
+            sag: f64::INFINITY,
         }
     }
 
@@ -108,7 +111,8 @@ impl Local {
     #[inline(always)]
     pub(super) fn bend(&self, reach: f64) -> Interval {
         // An unbounded second derivative bends nothing at the centre itself.
-        let bend = if reach == 0.0 { 0.0 } else { 0.5 * self.bounds.hessian * reach * reach };
+        let hessian = if self.sag < self.bounds.hessian { self.sag } else { self.bounds.hessian };
+        let bend = if reach == 0.0 { 0.0 } else { 0.5 * hessian * reach * reach };
         Interval::radius(bend).meet(self.bow)
     }
 }

@@ -55,7 +55,7 @@ pub use interval::Interval;
 pub use jet::{Jet, PAIRS};
 pub use local::{Bounds, Local};
 pub use many::Many;
-pub use number::{Centred, Jets, Kernel, Number, Order, Plain, Point};
+pub use number::{Centred, Growing, Jets, Kernel, Number, Order, Plain, Point};
 pub use parabola::{Half, Parabola, Parabolas};
 pub use pointwise::{Jets4, Point4, Pointwise};
 pub use real::{Real, power};

@@ -119,7 +119,7 @@ pub trait Kernel: Sync {
 
 /// The rounding of a kernel's jets, which grows with the size of the point like `a + b size`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Growing {
+pub struct Growing {
     start: [f64; 3],
     growth: [f64; 3],
 }
@@ -128,6 +128,7 @@ pub(super) struct Growing {
 const UP: f64 = 1.0 + 64.0 * super::ROUNDOFF;
 
 impl Growing {
+    /// Of a kernel.
     pub fn new<K: Kernel + ?Sized>(k: &K) -> Self {
         let (start, one) = (k.error(0.0), k.error(1.0));
         // What is unbounded at the origin is so everywhere.
@@ -135,6 +136,7 @@ impl Growing {
         Growing { start, growth: [grows(0), grows(1), grows(2)] }
     }
 
+    /// At points of so large coordinates.
     #[inline(always)]
     pub fn at(&self, size: f64) -> [f64; 3] {
         let at = |i: usize| (self.start[i] + self.growth[i] * size) * UP;

@@ -248,7 +248,7 @@ impl<const K: usize> Centred for Reduced<K> {
     }
 
     #[inline(always)]
-    fn expand(Local { jet, bounds: b, bow }: &Local, error: [f64; 3], p: [&Self; 3]) -> Self {
+    fn expand(Local { jet, bounds: b, bow, .. }: &Local, error: [f64; 3], p: [&Self; 3]) -> Self {
         let all = Interval::radius(b.range);
         let (d, omega) = reach(p);
         let w = p.map(|p| p.rest);

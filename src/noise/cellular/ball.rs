@@ -161,7 +161,7 @@ impl<const K: usize> Enclosure<'_, K> {
             hessian: curvature * up,
             ..global
         };
-        Local { jet, bounds, bow }
+        Local { jet, bounds, bow, sag: f64::INFINITY }
     }
 
     /// Encloses the `l`-th smallest (from 0) distance less the plane with slope `g`.

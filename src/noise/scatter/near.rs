@@ -3,7 +3,7 @@
 use super::{BEYOND, Draw, Node, Scatter, Spot};
 use crate::noise::bulk::{GRADIENT, HESSIAN, VALUE};
 use crate::noise::lattice::{Lattice, STEP, split};
-use crate::num::{Bounds, Interval, Local, Order, Point, widest};
+use crate::num::{Bounds, Local, Order, Point, widest};
 
 /// Most cells that spots of nodes in reach of a ball can lie in: four along an axis.
 const CELLS: usize = 64;
@@ -246,7 +246,7 @@ pub(in crate::noise) fn local<S: Spot>(
     let hessian = up(sizes[2]).min(up(bent)).min(global.hessian);
     let lipschitz = up(sizes[1]).min(up(norm(&jet.grad, rounding[1]) + hessian * wide)).min(global.lipschitz);
     let range = up(sizes[0]).min(up(jet.value.abs() + rounding[0] + lipschitz * wide)).min(global.range);
-    Local { jet, bounds: Bounds { range, lipschitz, hessian, third }, bow: Interval::ENTIRE }
+    Local::uniform(jet, Bounds { range, lipschitz, hessian, third })
 }
 
 #[cfg(test)]

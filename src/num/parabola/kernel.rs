@@ -17,6 +17,9 @@ use crate::num::number::{Growing, Jets};
 use crate::num::simd::widest;
 use crate::num::{Interval, Kernel, Local, Order, Point};
 
+/// As a share of what a sag comes to at the ends, a bow that says more.
+const OWN: f64 = 0.75;
+
 /// How far a point reaches from the middle, as lengths of vectors.
 #[derive(Clone, Copy)]
 struct Reach {
@@ -163,13 +166,15 @@ impl<const K: usize> Parabola<K> {
     /// What is known of a kernel at a point that reaches this far.
     #[inline(always)]
     fn expand(local: &Local, error: [f64; 3], reach: Reach, p: &[Self; 3]) -> Self {
-        let Local { jet, bounds: b, bow } = *local;
+        let Local { jet, bounds: b, bow, sag } = *local;
         let (d, w, r) = (reach.along, reach.beside, reach.whole());
         // Only the Taylor form reads the gradient, which some kernels cannot vouch for.
         let (still, tilted) = (error[0], error[0] + 2.0 * error[1] * r);
         let cone = b.lipschitz * r * ROUND_UP;
-        let bent = 0.5 * b.hessian * r * r;
-        let own_bow = bow.mag() < bent;
+        let hessian = choose(sag < b.hessian, sag, b.hessian);
+        let bent = 0.5 * hessian * r * r;
+        // What grows with the distance from the middle says more there than a bow that is not much less.
+        let own_bow = bow.mag() < choose(sag < f64::INFINITY, OWN, 1.0) * bent;
         let is_value = jet.value.is_finite();
         let is_jet = is_value & tilted.is_finite() & (jet.grad[0] + jet.grad[1] + jet.grad[2]).is_finite();
         let taylor = is_jet & (choose(own_bow, bow.mag(), bent) <= choose(cone < b.range, cone, b.range));
@@ -179,7 +184,7 @@ impl<const K: usize> Parabola<K> {
         let known = pick(is_value, Interval::around(jet.value, (cone + still) * ROUND_UP).meet(all), all);
         // The three terms of `M2 (w + d |e|)^2 / 2`, or the kernel's own bound on them.
         let bow = pick(own_bow, bow, Interval { lo: 0.0, hi: 0.0 });
-        let curved = choose(own_bow, 0.0, b.hessian);
+        let curved = choose(own_bow, 0.0, hessian);
         let mut form = Parabola {
             mid: [jet.value + bow.mid(), 0.0, 0.0],
             rest: [tilted + bow.rad() + 0.5 * curved * w * w, curved * d * w, 0.5 * curved * d * d],

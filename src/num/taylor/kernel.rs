@@ -90,10 +90,12 @@ impl Known {
     /// From the jet in the centre, of which each order may be off by `error`.
     #[inline(always)]
     fn new(local: &Local, error: [f64; 3], far: f64) -> Known {
-        let Local { jet, bounds: b, bow } = local;
-        let is_value = jet.value.is_finite() & (b.lipschitz * far < 2.0 * b.range);
+        let Local { jet, bounds: b, bow, sag } = local;
+        let is_value = jet.value.is_finite() & !b.drown(far);
         let grad_sum = jet.grad[0] + jet.grad[1] + jet.grad[2] + error[1];
-        let is_grad = is_value & grad_sum.is_finite() & (b.hessian * far < 2.0 * b.lipschitz);
+        // Also where nothing is known of second derivatives, but of what the gradient leaves out.
+        let bend = least(0.5 * least(b.hessian, *sag) * far * far, bow.mag());
+        let is_grad = is_value & grad_sum.is_finite() & (bend < b.lipschitz * far);
         let mut hess_sum = error[2];
         for k in 0..6 {
             hess_sum += jet.hess[k];
@@ -109,11 +111,12 @@ impl Known {
         }
         let [e0, e1, e2] = error;
         let twist = choose(is_hess, b.third * far + e2, b.hessian);
-        let first = choose(is_grad, b.hessian * far + e1, b.lipschitz);
+        let differ = (length(jet.grad) + b.lipschitz) * ROUND_UP;
+        let first = choose(is_grad, least(differ, b.hessian * far) + e1, b.lipschitz);
         let second = choose(is_hess, 0.5 * b.third * far * far + e1 + e2 * far, first);
         // Values: the Lipschitz bound where the gradient is left out, the range where the value is.
         let flat = choose(is_value, b.lipschitz * far + e0, b.range);
-        let tilted = e0 + e1 * far + least(0.5 * b.hessian * far * far, bow.mag());
+        let tilted = e0 + e1 * far + bend;
         let curved = e0 + far * (e1 + e2 * far + b.third * far * far / 6.0);
         let tilted = choose(is_grad, tilted, flat);
         let cone = Interval::around(value, flat * ROUND_UP);

@@ -12,7 +12,7 @@
 //! which their ranges tell; with it `a_i` is `sum f_ij g_j . u` but for `sum spread_ij |d_j| + |f_ij| bow_j`.
 
 use super::batch::Taylors;
-use super::{ROUND_UP, TINY, length, spectral};
+use super::{ROUND_UP, TINY, least, length, spectral};
 use crate::num::interval::choose;
 use crate::num::parabola::known;
 use crate::num::simd::widest;
@@ -33,6 +33,8 @@ struct Partials<const N: usize, const B: usize> {
     hess: [[[f64; B]; N]; N],
     /// and how far they may be from it.
     spread: [[[f64; B]; N]; N],
+    /// How far first ones go from those in the centre, where second ones are not bounded.
+    sway: [[f64; B]; N],
     /// Which of these are not zero everywhere.
     bends: [[bool; N]; N],
 }
@@ -65,6 +67,7 @@ impl<const N: usize, const B: usize> Partials<N, B> {
             vague: [[0.0; B]; N],
             hess: [[[0.0; B]; N]; N],
             spread: [[[0.0; B]; N]; N],
+            sway: [[f64::INFINITY; B]; N],
             bends: [[true; N]; N],
         };
         for l in 0..B {
@@ -109,6 +112,9 @@ impl<const N: usize, const B: usize> Partials<N, B> {
                     (out.hess[i][j][l], out.spread[i][j][l]) = (bend[i][j].mid(), bend[i][j].rad());
                 }
             }
+            if (0..N).any(|i| (0..=i).any(|j| !out.spread[i][j][l].is_finite())) {
+                out.crease(f, x, l);
+            }
         }
         for i in 0..N {
             for j in i + 1..N {
@@ -120,6 +126,16 @@ impl<const N: usize, const B: usize> Partials<N, B> {
 }
 
 impl<const N: usize, const B: usize> Partials<N, B> {
+    /// At a crease first partial derivatives over the boxes say what second ones do not.
+    #[cold]
+    fn crease<F: Function<N>>(&mut self, f: &F, x: &[&Taylors<B>; N], l: usize) {
+        for (i, range) in f.grad(boxes(x, l)).into_iter().enumerate() {
+            let grad = self.grad[i][l];
+            let sway = choose(range.hi - grad > grad - range.lo, range.hi - grad, grad - range.lo);
+            self.sway[i][l] = choose(sway.is_finite(), sway, f64::INFINITY);
+        }
+    }
+
     /// Takes first partial derivatives from intervals where numbers are too small, or too large, for their rounding
     /// to be known.
     #[cold]
@@ -321,8 +337,9 @@ impl<const B: usize> Taylors<B> {
                 let (size, steep) = (f.grad[i][l].abs() + f.vague[i][l], a.steep[i][l]);
                 let [bow, bow1, turn, turn1] =
                     [x[i].bow[0][l], x[i].bow[1][l], x[i].turn[0][l], x[i].turn[1][l]];
-                let goes = f.vague[i][l] + rates.wide[l] + rates.far[l];
-                bows[0][l] += product(size, bow) + 0.5 * product(rates.wide[l] + rates.far[l], a.far[i][l]);
+                let bends = rates.wide[l] + rates.far[l];
+                let goes = f.vague[i][l] + least(bends, f.sway[i][l]);
+                bows[0][l] += product(size, bow) + product(least(0.5 * bends, f.sway[i][l]), a.far[i][l]);
                 bows[1][l] += product(size, bow1)
                     + 0.5 * product(rates.wide[l], a.far[i][l])
                     + 0.5 * product(rates.far[l] + rates.slope[l], bow);

@@ -154,7 +154,7 @@ impl Kernel for Outline {
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
         let x = DVec3::from(at).with_z(0.0 * at[2]);
         if !Strand::reaches(x) || !Strand::reaches(DVec3::splat(radius)) {
-            return Local { jet: self.jet(order, x), bounds: BOUNDS, bow: Interval::ENTIRE };
+            return Local::uniform(self.jet(order, x), BOUNDS);
         }
         let (jet, reading) = self.nearest(order, x);
         let (d, sign) = (reading.distance, if jet.value < 0.0 { -1.0 } else { 1.0 });
@@ -166,7 +166,7 @@ impl Kernel for Outline {
             None if d > radius => self.strand.bow(x, radius, &reading, sign * gradient) * sign,
             None => Interval::ENTIRE,
         };
-        Local { jet, bounds: BOUNDS, bow }
+        Local { jet, bounds: BOUNDS, bow, sag: f64::INFINITY }
     }
 
     fn error(&self, size: f64) -> [f64; 3] {
