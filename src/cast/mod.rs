@@ -281,7 +281,10 @@ pub fn caster_in(
         Kind::Beam => return Ok(Box::new(Beams::new(own))),
         Kind::Bent => {
             let flowed = cells.tape().flowed().ok_or(CastError::NoFlow)?;
-            let lipschitz = lipschitz_outside(&Field::of_tape(flowed.field().tape()), region);
+            // Bent rays go as far out of the region as the flow carries them.
+            let reach = flowed.reach(region.min.abs().max(region.max.abs()).max_element()).unwrap_or(0.0);
+            let around = Aabb { min: region.min - reach, max: region.max + reach };
+            let lipschitz = lipschitz_outside(&Field::of_tape(flowed.field().tape()), &around);
             let bounded = lipschitz.is_finite() && lipschitz > 0.0;
             return if bounded {
                 Ok(Box::new(Bent::new(flowed.clone(), lipschitz)))
@@ -320,7 +323,7 @@ pub fn caster_in(
 /// times the work of each, not the clock, so that the choice, and with it the picture, is the same on every
 /// machine.
 fn costs(census: Census) -> (f64, f64) {
-    let Census { sums, functions, octaves, scattered } = census;
+    let Census { sums, functions, octaves, scattered, .. } = census;
     let [sums, functions, octaves, scattered] = [sums, functions, octaves, scattered].map(|n| n as f64);
     let along = 80.0 + 2.0 * sums + 15.0 * functions + 35.0 * octaves + 2500.0 * scattered;
     (15.0 + 2.0 * (sums + functions) + 10.0 * octaves + 170.0 * scattered, along)

@@ -23,6 +23,9 @@
 
 mod code;
 mod kernel;
+mod matrix;
+mod pack;
+mod sight;
 mod stage;
 mod step;
 pub mod steps;

@@ -11,11 +11,31 @@
 //!
 //! The derivatives of a slope are a symmetric matrix, of which these are bounds as a whole.
 
-use super::tube::{Rounding, UP, larger, least, length};
-use crate::num::{Jets, Kernel, ROUNDOFF, Taylor, widest};
+use super::matrix::{Matrix, Symmetric, UP, Vector, length, norm, spread};
+use super::pack::{BALLS, Pack};
+use crate::num::{Growing, Jets, Kernel, ROUNDOFF, Taylors, widest};
 
-/// Matrices by rows.
-pub(super) type Matrix = [[f64; 3]; 3];
+/// What values and gradients that are computed at a point may be off by.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Rounding {
+    pub value: f64,
+    pub grad: f64,
+}
+
+/// The same for many points.
+#[derive(Clone, Copy)]
+pub(super) struct Roundings {
+    pub value: Pack,
+    pub grad: Pack,
+}
+
+impl Rounding {
+    /// From what it is at points not further than 1, for points not further than `size`.
+    #[inline(always)]
+    pub fn at(self, size: Pack) -> Roundings {
+        Roundings { value: self.value * size, grad: self.grad * size }
+    }
+}
 
 /// What a velocity is made of.
 #[derive(Debug)]
@@ -28,178 +48,203 @@ pub enum Parts<'a, K> {
     Slope(&'a K, f64),
 }
 
-/// A velocity over a ball.
+/// A velocity over balls.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Stage {
-    pub velocity: [f64; 3],
+    pub velocity: Vector,
     pub slope: Matrix,
-    /// What `slope` leaves out of the velocity over the ball.
-    pub bow: f64,
+    /// Second derivatives of its components.
+    pub hess: [Symmetric; 3],
+    /// What `slope` leaves out of the velocity over the ball, and what is left out with second derivatives.
+    pub bow: Pack,
+    pub rest: Pack,
     /// How far the velocity may be from the one in the middle.
-    pub spread: f64,
-    /// Bounds on first and second derivatives over the ball.
-    pub steep: f64,
-    pub bent: f64,
+    pub spread: Pack,
+    /// Bounds on first and second derivatives over the ball, and on how far first ones may be from `slope`.
+    pub steep: Pack,
+    pub bent: Pack,
+    pub turn: Pack,
+    /// What the velocity and the slope in the middle may be off by.
+    pub off: Pack,
+    pub blur: Pack,
+    /// Whether `bow` and `rest` shrink with the square of the ball, but for rounding: else infinite.
+    pub loose: Pack,
 }
 
 impl Stage {
-    /// Whether nothing moves.
-    pub fn is_still(&self) -> bool {
-        self.velocity == [0.0; 3] && self.spread == 0.0
+    /// Where anything moves.
+    pub fn moves(&self) -> [bool; BALLS] {
+        let still = |i: usize| self.velocity.iter().all(|v| v.0[i] == 0.0) && self.spread.0[i] == 0.0;
+        std::array::from_fn(|i| !still(i))
     }
 
-    /// From what is known of the components. Derivatives of a gradient are a symmetric matrix, of which bounds on the rows
-    /// are bounds on the whole; what is rounded is not.
+    /// How far slopes may be from the one in the middle so far from it, within the ball.
     #[inline(always)]
-    pub fn new(u: &[Taylor; 3], radius: f64, is_gradient: bool, rounding: Rounding) -> Stage {
-        let (mut velocity, mut slope) = ([0.0; 3], [[0.0; 3]; 3]);
-        let (mut bow, mut spread, mut steep, mut bent) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
-        let scale = 1.0 / radius;
-        for i in 0..3 {
-            velocity[i] = u[i].value;
-            for j in 0..3 {
-                slope[i][j] = u[i].grad[j] * scale;
-            }
-            bow[i] = u[i].bow[0];
-            spread[i] = larger(u[i].range.hi - u[i].value, u[i].value - u[i].range.lo);
-            steep[i] = u[i].steepness();
-            bent[i] = u[i].curvature();
-        }
-        let all = |rows: [f64; 3]| {
-            let [a, b, c] = rows;
-            if is_gradient { larger(larger(a, b), c) } else { length(rows) }
-        };
-        let rounded = if is_gradient { 2.0 * (rounding.value + rounding.grad * radius) } else { 0.0 };
-        Stage {
-            velocity,
-            slope,
-            bow: all(bow) + rounded,
-            spread: length(spread),
-            steep: all(steep) * scale + rounding.grad,
-            bent: all(bent) * scale * scale,
-        }
+    pub fn turned(&self, reach: Pack) -> Pack {
+        (self.bent * reach).least(self.turn)
     }
+
+    /// From what is known of the components. A gradient has the same bounds on all its components for what their
+    /// expansions leave out, which are bounds on the symmetric matrix of its derivatives as a whole; what is rounded is not.
+    #[inline(always)]
+    pub fn new(u: &[Taylors<BALLS>; 3], radius: Pack, is_gradient: bool, rounding: Roundings) -> Stage {
+        let (mut out, scale) = (Stage::default(), radius.inverse());
+        let (mut bow, mut rest, mut spread) = ([Pack::ZERO; 3], [Pack::ZERO; 3], [Pack::ZERO; 3]);
+        let (mut turn, mut bent) = ([Pack::ZERO; 3], [Pack::ZERO; 3]);
+        for i in 0..3 {
+            let lanes: [_; BALLS] = std::array::from_fn(|l| u[i].lane(l));
+            out.velocity[i] = Pack::from_fn(|l| lanes[l].value);
+            for j in 0..3 {
+                out.slope[i][j] = scale * Pack::from_fn(|l| lanes[l].grad[j]);
+            }
+            for k in 0..6 {
+                out.hess[i][k] = scale * scale * Pack::from_fn(|l| lanes[l].hess[k]);
+            }
+            bow[i] = Pack::from_fn(|l| lanes[l].bow[0]);
+            rest[i] = Pack::from_fn(|l| lanes[l].bow[1]);
+            let above = Pack::from_fn(|l| lanes[l].range.hi - lanes[l].value);
+            spread[i] = above.larger(Pack::from_fn(|l| lanes[l].value - lanes[l].range.lo));
+            turn[i] = Pack::from_fn(|l| lanes[l].turn[0]);
+            bent[i] = Pack::from_fn(|l| lanes[l].curvature());
+        }
+        let rounded = 2.0 * (rounding.value + rounding.grad * radius);
+        out.blur = 2.0 * rounding.grad;
+        out.off = 2.0 * rounding.value;
+        out.bow = all(&bow, is_gradient) + rounded;
+        out.rest = all(&rest, is_gradient) + rounded;
+        out.spread = length(&spread);
+        out.turn = scale * all(&turn, is_gradient) + out.blur;
+        out.steep = UP * (norm(&out.slope) + out.turn);
+        out.bent = scale * scale * all(&bent, is_gradient);
+        out.loose = f64::INFINITY * Pack::ONE;
+        out
+    }
+}
+
+/// A bound on all three components, which is one on each where they are a gradient.
+#[inline(always)]
+fn all(rows: &Vector, is_gradient: bool) -> Pack {
+    if is_gradient { rows[0].larger(rows[1]).larger(rows[2]) } else { length(rows) }
 }
 
 /// Jets of a kernel in the middles of balls.
-struct Middles<const B: usize> {
-    value: [f64; B],
-    grad: [[f64; B]; 3],
-    hess: [[f64; B]; 6],
+struct Middles {
+    value: Pack,
+    grad: Vector,
+    hess: Symmetric,
+    /// The largest coordinates.
+    size: Pack,
 }
 
-impl<const B: usize> Middles<B> {
+impl Middles {
     #[inline(always)]
-    fn new<K: Kernel>(kernel: &K, at: &[[f64; B]; 3]) -> Self {
-        let mut own = Middles { value: [0.0; B], grad: [[0.0; B]; 3], hess: [[0.0; B]; 6] };
+    fn new<K: Kernel>(kernel: &K, at: &Vector) -> Self {
+        let (mut value, mut grad, mut hess) = ([0.0; BALLS], [[0.0; BALLS]; 3], [[0.0; BALLS]; 6]);
         let out = Jets {
-            value: &mut own.value,
-            grad: Some(own.grad.each_mut().map(|g| &mut g[..])),
-            hess: Some(own.hess.each_mut().map(|h| &mut h[..])),
+            value: &mut value,
+            grad: Some(grad.each_mut().map(|g| &mut g[..])),
+            hess: Some(hess.each_mut().map(|h| &mut h[..])),
         };
-        kernel.jets([&at[0], &at[1], &at[2]], out);
-        own
-    }
-
-    /// The Frobenius norm of the second derivatives.
-    #[inline(always)]
-    fn curvature(&self, i: usize) -> f64 {
-        let h = &self.hess;
-        let square = h[0][i] * h[0][i] + h[1][i] * h[1][i] + h[2][i] * h[2][i];
-        (square + 2.0 * (h[3][i] * h[3][i] + h[4][i] * h[4][i] + h[5][i] * h[5][i])).sqrt() * UP
-    }
-
-    #[inline(always)]
-    fn gradient(&self, i: usize) -> [f64; 3] {
-        [self.grad[0][i], self.grad[1][i], self.grad[2][i]]
+        kernel.jets([&at[0].0, &at[1].0, &at[2].0], out);
+        let size = at[0].abs().larger(at[1].abs()).larger(at[2].abs());
+        Middles { value: Pack(value), grad: grad.map(Pack), hess: hess.map(Pack), size }
     }
 }
+
+/// How the errors of a kernel grow, for many points.
+#[inline(always)]
+fn errors(growing: &Growing, size: Pack) -> [Pack; 3] {
+    let lanes: [[f64; 3]; BALLS] = std::array::from_fn(|i| growing.at(size.0[i]));
+    [0, 1, 2].map(|order| Pack::from_fn(|i| lanes[i][order]))
+}
+
+/// Bounds on a component of a velocity: `bow`, `rest`, `spread`, `steep`, `bent`, `turn`, `off` and `blur` of a [`Stage`].
+type Row = [Pack; 8];
 
 /// Three kernels over balls.
-pub(super) fn of_kernels<K: Kernel, const B: usize>(
-    parts: &[(&K, f64); 3],
-    at: &[[f64; B]; 3],
-    radius: &[f64; B],
-    out: &mut [Stage; B],
-) {
-    let mut sums = [[0.0; 4]; B];
-    *out = [Stage::default(); B];
+pub(super) fn of_kernels<K: Kernel>(parts: &[(&K, f64); 3], at: &Vector, radius: Pack) -> Stage {
+    let mut out = Stage::default();
+    let mut squares: Row = [Pack::ZERO; 8];
     for (row, (kernel, k)) in parts.iter().enumerate() {
-        let (bounds, (k, size)) = (kernel.bounds(), (*k, k.abs()));
-        let (start, one) = (kernel.error(0.0), kernel.error(1.0));
-        let middles = Middles::new(*kernel, at);
+        let (growing, middles) = (Growing::new(*kernel), Middles::new(*kernel, at));
         widest(
             #[inline(always)]
             || {
-                for i in 0..B {
-                    let far = larger(larger(at[0][i].abs(), at[1][i].abs()), at[2][i].abs());
-                    let error = |order: usize| start[order] + (one[order] - start[order]) * far;
-                    let (r, h, g) = (radius[i], middles.curvature(i) + error(2), middles.gradient(i));
-                    let third = bounds.third * r;
-                    let bend = least(bounds.hessian, h + third);
-                    let bow = least(0.5 * bounds.hessian, 0.5 * h + third / 6.0) * r * r;
-                    let steep = least(
-                        bounds.lipschitz,
-                        length(g) + error(1) + least(h + 0.5 * third, bounds.hessian) * r,
-                    );
-                    // A factor rounds once more.
-                    let rounded = error(0)
-                        + 2.0 * error(1) * r
-                        + 4.0 * ROUNDOFF * (middles.value[i].abs() + length(g) * r);
-                    let own = [
-                        bow + rounded,
-                        least(steep * r, bounds.range + middles.value[i].abs()) + rounded,
-                        steep,
-                        bend,
-                    ];
-                    for (sum, own) in sums[i].iter_mut().zip(own) {
-                        *sum += size * own * size * own;
-                    }
-                    out[i].velocity[row] = k * middles.value[i];
-                    for axis in 0..3 {
-                        out[i].slope[row][axis] = k * g[axis];
-                    }
+                out.velocity[row] = *k * middles.value;
+                for axis in 0..3 {
+                    out.slope[row][axis] = *k * middles.grad[axis];
+                }
+                for entry in 0..6 {
+                    out.hess[row][entry] = *k * middles.hess[entry];
+                }
+                for (square, bound) in squares.iter_mut().zip(of_kernel(*kernel, &growing, &middles, radius))
+                {
+                    *square += k * k * (bound * bound);
                 }
             },
         );
     }
-    for (out, sums) in out.iter_mut().zip(sums) {
-        let [bow, spread, steep, bent] = sums.map(|sum| sum.sqrt() * UP);
-        *out = Stage { bow, spread, steep, bent, ..*out };
-    }
+    let all = squares.map(|square| UP * square.sqrt());
+    [out.bow, out.rest, out.spread, out.steep, out.bent, out.turn, out.off, out.blur] = all;
+    out
+}
+
+/// What is known of a kernel over balls, beside its jets.
+#[inline(always)]
+fn of_kernel<K: Kernel>(kernel: &K, growing: &Growing, middles: &Middles, r: Pack) -> Row {
+    let (bounds, all) = (kernel.bounds(), Pack::ONE);
+    let error = errors(growing, middles.size);
+    let (g, value, third) = (length(&middles.grad), middles.value.abs(), bounds.third * r);
+    let curved = spread(&middles.hess) + 3.0 * error[2];
+    let hessian = bounds.hessian * all;
+    let bent = hessian.least(curved + third);
+    let goes = (curved + 0.5 * third).least(hessian) * r;
+    let steep = (bounds.lipschitz * all).least(g + 2.0 * error[1] + goes);
+    // A factor rounds once more.
+    let off = error[0] + 2.0 * ROUNDOFF * value;
+    let blur = 2.0 * (error[1] + ROUNDOFF * g);
+    let rounded = off + blur * r;
+    let bow = (0.5 * hessian).least(0.5 * curved + 1.0 / 6.0 * third) * r * r + rounded;
+    let bend = 1.5 * error[2] + 4.0 * ROUNDOFF * curved + 1.0 / 6.0 * third;
+    let rest = bend * r * r + rounded;
+    let spread = (steep * r).least(bounds.range * all + value) + off;
+    let turn = (bent * r).least(2.0 * bounds.lipschitz * all) + blur;
+    [bow, rest, spread, steep, bent, turn, off, blur]
 }
 
 /// The slope of a kernel over balls.
-pub(super) fn of_slope<K: Kernel, const B: usize>(
-    kernel: &K,
-    k: f64,
-    at: &[[f64; B]; 3],
-    radius: &[f64; B],
-    out: &mut [Stage; B],
-) {
-    let (bounds, size) = (kernel.bounds(), k.abs());
-    let (start, one) = (kernel.error(0.0), kernel.error(1.0));
-    let middles = Middles::new(kernel, at);
+pub(super) fn of_slope<K: Kernel>(kernel: &K, k: f64, at: &Vector, r: Pack) -> Stage {
+    let (bounds, growing, middles) = (kernel.bounds(), Growing::new(kernel), Middles::new(kernel, at));
     widest(
         #[inline(always)]
         || {
-            for i in 0..B {
-                let far = larger(larger(at[0][i].abs(), at[1][i].abs()), at[2][i].abs());
-                let error = |order: usize| start[order] + (one[order] - start[order]) * far;
-                let (r, g) = (radius[i], middles.gradient(i));
-                let [xx, yy, zz, xy, xz, yz] = middles.hess.each_ref().map(|h| k * h[i]);
-                let steep = least(bounds.hessian, middles.curvature(i) + error(2) + bounds.third * r);
-                let rounded =
-                    2.0 * (error(1) + error(2) * r) + 4.0 * ROUNDOFF * (length(g) + middles.curvature(i) * r);
-                out[i] = Stage {
-                    velocity: [k * g[0], k * g[1], k * g[2]],
-                    slope: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
-                    bow: size * (0.5 * bounds.third * r * r + rounded) * UP,
-                    spread: size * (least(steep * r, bounds.lipschitz + length(g)) + rounded) * UP,
-                    steep: size * steep * UP,
-                    bent: size * bounds.third * UP,
-                };
+            let (error, g) = (errors(&growing, middles.size), length(&middles.grad));
+            let mut h = middles.hess;
+            for entry in &mut h {
+                *entry = k * *entry;
+            }
+            let [xx, yy, zz, xy, xz, yz] = h;
+            let (factor, all) = (k.abs() * UP, Pack::ONE);
+            let (third, hessian) = (bounds.third * r, bounds.hessian * all);
+            let curved = spread(&middles.hess) + 3.0 * error[2];
+            let steep = hessian.least(curved + third);
+            let off = 2.0 * (error[1] + ROUNDOFF * g);
+            let blur = 3.0 * error[2] + 2.0 * ROUNDOFF * curved;
+            let bow = factor * (0.5 * third * r + off + blur * r);
+            Stage {
+                velocity: [k * middles.grad[0], k * middles.grad[1], k * middles.grad[2]],
+                slope: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
+                hess: [[Pack::ZERO; 6]; 3],
+                bow,
+                rest: bow,
+                spread: factor * ((steep * r).least(bounds.lipschitz * all + g) + off),
+                steep: factor * steep,
+                bent: factor * bounds.third * all,
+                turn: factor * (third.least(hessian + curved) + blur),
+                off: factor * off,
+                blur: factor * blur,
+                loose: Pack::ZERO,
             }
         },
-    );
+    )
 }

@@ -1,152 +1,101 @@
 //! What becomes of a ball that a flow carries along.
 //!
-//! A trajectory starts in the middle of the ball of radius `r0`; another one, that starts `e` away, is
+//! A trajectory starts in the middle of the ball of radius `r`; another one, that starts `e` away, is `d_s` away from it at
+//! stage `s` of a step, where the velocity is
 //!
 //! ```text
-//! P e + s      |s| <= s_k      P = M_k ... M_1      s_(k+1) <= |M_k| s_k + q_k
+//! u(y_s + d_s) = u(y_s) + J_s d_s + b_s          b_s = d_s^T H_s d_s / 2 + c_s
 //! ```
 //!
-//! away after `k` steps. `M_k` is the derivative of a step on the middle trajectory, and `q_k` bounds what it leaves
-//! out of the step, and of the four velocities in it, over the ball that the points are in by then: of radius
-//! `|P| r0 + s_k`. So the linear part is what it is, turned and stretched by each step in turn; only the rest is
-//! bounded by norms. A field with gradient `g` at the end, that departs from it by `b` over the last ball, departs over
-//! the first one from the gradient `P^T g` by
+//! The steps are linear in positions and velocities. So, exactly, what becomes of the ball is what becomes of it by the
+//! `J_s` alone, and each `b_s` carried on by those behind it. Seen by a field with gradient `g` at the end, that is
 //!
 //! ```text
-//! b + sum_k |p_(k+1)| q_k      p_k = M_k^T p_(k+1)      p_N = g
+//! f(end) - f(middle) = (P^T g) . e + sum_s l_s . b_s + (what f itself departs by)
 //! ```
 //!
-//! since what is lost in a step is seen through all the steps behind it, in the direction that matters to the field.
-//! Sharper than stretching by the largest eigenvalue of the velocity's slope all the way (8.1 of the notes on flow
-//! mapping), and as certain, for the steps themselves are the map.
+//! with `l_s` the covector that the velocity of a stage matters by, which comes back from the end through the transposed
+//! `J_s` (the adjoint of the method: back through a step from `p`, with shares of `h`,
+//! `l4 = p/6`, `l3 = p/3 + J4^T l4`, `l2 = p/3 + J3^T l3 / 2`, `l1 = p/6 + J2^T l2 / 2`, and `p + sum J_s^T l_s` before it).
 //!
-//! First and second derivatives over the ball follow by norms: with `J` and `H` bounding those of a step,
+//! **Radii.** `|d_s| <= rho_s`, from the linear part `P_s` and a bound `eta_s` on what it leaves out, step by step:
+//! `rho = |P| r + eta`, `eta <- |M| eta + q`, where `M` is the linear part of a step and `q` bounds what the `b_s` in it come to.
+//!
+//! **To second order** `d_s` is `P_s e` but for `eta_s`. The quadratic forms add up to the second derivatives of the flowed
+//! field in the middle; only what they leave out is bounded by norms:
 //!
 //! ```text
-//! W <- J W      Z <- J Z + H W^2      |grad F| <= |grad f| W      |Hess F| <= |grad f| Z + |Hess f| W^2
+//! Q = sum_s P_s^T (l_s . H_s) P_s          |l_s . b_s - form| <= |l_s| |c_s| + |l_s . H_s| (2 rho_s + eta_s) eta_s / 2
 //! ```
+//!
+//! **Derivatives** anywhere in the ball: the covectors there differ from those in the middle by no more than `v`, which
+//! comes back in the same way, fed by how much `J_s` varies over its ball; the second derivatives are then at most
+//! `sum_s (|l_s| + v_s) |H_s| W_s^2`, where `W_s` bounds the derivative of a stage by the start all over the ball.
+//!
+//! All of it is for the map as it would be without rounding. What velocities, slopes and places in the middle may be off by
+//! is carried along (`off`, `blur`), and counts among what linear parts leave out.
 
 use super::Code;
-use super::stage::{Matrix, Parts, Stage, of_kernels, of_slope};
-use crate::num::{Bounds, Interval, Local, Number, Point, ROUNDOFF, Taylor, Taylors, widest};
-
-/// Covers the rounding of sums of up to a hundred terms that are not negative.
-pub(super) const UP: f64 = 1.0 + 256.0 * ROUNDOFF;
-
-/// What values and gradients that are computed at a point may be off by.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Rounding {
-    pub value: f64,
-    pub grad: f64,
-}
-
-const ONE: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-/// `a + k b c`.
-#[inline(always)]
-fn fused(a: &Matrix, k: f64, b: &Matrix, c: &Matrix) -> Matrix {
-    let mut out = *a;
-    for i in 0..3 {
-        for j in 0..3 {
-            out[i][j] += k * (b[i][0] * c[0][j] + b[i][1] * c[1][j] + b[i][2] * c[2][j]);
-        }
-    }
-    out
-}
-
-#[inline(always)]
-fn transposed_times(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
-    let mut out = [0.0; 3];
-    for j in 0..3 {
-        out[j] = m[0][j] * v[0] + m[1][j] * v[1] + m[2][j] * v[2];
-    }
-    out
-}
-
-/// Length, rounded up.
-#[inline(always)]
-pub(super) fn length([x, y, z]: [f64; 3]) -> f64 {
-    (x * x + y * y + z * z).sqrt() * UP
-}
-
-#[inline(always)]
-pub(super) fn larger(a: f64, b: f64) -> f64 {
-    if a >= b { a } else { b }
-}
-
-/// The smaller of two bounds. One that is no number, as what is unbounded times zero, bounds nothing.
-#[inline(always)]
-pub(super) fn least(a: f64, b: f64) -> f64 {
-    if a <= b || b.is_nan() { a } else { b }
-}
-
-/// Bound on the spectral norm: the root of the largest eigenvalue of `A A^T`. With `m` the mean of its eigenvalues, and
-/// `x = m + t`, these are the roots of `t^3 - s t - d`, of which none lies above the start; from there Newton's method
-/// comes down towards the largest and never passes it, since the cubic is convex there.
-#[inline(always)]
-fn norm(a: &Matrix) -> f64 {
-    let mut b = [[0.0; 3]; 3];
-    for i in 0..3 {
-        for j in 0..3 {
-            b[i][j] = a[i][0] * a[j][0] + a[i][1] * a[j][1] + a[i][2] * a[j][2];
-        }
-    }
-    let trace = b[0][0] + b[1][1] + b[2][2];
-    let m = trace / 3.0;
-    let [xx, yy, zz] = [b[0][0] - m, b[1][1] - m, b[2][2] - m];
-    let [xy, xz, yz] = [b[0][1], b[0][2], b[1][2]];
-    let s = 0.5 * (xx * xx + yy * yy + zz * zz) + xy * xy + xz * xz + yz * yz;
-    let d = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
-    let mut t = (4.0 / 3.0 * s).sqrt();
-    for _ in 0..3 {
-        let slope = 3.0 * t * t - s;
-        let value = (t * t - s) * t - d;
-        let step = if slope > 0.0 && value > 0.0 { value / slope } else { 0.0 };
-        t -= step;
-    }
-    // Rounding of the entries, of the cubic and of what is found from it: relative to the sum of squares.
-    ((m + t).max(0.0) + 256.0 * ROUNDOFF * trace).sqrt() * UP
-}
+use super::matrix::{Matrix, ONE, Symmetric, UP, Vector, length, norm, times};
+use super::pack::{BALLS, Pack};
+use super::sight::seen_back;
+use super::stage::{Parts, Rounding, Stage, of_kernels, of_slope};
+use crate::num::{Local, Number, ROUNDOFF, Taylors, widest};
 
 /// Where the points of a ball are within a step.
 #[derive(Clone, Copy)]
 struct Place {
-    at: [f64; 3],
-    radius: f64,
+    at: Vector,
+    radius: Pack,
     /// Derivative by the point at the step's start, and what it leaves out.
     linear: Matrix,
-    rest: f64,
-    /// What the middle may be off by.
-    off: f64,
+    rest: Pack,
+    /// What the middle may be off by, what of that is due to this place alone, and what the derivative may be off by.
+    off: Pack,
+    rounding: Pack,
+    blur: Pack,
     /// Bounds on the first and second derivatives by the point at the step's start.
-    steep: f64,
-    bent: f64,
+    steep: Pack,
+    bent: Pack,
+    /// Zero where the radius shrinks with that at the step's start, else infinite.
+    loose: Pack,
 }
 
-/// What a velocity at a place adds, over time: its linear part, what that leaves out, how far it may be from the one in
-/// the middle, what that may be off by, and bounds on its first and second derivatives.
+/// What velocities add, over time: their sum, its linear part, what that leaves out, how far it may be from the one
+/// in the middle, what it and the linear part may be off by, bounds on its first and second derivatives, and the sum
+/// of the speeds.
 #[derive(Clone, Copy, Default)]
 struct Change {
-    velocity: [f64; 3],
+    velocity: Vector,
     linear: Matrix,
-    rest: f64,
-    spread: f64,
-    off: f64,
-    steep: f64,
-    bent: f64,
+    rest: Pack,
+    spread: Pack,
+    /// The same without what is known of all of space.
+    goes: Pack,
+    off: Pack,
+    blur: Pack,
+    steep: Pack,
+    bent: Pack,
+    speed: Pack,
 }
 
 impl Change {
     #[inline(always)]
-    fn new(stage: &Stage, place: &Place, rounding: Rounding) -> Change {
+    fn new(stage: &Stage, place: &Place) -> Change {
+        let steep = stage.steep * place.steep;
+        // The slope at the middle is computed where that is computed to be.
+        let blur = stage.blur + stage.turned(place.off);
         Change {
             velocity: stage.velocity,
-            linear: fused(&[[0.0; 3]; 3], 1.0, &stage.slope, &place.linear),
+            linear: times(&stage.slope, &place.linear),
             rest: stage.steep * place.rest + stage.bow,
             spread: stage.spread,
-            off: stage.steep * place.off + rounding.value,
-            steep: stage.steep * place.steep,
+            goes: stage.steep * place.radius,
+            off: stage.steep * place.off + stage.off,
+            blur: blur * place.steep + stage.steep * place.blur + 16.0 * ROUNDOFF * steep,
+            steep,
             bent: stage.bent * place.steep * place.steep + stage.steep * place.bent,
+            speed: length(&stage.velocity),
         }
     }
 
@@ -160,106 +109,196 @@ impl Change {
         }
         self.rest += k * o.rest;
         self.spread += k * o.spread;
+        self.goes += k * o.goes;
         self.off += k * o.off;
+        self.blur += k * o.blur;
         self.steep += k * o.steep;
         self.bent += k * o.bent;
+        self.speed += k * o.speed;
     }
 }
 
 /// The state of a trajectory between steps.
 #[derive(Clone, Copy)]
-struct Ball {
-    at: [f64; 3],
+pub(super) struct Ball {
+    pub at: Vector,
     /// `P`, and what it leaves out.
-    linear: Matrix,
-    rest: f64,
+    pub linear: Matrix,
+    pub rest: Pack,
     /// Radius of the ball at the start, and now.
-    start: f64,
-    radius: f64,
-    /// Bounds on first and second derivatives by the point at the start, and what the computed first ones are off by.
-    steep: f64,
-    bent: f64,
-    off: f64,
+    pub start: Pack,
+    pub radius: Pack,
+    /// Bounds on first and second derivatives by the point at the start.
+    pub steep: Pack,
+    pub bent: Pack,
+    /// What the middle and `P` may be off by.
+    pub off: Pack,
+    pub blur: Pack,
+    /// Zero where the radius shrinks with that at the start, and all that is left out with its square, else infinite.
+    pub loose: Pack,
+}
+
+/// A stage of a step, as the way back needs it.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Past {
+    pub slope: Matrix,
+    /// Derivative of the place by the start, and second derivatives of the velocity.
+    pub linear: Matrix,
+    pub hess: [Symmetric; 3],
+    /// What the linear part of the velocity leaves out, and the quadratic one; what that leaves out besides for each of the
+    /// second derivative, since points are not quite where `linear` says.
+    pub bow: Pack,
+    pub rest: Pack,
+    pub cross: Pack,
+    /// The largest slope, how much it may differ from `slope`, and the largest second derivative by the start.
+    pub steep: Pack,
+    pub turn: Pack,
+    pub bent: Pack,
 }
 
 /// A step, as the way back needs it.
-#[derive(Clone, Copy)]
-struct Step {
-    linear: Matrix,
-    rest: f64,
-    off: f64,
+#[derive(Clone, Copy, Default)]
+pub(super) struct Step {
+    pub stages: [Past; 4],
+    /// What its end may be off by, and what rounding on the way back adds to what is left out.
+    pub off: Pack,
+    pub rounding: Pack,
+    /// Its largest derivative, and how much that varies.
+    pub steep: Pack,
+    pub turn: Pack,
+}
+
+impl Place {
+    /// How far derivatives may be from the one in the middle so far from the step's start.
+    #[inline(always)]
+    fn turned(&self, reach: Pack) -> Pack {
+        (self.bent * reach).least(2.0 * self.steep)
+    }
+}
+
+impl Past {
+    #[inline(always)]
+    fn new(ball: &Ball, place: &Place, stage: &Stage) -> Past {
+        let rest = norm(&place.linear) * ball.rest + place.rest;
+        let linear = times(&place.linear, &ball.linear);
+        let bent = UP * (place.bent * ball.steep * ball.steep + place.steep * ball.bent);
+        let blur = place.blur * ball.steep + place.steep * ball.blur;
+        let steep = UP * (place.steep * ball.steep).least(norm(&linear) + bent * ball.start + blur);
+        let moved = stage.steep * place.rounding;
+        Past {
+            slope: stage.slope,
+            linear,
+            hess: stage.hess,
+            bow: stage.bow + moved,
+            rest: stage.rest + moved,
+            cross: 0.5 * UP * ((2.0 * place.radius + rest) * rest),
+            steep: stage.steep,
+            turn: stage.turn,
+            bent: UP * (stage.bent * steep * steep),
+        }
+    }
 }
 
 impl Ball {
     #[inline(always)]
-    fn new(at: [f64; 3], radius: f64) -> Ball {
-        Ball { at, linear: ONE, rest: 0.0, start: radius, radius, steep: 1.0, bent: 0.0, off: 0.0 }
+    fn new(at: Vector, radius: Pack) -> Ball {
+        let (zero, one) = (Pack::ZERO, Pack::ONE);
+        Ball {
+            at,
+            linear: ONE,
+            rest: zero,
+            start: radius,
+            radius,
+            steep: one,
+            bent: zero,
+            off: zero,
+            blur: zero,
+            loose: zero,
+        }
     }
 
     /// The place of a stage: so much time after the start, at the velocity of the stage before.
     #[inline(always)]
     fn place(&self, time: f64, change: &Change) -> Place {
         let radius = self.radius;
-        let mut at = self.at;
-        let mut linear = ONE;
+        let (mut at, mut linear) = (self.at, ONE);
         for i in 0..3 {
             at[i] += time * change.velocity[i];
             for j in 0..3 {
                 linear[i][j] += time * change.linear[i][j];
             }
         }
-        let rounding = 4.0 * ROUNDOFF * (length(self.at) + time * length(change.velocity));
-        let linear_rounding = 32.0 * ROUNDOFF * (1.0 + time * change.steep);
-        let rest = (time * change.rest + rounding + linear_rounding * radius) * UP;
-        let steep = (1.0 + time * change.steep) * UP;
+        let rounding = 4.0 * ROUNDOFF * (length(&self.at) + time * change.speed);
+        let steep = UP * (Pack::ONE + time * change.steep);
+        let linear_rounding = 32.0 * ROUNDOFF * steep;
+        let rest = UP * (time * change.rest + rounding + linear_rounding * radius);
+        let off = UP * (time * change.off + rounding);
+        let scaled = (norm(&linear) * radius + rest).least(radius + time * change.goes + off);
+        let (reached, loose) = scaled.least_or_loose(radius + time * change.spread + off);
         Place {
             at,
-            radius: least(
-                norm(&linear) * radius + rest,
-                least(steep * radius, radius + time * change.spread) + rounding,
-            ) * UP,
+            radius: UP * reached,
+            loose,
             linear,
             rest,
-            off: (time * change.off + rounding) * UP,
+            off,
+            rounding,
+            blur: UP * (time * change.blur + linear_rounding),
             steep,
-            bent: time * change.bent * UP,
+            bent: time * UP * change.bent,
         }
     }
 
     /// The ball after a step of length `h`.
     #[inline(always)]
-    fn after(&self, h: f64, [k1, k2, k3, k4]: &[Change; 4], rounding: Rounding) -> (Ball, Step) {
+    fn after(&self, h: f64, [k1, k2, k3, k4]: &[Change; 4], stages: [Past; 4]) -> (Ball, Step) {
         let mut sum = Change::default();
         sum.add(h / 6.0, k1);
         sum.add(h / 3.0, k2);
         sum.add(h / 3.0, k3);
         sum.add(h / 6.0, k4);
         let end = self.place(1.0, &sum);
-        let jacobian = least(end.steep, norm(&end.linear) + end.bent * self.radius) * UP;
-        let linear = fused(&[[0.0; 3]; 3], 1.0, &end.linear, &self.linear);
-        let rest = (norm(&end.linear) * self.rest + end.rest) * UP;
-        let steep = jacobian * self.steep * UP;
-        let lost = h * rounding.grad * end.steep + 64.0 * ROUNDOFF * end.steep + end.bent * end.off;
-        let ball = Ball {
-            at: end.at,
-            linear,
-            rest,
-            start: self.start,
-            radius: least(end.radius, least(norm(&linear) * self.start + rest, steep * self.start)) * UP,
-            steep,
-            bent: (jacobian * self.bent + end.bent * self.steep * self.steep) * UP,
-            off: (jacobian * self.off + lost * self.steep) * UP,
-        };
-        (ball, Step { linear: end.linear, rest: end.rest, off: end.off })
+        let own = norm(&end.linear);
+        let turn = UP * (end.blur + end.turned(self.radius));
+        let jacobian = UP * end.steep.least(own + turn);
+        let linear = times(&end.linear, &self.linear);
+        let stretch = norm(&linear);
+        let rest = UP * (own * self.rest + end.rest);
+        let bent = UP * (jacobian * self.bent + end.bent * self.steep * self.steep);
+        let lost = end.blur + end.turned(self.off) + 16.0 * ROUNDOFF * end.steep;
+        let off = UP * (jacobian * self.off + end.off);
+        let blur = UP * (jacobian * self.blur + lost * self.steep);
+        let steep = UP * (jacobian * self.steep).least(stretch + blur + bent * self.start);
+        let start = self.start;
+        let by_norms = (stretch * start + rest).least(steep * start + off);
+        let (radius, loose) = (UP * by_norms).least_or_loose(UP * end.radius);
+        let loose = loose.least(end.loose);
+        // The covector that comes back through the step is rounded some hundred times.
+        let rounding = end.rounding + 256.0 * ROUNDOFF * (end.steep * self.radius);
+        (
+            Ball {
+                at: end.at,
+                linear,
+                rest,
+                start,
+                radius,
+                steep,
+                bent,
+                off,
+                blur,
+                loose: self.loose + loose,
+            },
+            Step { stages, off: end.off, rounding, steep: jacobian, turn },
+        )
     }
 }
 
-/// What is known of a field over `B` balls, after a velocity has carried them along.
+/// What is known of a field over balls, after a velocity has carried them along.
 pub(super) struct Tube<'a, V, F> {
     pub velocity: &'a V,
     pub field: &'a F,
     pub steps: u32,
-    /// Roundings of both, for points not further than 1.
+    /// What both are off by at points not further than 1, where they do not say.
     pub rounding: [Rounding; 2],
 }
 
@@ -267,126 +306,121 @@ pub(super) struct Tube<'a, V, F> {
 const SPECK: f64 = 1e-14;
 
 impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
-    /// The field over balls, with what its jets in the middle may be off by.
-    pub fn locals<const B: usize>(&self, at: &[[f64; 3]; B], radius: &[f64; B]) -> [(Local, [f64; 3]); B] {
+    /// The field over as many balls as `out` has entries, 8 at most and one at least, with what its jets in the middle may
+    /// be off by.
+    pub fn locals(&self, at: [&[f64]; 3], radius: &[f64], out: &mut [(Local, [f64; 3])]) {
+        // Lanes to spare repeat the last one.
+        let last = out.len() - 1;
+        let middle = at.map(|at| Pack::from_fn(|i| at[i.min(last)]));
+        let size = middle.iter().fold(Pack::ONE, |size, x| size.larger(x.abs()));
+        let start = Ball::new(middle, Pack::from_fn(|i| radius[i.min(last)]).larger(SPECK * size));
+        let (ball, moves, steps) = self.followed(start, size);
+        let mut numbers = [Taylors::<BALLS>::constant(0.0); 3];
+        for i in 0..BALLS {
+            Taylors::set_ball(&mut numbers, i, ball.at.map(|x| x.0[i]), ball.radius.0[i]);
+        }
+        let [values] = self.field.runner::<Taylors<BALLS>>()(&numbers);
+        let seen = widest(
+            #[inline(always)]
+            || {
+                seen_back(
+                    &values,
+                    &ball,
+                    (1.0 / f64::from(self.steps), &steps),
+                    &moves,
+                    self.rounding[1].at(size),
+                )
+            },
+        );
+        out.iter_mut().enumerate().for_each(|(i, out)| *out = seen.local(i));
+    }
+
+    /// Where balls come to, which of them move, and the steps on the way. What does not move stays as it is, whatever
+    /// others do.
+    fn followed(&self, start: Ball, size: Pack) -> (Ball, [bool; BALLS], Vec<Step>) {
         let h = 1.0 / f64::from(self.steps);
-        let size = |i: usize| 1.0_f64.max(at[i][0].abs()).max(at[i][1].abs()).max(at[i][2].abs());
-        let mut balls: [Ball; B] = std::array::from_fn(|i| Ball::new(at[i], radius[i].max(SPECK * size(i))));
-        let mut run = self.velocity.runner::<Taylors<B>>();
-        let mut numbers = [Taylors::<B>::constant(0.0); 3];
-        let mut steps: Vec<[Step; B]> = Vec::with_capacity(self.steps as usize);
-        let rounding = |i: usize, k: usize| Rounding {
-            value: self.rounding[k].value * size(i),
-            grad: self.rounding[k].grad * size(i),
-        };
-        'steps: for step in 0..self.steps {
-            let mut changes = [[Change::default(); 4]; B];
-            let mut known = [Stage::default(); B];
+        let mut run = self.velocity.runner::<Taylors<BALLS>>();
+        let mut steps: Vec<Step> = Vec::with_capacity(self.steps as usize);
+        let (mut ball, mut moves) = (start, [true; BALLS]);
+        for _ in 0..self.steps {
+            let (mut changes, mut pasts) = ([Change::default(); 4], [Past::default(); 4]);
             for stage in 0..4 {
-                let time = [0.0, 0.5, 0.5, 1.0][stage] * h;
-                let mut places = [Place {
-                    at: [0.0; 3],
-                    radius: 0.0,
-                    linear: ONE,
-                    rest: 0.0,
-                    off: 0.0,
-                    steep: 1.0,
-                    bent: 0.0,
-                }; B];
-                for i in 0..B {
-                    let before = if stage == 0 { Change::default() } else { changes[i][stage - 1] };
-                    places[i] = balls[i].place(time, &before);
-                }
-                self.stages(&places, &rounding, &mut run, &mut numbers, &mut known);
-                if step == 0 && stage == 0 && known.iter().all(Stage::is_still) {
-                    break 'steps;
-                }
-                for i in 0..B {
-                    changes[i][stage] = Change::new(&known[i], &places[i], rounding(i, 0));
-                }
-            }
-            let mut taken = [Step { linear: ONE, rest: 0.0, off: 0.0 }; B];
-            widest(
-                #[inline(always)]
-                || {
-                    for i in 0..B {
-                        (balls[i], taken[i]) = balls[i].after(h, &changes[i], rounding(i, 0));
+                let (time, before) = ([0.0, 0.5, 0.5, 1.0][stage] * h, changes[stage.max(1) - 1]);
+                let place = widest(
+                    #[inline(always)]
+                    || ball.place(time, &before),
+                );
+                let known = self.stage(&place, size, &mut run);
+                if steps.is_empty() && stage == 0 {
+                    moves = known.moves();
+                    if moves == [false; BALLS] {
+                        return (start, moves, steps);
                     }
-                },
+                }
+                (changes[stage], pasts[stage]) = widest(
+                    #[inline(always)]
+                    || (Change::new(&known, &place), Past::new(&ball, &place, &known)),
+                );
+                ball.loose += place.loose + known.loose;
+            }
+            let (next, step) = widest(
+                #[inline(always)]
+                || ball.after(h, &changes, pasts),
             );
-            steps.push(taken);
+            ball = next;
+            steps.push(step);
         }
-        for i in 0..B {
-            Taylors::set_ball(&mut numbers, i, balls[i].at, balls[i].radius);
+        (ball.or(&moves, &start), moves, steps)
+    }
+}
+
+impl Ball {
+    /// These where the lane counts, else others.
+    fn or(self, counts: &[bool; BALLS], other: &Ball) -> Ball {
+        let mut out = self;
+        for axis in 0..3 {
+            out.at[axis] = self.at[axis].or(counts, other.at[axis]);
+            for j in 0..3 {
+                out.linear[axis][j] = self.linear[axis][j].or(counts, other.linear[axis][j]);
+            }
         }
-        let [values] = self.field.runner::<Taylors<B>>()(&numbers);
-        std::array::from_fn(|i| {
-            let way = steps.iter().rev().map(|steps| &steps[i]);
-            seen_back(&values.lane(i), &balls[i], way, rounding(i, 1))
-        })
+        for (out, other) in [
+            (&mut out.rest, other.rest),
+            (&mut out.radius, other.radius),
+            (&mut out.steep, other.steep),
+            (&mut out.bent, other.bent),
+            (&mut out.off, other.off),
+            (&mut out.blur, other.blur),
+            (&mut out.loose, other.loose),
+        ] {
+            *out = out.or(counts, other);
+        }
+        out
     }
 }
 
 impl<V: Code<3>, F> Tube<'_, V, F> {
     /// The velocity at the places of a stage.
-    fn stages<const B: usize>(
+    fn stage(
         &self,
-        places: &[Place; B],
-        rounding: &impl Fn(usize, usize) -> Rounding,
-        run: &mut impl FnMut(&[Taylors<B>; 3]) -> [Taylors<B>; 3],
-        numbers: &mut [Taylors<B>; 3],
-        out: &mut [Stage; B],
-    ) {
-        let at: [[f64; B]; 3] = std::array::from_fn(|axis| std::array::from_fn(|i| places[i].at[axis]));
-        let radius: [f64; B] = std::array::from_fn(|i| places[i].radius);
+        place: &Place,
+        size: Pack,
+        run: &mut impl FnMut(&[Taylors<BALLS>; 3]) -> [Taylors<BALLS>; 3],
+    ) -> Stage {
         match self.velocity.parts() {
-            Parts::Kernels(parts) => of_kernels(&parts, &at, &radius, out),
-            Parts::Slope(kernel, k) => of_slope(kernel, k, &at, &radius, out),
+            Parts::Kernels(parts) => of_kernels(&parts, &place.at, place.radius),
+            Parts::Slope(kernel, k) => of_slope(kernel, k, &place.at, place.radius),
             Parts::Any => {
-                for i in 0..B {
-                    Taylors::set_ball(numbers, i, places[i].at, radius[i]);
+                let mut numbers = [Taylors::<BALLS>::constant(0.0); 3];
+                for i in 0..BALLS {
+                    Taylors::set_ball(&mut numbers, i, place.at.map(|x| x.0[i]), place.radius.0[i]);
                 }
-                let u = run(numbers);
-                for i in 0..B {
-                    let u = [u[0].lane(i), u[1].lane(i), u[2].lane(i)];
-                    out[i] = Stage::new(&u, radius[i], self.velocity.is_gradient(), rounding(i, 0));
-                }
+                let u = run(&numbers);
+                widest(
+                    #[inline(always)]
+                    || Stage::new(&u, place.radius, self.velocity.is_gradient(), self.rounding[0].at(size)),
+                )
             }
         }
     }
-}
-
-/// A field at the end of a trajectory as it looks from the start; see the module text.
-fn seen_back<'a>(
-    f: &Taylor,
-    ball: &Ball,
-    way: impl Iterator<Item = &'a Step>,
-    rounding: Rounding,
-) -> (Local, [f64; 3]) {
-    let (scale, r) = (1.0 / ball.radius, ball.start);
-    let (steep, bent) = (f.steepness() * scale, f.curvature() * scale * scale);
-    let mut p = f.grad.map(|g| g * scale);
-    let (mut bow, mut off) = (f.bow[0], rounding.value);
-    for step in way {
-        bow += length(p) * step.rest;
-        off += length(p) * step.off;
-        p = transposed_times(&step.linear, p);
-    }
-    bow = (bow + 8.0 * ROUNDOFF * length(p) * r) * UP;
-    let hessian = (steep * ball.bent + bent * ball.steep * ball.steep) * UP;
-    // Without a bound on second derivatives the gradient serves the bow alone, which holds for it as it is computed.
-    let grad_off = (steep * ball.off + rounding.grad * ball.steep + bent * off * ball.steep) * UP;
-    let grad_off = if hessian.is_finite() { grad_off } else { 0.0 };
-    let own = length(p);
-    let lipschitz = least(steep * ball.steep, own + hessian * r + grad_off) * UP;
-    // All of the last ball may say more than the gradient; then that is taken for zero, and may be off by all of itself.
-    let spread = larger(f.range.hi - f.value, f.value - f.range.lo);
-    let is_far = spread < own * r + bow;
-    let (grad, bow) = if is_far { ([0.0; 3], spread) } else { (p, bow) };
-    // No two gradients differ by more than their lengths; twice that, since half of it times the radius must bound the bow.
-    let hessian = if is_far { 2.0 * lipschitz / r } else { least(hessian, 2.0 * (lipschitz + own) / r) } * UP;
-    let jet = Point { value: f.value, grad, hess: [0.0; 6] };
-    // The range is that of the bow, which need not have zero in its middle.
-    let bounds = Bounds { range: f64::INFINITY, lipschitz, hessian, third: f64::INFINITY };
-    (Local { jet, bounds, bow: Interval::radius(bow) }, [off * UP, grad_off, 0.0])
 }
