@@ -6,7 +6,7 @@
 //! slopes themselves.
 
 use super::{Graph, Input, Node, NodeId, TooLarge};
-use crate::noise::{Fractal, Model, Noise, Part};
+use crate::noise::{Fractal, Model, Noise, Part, Recipe};
 use crate::num::{Class, Kernel, Real};
 use crate::op::{self, Op};
 use std::cell::{Cell, RefCell};
@@ -40,40 +40,46 @@ impl Graph {
             known.insert(id, gradient);
         }
         let zero = self.constant(0.0)?;
-        Ok(known[&root].map(|part| part.unwrap_or(zero)))
+        let gradient = known[&root].map(|part| part.unwrap_or(zero));
+        // However creased the operations are that it is written down with.
+        let class = self.class(root).of_slope();
+        gradient.into_iter().for_each(|part| self.raise_class(part, class));
+        Ok(gradient)
     }
 
     fn gradient_of(&mut self, id: NodeId, known: &HashMap<NodeId, Gradient>) -> Result<Gradient, NoGradient> {
         let node = self.node(id).clone();
-        let args: Vec<Gradient> = node.args().iter().filter_map(|a| known.get(a)).copied().collect();
         if let Node::Input(input) = node {
             let one = self.constant(1.0)?;
             return Ok([Input::X, Input::Y, Input::Z].map(|axis| (input == axis).then_some(one)));
         }
+        if let Node::Flow(..) = node {
+            return Err(NoGradient::Of(id));
+        }
+        let args: Vec<Gradient> = node.args().iter().map(|a| known[a]).collect();
         if args.iter().flatten().all(Option::is_none) {
             return Ok([None; 3]);
         }
         let slopes = match node {
             Node::Op(op, args) => self.partials(op, &args)?,
-            Node::Noise(noise, p) => {
-                let along = |axis: usize| noise.slope(axis as u8);
-                let mut slopes = Vec::new();
-                for axis in 0..3 {
-                    has_slope(&noise).then_some(()).ok_or(NoGradient::Of(id))?;
-                    slopes.push(Some(self.noise(along(axis), p)?));
+            Node::Noise(noise, p) if has_slope(&noise) => {
+                let mut slopes = [None; 3];
+                for (axis, slope) in (0..).zip(&mut slopes) {
+                    *slope = Some(self.noise(noise.slope(axis), p)?);
                 }
-                slopes
+                slopes.to_vec()
             }
-            Node::Fractal(fractal, p, footprint, None) if fractal.recipe().model == Model::FBM => {
-                let mut slopes = Vec::new();
-                for axis in 0..3 {
-                    let mut recipe = fractal.recipe().clone();
-                    has_slope(&recipe.noise).then_some(()).ok_or(NoGradient::Of(id))?;
-                    recipe.noise = recipe.noise.slope(axis);
-                    let slope = Fractal::new(recipe).map_err(|_| NoGradient::Of(id))?;
-                    slopes.push(Some(self.fractal(Arc::new(slope), p, footprint)?));
+            Node::Fractal(fractal, p, footprint, None)
+                if fractal.recipe().model == Model::FBM && has_slope(&fractal.recipe().noise) =>
+            {
+                let mut slopes = [None; 3];
+                for (axis, slope) in (0..).zip(&mut slopes) {
+                    let noise = fractal.recipe().noise.slope(axis);
+                    let octaves = Fractal::new(Recipe { noise, ..fractal.recipe().clone() });
+                    let octaves = Arc::new(octaves.map_err(|_| NoGradient::Of(id))?);
+                    *slope = Some(self.fractal(octaves, p, footprint)?);
                 }
-                slopes
+                slopes.to_vec()
             }
             _ => return Err(NoGradient::Of(id)),
         };
@@ -260,7 +266,7 @@ mod tests {
         for op in Op::ALL {
             let mut graph = Graph::default();
             let p = graph.point().unwrap();
-            // Arguments that differ, vary along all axes, and lie where every operation is defined.
+            // Arguments that differ and vary along all axes; where an operation is not defined, neither is its gradient.
             let sum = graph.op(Op::Dot(op::Dot), &[p[0], p[1], p[2], p[1], p[2], p[0]]).unwrap();
             let args: Vec<NodeId> = (0..op.arity()).map(|k| [p[0], p[1], p[2], sum][k % 4]).collect();
             let root = graph.op(*op, &args).unwrap();
@@ -269,7 +275,7 @@ mod tests {
             let (mut duals, mut parts) =
                 (Evaluator::<Dual>::new(tape(&[root])), Evaluator::<f64>::new(tape(&gradient)));
             for _ in 0..50 {
-                let at: [f64; 3] = std::array::from_fn(|_| rng.random_range(0.05..0.55));
+                let at: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.55..0.55));
                 let wanted = duals.eval(&std::array::from_fn(|k| Dual::coordinate(at[k], k))).grad;
                 parts.eval(&at);
                 for (axis, wanted) in wanted.into_iter().enumerate() {

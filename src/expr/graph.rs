@@ -211,47 +211,76 @@ impl Graph {
     pub fn substitute(&mut self, root: NodeId, with: &[(Input, NodeId)]) -> Result<NodeId, TooLarge> {
         let is_own = |input: &Input| matches!(input, Input::X | Input::Y | Input::Z);
         let within: Vec<(Input, NodeId)> = with.iter().filter(|w| !is_own(&w.0)).copied().collect();
-        let used = self.walk(&[root], Node::outer_args);
+        let used = self.reachable_here(&[root]);
+        // What flows carry, to any depth.
+        let mut carried = HashMap::new();
+        if !within.is_empty() {
+            let flows = used.iter().filter_map(|id| match self.node(*id) {
+                Node::Flow(flow, _) => Some([flow.field].into_iter().chain(flow.velocity)),
+                _ => None,
+            });
+            for id in self.reachable(&flows.flatten().collect::<Vec<_>>()) {
+                let new = self.replaced(id, &within, &carried, &carried)?;
+                carried.insert(id, new);
+            }
+        }
         let mut image: HashMap<NodeId, NodeId> = HashMap::with_capacity(used.len());
         for id in used {
-            let node = self.node(id).clone();
-            let new = match node {
-                Node::Const(_) => id,
-                Node::Input(input) => with.iter().find(|w| w.0 == input).map_or(id, |w| w.1),
-                Node::Op(op, args) => {
-                    let args: Vec<NodeId> = args.iter().map(|a| image[a]).collect();
-                    self.op(op, &args)?
-                }
-                Node::Noise(noise, p) => self.noise(noise, p.map(|a| image[&a]))?,
-                Node::Fractal(f, p, footprint, hurst) => {
-                    let hurst = hurst.map(|h| image[&h]);
-                    self.intern(Node::Fractal(f, p.map(|a| image[&a]), image[&footprint], hurst))?
-                }
-                Node::Grid(grid, p) => self.intern(Node::Grid(grid, p.map(|a| image[&a])))?,
-                Node::Shape(shape, p) => self.shape(shape, p.map(|a| image[&a]))?,
-                Node::Flow(flow, p) => {
-                    let flow = if within.is_empty() { flow } else { self.flow_with(&flow, &within)? };
-                    self.flow(flow, p.map(|a| image[&a]))?
-                }
-            };
-            if new != id
-                && let Some(place) = self.place(id).cloned()
-            {
-                self.set_place(new, &place);
-            }
+            let new = self.replaced(id, with, &image, &carried)?;
             image.insert(id, new);
         }
         Ok(image[&root])
     }
 
-    /// A flow of which field and velocity have inputs replaced.
-    fn flow_with(&mut self, flow: &Flow, with: &[(Input, NodeId)]) -> Result<Arc<Flow>, TooLarge> {
-        let field = self.substitute(flow.field, with)?;
-        let mut velocity = flow.velocity;
-        for part in &mut velocity {
-            *part = self.substitute(*part, with)?;
+    /// A node with inputs replaced, given what has become of its arguments, and of what it carries, if that changes.
+    fn replaced(
+        &mut self,
+        id: NodeId,
+        with: &[(Input, NodeId)],
+        image: &HashMap<NodeId, NodeId>,
+        carried: &HashMap<NodeId, NodeId>,
+    ) -> Result<NodeId, TooLarge> {
+        let new = match self.node(id).clone() {
+            Node::Const(_) => id,
+            Node::Input(input) => with.iter().find(|w| w.0 == input).map_or(id, |w| w.1),
+            Node::Op(op, args) => {
+                let args: Vec<NodeId> = args.iter().map(|a| image[a]).collect();
+                self.op(op, &args)?
+            }
+            Node::Noise(noise, p) => self.noise(noise, p.map(|a| image[&a]))?,
+            Node::Fractal(f, p, footprint, hurst) => {
+                let hurst = hurst.map(|h| image[&h]);
+                self.intern(Node::Fractal(f, p.map(|a| image[&a]), image[&footprint], hurst))?
+            }
+            Node::Grid(grid, p) => self.intern(Node::Grid(grid, p.map(|a| image[&a])))?,
+            Node::Shape(shape, p) => self.shape(shape, p.map(|a| image[&a]))?,
+            Node::Flow(flow, p) => {
+                let own = |a: NodeId| carried.get(&a).copied().unwrap_or(a);
+                let flow = Flow { field: own(flow.field), velocity: flow.velocity.map(own), ..*flow };
+                self.flow(Arc::new(flow), p.map(|a| image[&a]))?
+            }
+        };
+        if new != id
+            && let Some(place) = self.place(id).cloned()
+        {
+            self.set_place(new, &place);
         }
-        Ok(Arc::new(Flow { field, velocity, ..*flow }))
+        Ok(new)
+    }
+
+    /// How many flows within flows an expression has at most.
+    pub fn nesting(&self, root: NodeId) -> usize {
+        let mut depths: HashMap<NodeId, usize> = HashMap::new();
+        for id in self.reachable(&[root]) {
+            let node = self.node(id);
+            let deepest = |args: &[NodeId]| args.iter().map(|a| depths[a]).max().unwrap_or(0);
+            let depth = match node {
+                Node::Flow(..) => 1 + deepest(&node.args()),
+                _ => deepest(&node.args()),
+            };
+            depths.insert(id, depth);
+        }
+        depths[&root]
     }
 
     /// The nodes that `roots` are made of, arguments before their users, and what flows among them carry. Takes time for
@@ -302,6 +331,12 @@ impl Graph {
             // No bound is known on how second derivatives vary.
             Node::Flow(..) => Class::C1,
         }
+    }
+
+    /// Says of an expression that it is no rougher than this.
+    pub(super) fn raise_class(&mut self, id: NodeId, class: Class) {
+        let own = &mut self.classes[id.0 as usize];
+        *own = class.max(*own);
     }
 
     /// Whether an expression reads the point.

@@ -4,9 +4,10 @@
 use super::{Evaluator, Instr, Tape};
 use crate::expr::{Flow, Graph};
 use crate::flow::{self, Code, Parts};
-use crate::noise::{Noise, Part};
-use crate::num::{Class, Kernel, Number};
+use crate::noise::{Noise, Part, Recipe};
+use crate::num::{Class, Interval, Kernel, Number};
 use crate::op::Op;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// A field that a flow carries, both of them tapes.
@@ -19,6 +20,8 @@ pub struct Inner<const N: usize> {
     class: Class,
     is_gradient: bool,
     parts: Option<Simple>,
+    /// Whether it has a value everywhere.
+    is_total: bool,
 }
 
 /// Noises that are all there is to a velocity, with factors: three, or one of which it is the slope.
@@ -61,7 +64,8 @@ impl Simple {
 
 impl<const N: usize> Inner<N> {
     fn new(tape: Tape, class: Class) -> Self {
-        Inner { is_gradient: tape.is_gradient(), parts: Simple::of(&tape), tape: Arc::new(tape), class }
+        let (is_gradient, parts, tape) = (tape.is_gradient(), Simple::of(&tape), Arc::new(tape));
+        Inner { is_gradient, parts, class, is_total: tape.is_defined(&[Interval::ENTIRE; 3]), tape }
     }
 
     /// The tape.
@@ -104,13 +108,28 @@ impl<const N: usize> Code<N> for Inner<N> {
     }
 }
 
+/// Whether what a flow carries has a value wherever the flow may carry points of a region to.
+pub(super) fn is_defined(flowed: &Flowed, region: [Interval; 3]) -> bool {
+    let (velocity, field) = (flowed.velocity(), flowed.field());
+    if velocity.is_total && field.is_total {
+        return true;
+    }
+    let size = region.iter().fold(0.0, |size: f64, side| size.max(side.width()));
+    let mut speeds = Evaluator::<Interval>::new(velocity.tape.clone());
+    [0.25, 1.0, 4.0].map(|share| share * size).into_iter().any(|reach| {
+        let around = region.map(|side| side + Interval::radius(reach));
+        speeds.eval(&around);
+        // Trajectories that begin in the region do not leave what is around it.
+        let is_reached = (0..3).map(|axis| speeds.output(axis).mag()).all(|speed| speed <= reach);
+        is_reached && velocity.tape.is_defined(&around) && field.tape.is_defined(&around)
+    })
+}
+
 impl Tape {
     /// What the tape is, where it is nothing but a field carried by a flow, asked at the point itself.
     pub fn flowed(&self) -> Option<&Arc<Flowed>> {
         let Instr::Flow(flowed, p) = &self.code[*self.outputs.first()? as usize] else { return None };
-        let is_here =
-            (0..3).all(|axis| matches!(self.code[p[axis] as usize], Instr::Coordinate(own) if own == axis));
-        is_here.then_some(flowed)
+        self.is_point(p).then_some(flowed)
     }
 
     /// Whether these are the coordinates themselves.
@@ -121,43 +140,44 @@ impl Tape {
     /// Whether the three outputs are one and the same sum, with constant factors, of the slopes of noises along the three
     /// axes.
     fn is_gradient(&self) -> bool {
-        match self.outputs[..] {
-            [x, y, z] => self.are_slopes([x, y, z]),
-            _ => false,
+        let [x, y, z] = self.outputs[..] else { return false };
+        let (mut waiting, mut seen) = (vec![[x, y, z]], HashSet::from([[x, y, z]]));
+        while let Some(slots) = waiting.pop() {
+            let Some(parts) = self.as_gradient(slots) else { return false };
+            waiting.extend(parts.into_iter().filter(|part| seen.insert(*part)));
         }
+        true
     }
 
-    fn are_slopes(&self, slots: [u32; 3]) -> bool {
-        let are_noises = |noises: [&Noise; 3], places: [&[u32; 3]; 3]| {
+    /// What three slots must be the gradient of for all of them together to be one: none where they are no gradient,
+    /// nothing where they are that of a noise.
+    fn as_gradient(&self, slots: [u32; 3]) -> Option<Vec<[u32; 3]>> {
+        let are_slopes = |noises: [&Noise; 3], places: [&[u32; 3]; 3]| {
             let whole = noises.map(|n| Noise { part: Part::Value, ..*n });
             let along = |k: usize| noises[k].part == Part::Slope(k as u8);
-            whole[0] == whole[1]
-                && whole[0] == whole[2]
-                && (0..3).all(along)
-                && places.into_iter().all(|p| self.is_point(p))
+            let same = whole[0] == whole[1] && whole[0] == whole[2];
+            (same && (0..3).all(along) && places.into_iter().all(|p| self.is_point(p))).then(Vec::new)
         };
         match slots.map(|slot| &self.code[slot as usize]) {
             [Instr::Scale(x, a), Instr::Scale(y, b), Instr::Scale(z, c)] => {
-                a == b && a == c && self.are_slopes([*x, *y, *z])
+                (a == b && a == c).then(|| vec![[*x, *y, *z]])
             }
             [Instr::Op(f, x), Instr::Op(g, y), Instr::Op(h, z)] => {
-                let same = f == g && f == h;
-                let sums = matches!(f, Op::Add(_) | Op::Sub(_) | Op::Neg(_));
-                same && sums && (0..f.arity()).all(|k| self.are_slopes([x[k], y[k], z[k]]))
+                let sums = f == g && f == h && matches!(f, Op::Add(_) | Op::Sub(_) | Op::Neg(_));
+                sums.then(|| (0..f.arity()).map(|k| [x[k], y[k], z[k]]).collect())
             }
-            [Instr::Noise(a, p), Instr::Noise(b, q), Instr::Noise(c, r)] => are_noises([a, b, c], [p, q, r]),
+            [Instr::Noise(a, p), Instr::Noise(b, q), Instr::Noise(c, r)] => are_slopes([a, b, c], [p, q, r]),
             [
                 Instr::Fractal(a, p, [None, None]),
                 Instr::Fractal(b, q, [None, None]),
                 Instr::Fractal(c, r, [None, None]),
             ] => {
                 let [a, b, c] = [a, b, c].map(|f| f.recipe());
-                let noise = a.noise;
-                let alike =
-                    |other: &crate::noise::Recipe| crate::noise::Recipe { noise, ..other.clone() } == *a;
-                alike(b) && alike(c) && !a.rotate && are_noises([&a.noise, &b.noise, &c.noise], [p, q, r])
+                let alike = |other: &Recipe| Recipe { noise: a.noise, ..other.clone() } == *a;
+                let same = alike(b) && alike(c) && !a.rotate;
+                same.then(|| are_slopes([&a.noise, &b.noise, &c.noise], [p, q, r]))?
             }
-            _ => false,
+            _ => None,
         }
     }
 }

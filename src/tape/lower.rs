@@ -50,6 +50,8 @@ pub struct Census {
     /// Of these, the ones that say more of a small ball than of all of space, which is looked up ball by
     /// ball.
     pub scattered: u64,
+    /// Instructions of what flows carry, each time that they are run.
+    pub carried: u64,
 }
 
 impl Census {
@@ -58,10 +60,13 @@ impl Census {
         let stages = 4 * u64::from(flowed.steps());
         for (times, tape) in [(stages, flowed.velocity().tape()), (1, flowed.field().tape())] {
             let one = tape.census();
-            self.sums += times * one.sums;
-            self.functions += times * one.functions;
-            self.octaves += times * one.octaves;
-            self.scattered += times * one.scattered;
+            let add = |sum: &mut u64, one: u64| *sum = sum.saturating_add(one.saturating_mul(times));
+            add(&mut self.sums, one.sums);
+            add(&mut self.functions, one.functions);
+            add(&mut self.octaves, one.octaves);
+            add(&mut self.scattered, one.scattered);
+            add(&mut self.carried, tape.len() as u64);
+            add(&mut self.carried, one.carried);
         }
     }
 }
@@ -185,8 +190,9 @@ impl Tape {
     /// lattice, and one that is looked up ball by ball searches besides.
     pub fn work(&self) -> u64 {
         *self.work.get_or_init(|| {
-            let Census { octaves, scattered, .. } = self.census();
-            self.len() as u64 + 8 * octaves + 64 * scattered
+            let Census { octaves, scattered, carried, .. } = self.census();
+            let octaves = octaves.saturating_mul(8).saturating_add(scattered.saturating_mul(64));
+            (self.len() as u64).saturating_add(carried).saturating_add(octaves)
         })
     }
 

@@ -9,7 +9,7 @@
 //!
 //! Values stay what they are, bit for bit, but for the sign of a zero.
 
-use super::{Evaluator, Instr, Tape};
+use super::{Evaluator, Instr, Tape, inner};
 use crate::expr::{Identity, identity};
 use crate::num::{Interval, Number};
 use crate::op::Op;
@@ -118,9 +118,11 @@ impl<'a> Facts<'a> {
         for (slot, instr) in code.iter().enumerate() {
             let mut whole = facts.range(slot as u32).is_finite();
             instr.each_arg(|a| whole &= facts.whole[a as usize]);
-            if let Instr::Op(op, args) = instr {
-                whole &= op.is_defined(|k| facts.range(args[k]));
-            }
+            whole &= match instr {
+                Instr::Op(op, args) => op.is_defined(|k| facts.range(args[k])),
+                Instr::Flow(flowed, p) => !whole || inner::is_defined(flowed, p.map(|a| facts.range(a))),
+                _ => true,
+            };
             let number = if whole { facts.number(slot) } else { None };
             facts.whole.push(whole);
             facts.numbers.push(number);

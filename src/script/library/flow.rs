@@ -16,6 +16,9 @@ use std::sync::Arc;
 /// are carried across a thousand.
 const TOLERANCE: f64 = 1e-4;
 
+/// Most flows within flows: each carries through all steps of the next.
+const DEEPEST: usize = 16;
+
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.def(
         "slope(f)",
@@ -47,25 +50,15 @@ pub(super) fn register(lib: &mut Library<'_>) {
             Ok(Dynamic::from(Field { node: sum, color: None }))
         },
     );
-    let sentence = "The solid carried along a velocity for a unit of time, with its colour; or what a field or a vector field becomes of it. Whatever the velocity, nothing comes loose, meets itself or closes: the solid keeps its topology. A velocity may be any vector field without jumps, times a number or a field; see std/flow.";
+    let sentence = "The solid carried along a velocity for a unit of time, with its colour; or what a field or a vector field becomes of it. Nothing comes loose, meets itself or closes: the solid keeps its topology, however strong a velocity is of which the slope is bounded, as that of noises is. A velocity may be any vector field without jumps, times a number or a field; see std/flow.";
     lib.def("flow(f, v)", sentence, "sphere(1.0).flow(0.1 * vector_noise(gradient(7).scaled(4.0)))", |c| {
         flow(c, 1.0, Precision::Share(TOLERANCE.to_bits()))
     });
     lib.def(
         "flow(f, v, options)",
-        "The same with options:\n\n- tolerance: mean error as a share of how far points are carried (1e-9 to 0.1; 1e-4); from it, and from the velocity around the origin and near the surface, follow the steps\n- steps: how many steps there are instead (1 to 512); each asks for the velocity four times",
+        "The same with options:\n\n- tolerance: mean error as a share of how far points are carried (1e-9 to 0.1; 1e-4); from it, and from the velocity where it is largest around the origin, follow the steps\n- steps: how many steps there are instead (1 to 512); each asks for the velocity four times",
         "sphere(1.0).flow(vec3(0.4 * y, 0, 0), #{ steps: 16 })",
-        |c| {
-            let mut o = Options::new(c, 2)?;
-            let tolerance = o.number("tolerance", 1e-9..=0.1, TOLERANCE)?;
-            let own = o.integer("steps", 1..=INT::from(steps::MOST), 0)?;
-            o.finish()?;
-            let precision = match own {
-                0 => Precision::Share(tolerance.to_bits()),
-                steps => Precision::Steps(steps as u32),
-            };
-            flow(c, 1.0, precision)
-        },
+        |c| flow(c, 1.0, precision(c)?),
     );
     lib.def(
         "unflow(f, v)",
@@ -73,6 +66,27 @@ pub(super) fn register(lib: &mut Library<'_>) {
         "sphere(1.0).unflow(0.1 * vector_noise(gradient(7).scaled(4.0)))",
         |c| flow(c, -1.0, Precision::Share(TOLERANCE.to_bits())),
     );
+    lib.def(
+        "unflow(f, v, options)",
+        "The same with the options of flow(f, v, options).",
+        "sphere(1.0).unflow(vec3(0.4 * y, 0, 0), #{ steps: 16 })",
+        |c| flow(c, -1.0, precision(c)?),
+    );
+}
+
+/// The precision that options ask for.
+fn precision(c: &Call<'_>) -> Outcome<Precision> {
+    let mut o = Options::new(c, 2)?;
+    let tolerance = o.number("tolerance", 1e-9..=0.1, 0.0)?;
+    let steps = o.integer("steps", 1..=INT::from(steps::MOST), 0)?;
+    o.finish()?;
+    match (tolerance, steps) {
+        (0.0, 0) => Ok(Precision::Share(TOLERANCE.to_bits())),
+        (tolerance, 0) => Ok(Precision::Share(tolerance.to_bits())),
+        (0.0, steps) => Ok(Precision::Steps(steps as u32)),
+        _ => Err(Fault::new("a flow has a tolerance or so many steps, not both")
+            .hint("the steps follow from the tolerance; leave out one of them")),
+    }
 }
 
 /// The gradient of an expression.
@@ -104,6 +118,7 @@ fn flow(c: &Call<'_>, time: f64, precision: Precision) -> Outcome<Dynamic> {
     let Value::Vector(given) = c.value(1).map_err(|_| c.wrong(1, wanted))? else {
         return Err(c.wrong(1, wanted));
     };
+    let carried_already = |node: NodeId| c.host.graph.borrow().nesting(node);
     // A point of the flowed solid was, a unit of time ago, where it goes if time runs backwards.
     let back = c.host.constant(-time)?;
     let mut velocity = [back; 3];
@@ -120,6 +135,11 @@ fn flow(c: &Call<'_>, time: f64, precision: Precision) -> Outcome<Dynamic> {
         return Err(fault);
     }
     let carried = |field: NodeId| -> Outcome<NodeId> {
+        let nesting = velocity.into_iter().chain([field]).map(carried_already).max();
+        if nesting.is_some_and(|nesting| nesting >= DEEPEST) {
+            return Err(Fault::new(format!("more than {DEEPEST} flows within flows"))
+                .hint("velocities of flows one after the other may be added: f.flow(u + v)"));
+        }
         let p = c.host.point()?;
         let flow = Arc::new(Flow { field, velocity, precision });
         Ok(c.host.graph.borrow_mut().flow(flow, p)?)
