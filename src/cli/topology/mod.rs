@@ -14,15 +14,16 @@ use crate::field::Watch;
 use crate::render::{self, Job, Metadata, Picture};
 use crate::scene::{Keep, Measure, Scene};
 use crate::session::topology::{
-    ARCS, Analysis, COLORS, Purpose, Show, analyse, doubts, kept, picture, unproven,
+    ARCS, Analysis, COLORS, Purpose, Show, analyse, doubts, kept, origin, picture, unproven,
 };
-use crate::session::{self, Order};
+use crate::session::{self, Loaded, Order};
 use crate::topology::separatrices;
 use crate::world::atomic;
 use report::Report;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Find out what a script's solid is connected with
@@ -108,12 +109,21 @@ impl What {
     }
 }
 
+/// The solid before it flowed: a flow keeps what is connected, and of what was before more can be known.
+fn unflowed(scene: Arc<Scene>, loaded: &Loaded, terminal: &Terminal) -> Arc<Scene> {
+    let Some((before, doubts)) = origin(&scene) else { return scene };
+    err("this is of the solid before it flowed, which has the same components");
+    doubts.iter().for_each(|d| terminal.diagnostic(d, &loaded.sources));
+    Arc::new(before)
+}
+
 /// Runs the command.
 pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let start = Instant::now();
     check(args)?;
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.script, terminal)?;
+    let scene = unflowed(scene, &loaded, terminal);
     if let Some(Keep::Near { core, feature }) = scene.surface.keep {
         local::check(args)?;
         let made = local::show(args, &scene, (core, feature), (&progress, &flag));

@@ -6,7 +6,7 @@
 //! Which components are kept is decided by intervals: of volumes, or of numbers of minima, which are exact. Where they
 //! overlap the judge chooses, and its ruling is no proof.
 
-use super::carried::{self, Carried};
+use super::carried::{Before, Carried};
 use super::local::{Joined, doubts, local};
 use super::store::Key;
 use super::{Analysis, Part, Purpose, analyse};
@@ -119,9 +119,11 @@ pub fn correction(
     threads: Option<NonZeroUsize>,
     watch: &Watch<'_>,
 ) -> Result<Correction, Box<Diagnostic>> {
-    if let Some((rest, keep, flowed)) = carried::before(scene, keep) {
-        let Correction { judge, warnings, local } = correction(&rest, &keep, threads, watch)?;
-        return Ok(Correction { judge: Box::new(Carried { judge, flowed }), warnings, local });
+    if let Some(before) = Before::of(scene, keep) {
+        let Correction { judge, mut warnings, local } =
+            correction(&before.scene, &before.keep, threads, watch)?;
+        warnings.extend(before.doubt());
+        return Ok(Correction { judge: Box::new(Carried { judge, flow: before.flow }), warnings, local });
     }
     if let Keep::Near { core, feature } = *keep {
         let local = local(scene, core, feature)?;

@@ -7,6 +7,7 @@ mod parts;
 mod picture;
 mod store;
 
+pub use carried::origin;
 pub use judge::{Correction, Labels, correction, kept, unproven};
 pub use local::{doubts, local};
 pub use parts::Part;
