@@ -4,7 +4,7 @@ use glam::DVec3;
 use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, caster};
 use orogen::field::{Field, Watch};
 use orogen::mesh::Fineness;
-use orogen::num::{Interval, Jet, Many, Reduced, Slope, Taylors};
+use orogen::num::{Interval, Jet, Many, Parabola, Parabolas, Reduced, Slope, Taylors};
 use orogen::scene::Aabb;
 use orogen::script::{Request, compile};
 use orogen::session::polygonise;
@@ -25,10 +25,18 @@ const VELOCITIES: &[(&str, bool)] = &[
     ("slope(0.1 * gradient(7).scaled(3.0) * smoothstep(0.5, 1.5, length(p)))", false),
     ("0.1 * vector_noise(cellular(7).scaled(4.0))", false),
     ("0.3 * vector_noise(gradient(7).scaled(4.0))", true),
+    ("0.01 * slope(fractal::fbm(gradient(7).scaled(2.0), #{ octaves: 3 }))", true),
+    ("0.02 * slope(sparse(2).scaled(3.0))", true),
+    ("0.01 * slope(gradient(7).scaled(4.0)) - slope(0.02 * gradient(3).scaled(3.0))", true),
+    ("flow::push([0.5, 0.6, 0.6], [0.02, 0.01, 0], 0.03)", true),
 ];
 
+fn with_modules(script: &str) -> String {
+    format!("import \"std/flow\" as flow;\nimport \"std/fractal\" as fractal;\n{script}")
+}
+
 fn field(script: &str) -> Field {
-    let compiled = compile(&Request::text(format!("import \"std/flow\" as flow;\n{script}")));
+    let compiled = compile(&Request::text(with_modules(script)));
     let scene = compiled.scene.unwrap_or_else(|| panic!("{script}: {:?}", compiled.diagnostics));
     Field::new(&scene.graph, scene.surface.field)
 }
@@ -130,10 +138,11 @@ fn lanes_equal_points_bit_for_bit() {
 #[test]
 fn enclosures_contain() {
     let mut rng = StdRng::seed_from_u64(6);
-    for (velocity, is_smooth) in VELOCITIES {
+    for (velocity, _) in VELOCITIES {
         let mut f = flowed(velocity);
         let mut forms = Evaluator::<Reduced<1>>::new(f.tape().clone());
         let mut balls = Evaluator::<Taylors<4>>::new(f.tape().clone());
+        let mut pieces = Evaluator::<Parabolas<4, 0>>::new(f.tape().clone());
         for (i, c) in points(7, 24).into_iter().enumerate() {
             let half = [1e-12, 1e-4, 1e-2, 0.1, 0.4, 1.5][i % 6];
             let region = c.to_array().map(|c| Interval::around(c, half));
@@ -145,9 +154,12 @@ fn enclosures_contain() {
             let e = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-half..half)));
             let line = std::array::from_fn(|k| Reduced::<1>::new(c[k], [e[k]]));
             let form = *forms.eval(&line);
+            let piece = |axis: usize| Parabola::coordinate(c[axis], e[axis], [], 0.0, 0.0);
+            let parabola = pieces.eval(&[0, 1, 2].map(|axis| Parabolas::all(piece(axis)))).lane(1);
+            let second = f.jet_range(&region);
             for _ in 0..12 {
                 let o = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-half..half)));
-                let Jet { value, grad, .. } = f.jet(c + o);
+                let Jet { value, grad, hess } = f.jet(c + o);
                 assert!(range.contains(value), "{velocity}: {value} at {} is outside of {range:?}", c + o);
                 assert!(slope.value.contains(value), "{velocity}: {value} outside of {slope:?}");
                 let norm = DVec3::from_array(grad).length();
@@ -162,8 +174,18 @@ fn enclosures_contain() {
                     let linear = taylor.value + DVec3::from_array(taylor.grad).dot(u);
                     assert!((value - linear).abs() <= taylor.bow[0], "{velocity}: {value} and {taylor:?}");
                 }
-                let t = rng.random_range(-1.0..1.0);
+                // Slopes of noises have second derivatives from differences themselves.
+                let is_known = |k: usize| {
+                    let room = 2e-2 * (1.0 + hess[k].abs());
+                    (second.hess[k].lo - room..=second.hess[k].hi + room).contains(&hess[k])
+                };
+                assert!((0..6).all(is_known), "{velocity}: {hess:?} outside of {:?}", second.hess);
+                let t: f64 = rng.random_range(-1.0..1.0);
+                let on_line = parabola.mid[0] + t * (parabola.mid[1] + t * parabola.mid[2]);
+                let rest = parabola.rest[0] + t.abs() * (parabola.rest[1] + t.abs() * parabola.rest[2]);
                 let value = f.value(c + t * e);
+                assert!((value - on_line).abs() <= rest, "{velocity}: {value} and {parabola:?}");
+                assert!(parabola.range.contains(value), "{velocity}: {value} and {parabola:?}");
                 let off = (value - form.mid - t * form.slope[0]).abs();
                 assert!(off <= form.rest && form.range.contains(value), "{velocity}: {value} and {form:?}");
             }
@@ -173,8 +195,8 @@ fn enclosures_contain() {
         let width = |f: &mut Field, half: f64| f.range(&at.map(|c| Interval::around(c, half))).width();
         let widths = [1e-4, 1e-3, 1e-2].map(|half| width(&mut f, half));
         assert!(widths.windows(2).all(|w| w[0] <= w[1]), "{velocity}: {widths:?}");
-        let near: Slope = f.slope(&at.map(|c| Interval::around(c, 0.01)));
-        assert!(near.norm.is_finite() || !is_smooth, "{velocity} has no bound");
+        let near: Slope = f.slope(&at.map(|c| Interval::around(c, 0.1)));
+        assert!(near.norm.is_finite(), "{velocity} has no bound");
     }
 }
 
@@ -237,8 +259,7 @@ fn no_hit_is_missed() {
 }
 
 fn meshed(script: &str, resolution: u32) -> orogen::mesh::Meshed {
-    let script = format!("import \"std/flow\" as flow;\n{script}");
-    let scene = compile(&Request::text(script)).scene.expect("a scene");
+    let scene = compile(&Request::text(with_modules(script))).scene.expect("a scene");
     let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
     polygonise(&scene, &Fineness { resolution: Some(resolution), tolerance: None }, &watch).expect("a mesh")
 }
@@ -249,18 +270,77 @@ fn topology_is_kept() {
         for (velocity, solid, parts, euler) in [
             (format!("flow::by_noise(gradient({seed}).scaled(1.5), 0.3)"), "torus(1.0, 0.4)", 1, 0),
             (format!("flow::by_slope(gradient({seed}).scaled(3.0), 0.03)"), "sphere(1.0)", 1, 2),
-            (format!("flow::by_curl(gradient({seed}).scaled(1.5), 0.05)"), "shell(sphere(1.0), 0.3)", 2, 4),
+            (format!("flow::by_curl(gradient({seed}).scaled(1.5), 0.1)"), "shell(sphere(1.0), 0.3)", 2, 4),
             (
-                format!("flow::twist([0.5, 0.2, 0.1 * {seed}], [1, 0.3, 0.2], 90, 1.2)"),
-                "torus(0.8, 0.3)",
+                format!("flow::twist([0.5, 0.2, 0.1 * {seed}], [1, 0.3, 0.2], 200, 1.2)"),
+                "union(torus(0.8, 0.3), torus(0.8, 0.3).rotate([1, 0, 0], 90))",
                 1,
-                0,
+                -4,
             ),
         ] {
             let script = format!("{solid}.flow({velocity})");
-            let census = Census::of(&meshed(&script, 48).mesh);
+            let census = Census::of(&meshed(&script, 80).mesh);
             assert!(census.is_closed_manifold(), "{script}");
             assert_eq!((census.parts, census.euler_characteristic()), (parts, euler), "{script}");
+        }
+    }
+}
+
+#[test]
+fn maps_do_not_fold() {
+    for (velocity, is_smooth) in VELOCITIES {
+        let mut parts = ["x", "y", "z"].map(|axis| field(&format!("p.flow({velocity}).{axis}")));
+        // The brush is small, so some points are near it.
+        let near = points(12, 100).into_iter().map(|p| DVec3::new(0.5, 0.6, 0.6) + 0.03 * p);
+        for p in points(11, 300).into_iter().chain(near) {
+            let [x, y, z] = parts.each_mut().map(|part| part.gradient(p).1);
+            let growth = x.dot(y.cross(z));
+            assert!(growth > 0.0, "{velocity} at {p}: volumes grow by {growth}");
+            if velocity.starts_with("0.05 * curl") && *is_smooth {
+                assert!((growth - 1.0).abs() < 1e-3, "{velocity} at {p}: volumes grow by {growth}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_moves_little_is_found() {
+    // A brush that no point of a coarse lattice meets, and a thin shell, are carried as exactly as what moves everywhere.
+    for velocity in [
+        "flow::push([0.51, 0.62, 0.63], [0.02, 0.01, 0], 0.01)",
+        "flow::above(0.1 * vector_noise(gradient(2).scaled(40.0)), 1.0, 1.0001) * (1.0 - smoothstep(1.0001, 1.0002, length(p)))",
+    ] {
+        let mut own = field(&format!("p.flow({velocity}).x"));
+        let mut exact = field(&format!("p.flow({velocity}, #{{ steps: 512 }}).x"));
+        let near = points(13, 200).into_iter().map(|p| DVec3::new(0.51, 0.62, 0.63) + 0.005 * p);
+        let shell = points(14, 200).into_iter().map(|p| 1.00008 * p.normalize());
+        let (mut off, mut far) = (0.0_f64, 0.0_f64);
+        for p in near.chain(shell) {
+            off = off.max((own.value(p) - exact.value(p)).abs());
+            far = far.max((exact.value(p) - p.x).abs());
+        }
+        assert!(far > 1e-6 && off < 1e-2 * far, "{velocity}: off by {off} where it carries as far as {far}");
+    }
+}
+
+#[test]
+fn a_ball_says_the_same_whatever_its_neighbours() {
+    let f = flowed(
+        "flow::push([0.5, 0.6, 0.6], [0.2, 0.1, 0], 0.3) + flow::push([-0.5, 0, 0], [0, 0.3, 0], 0.4)",
+    );
+    let mut balls = Evaluator::<Taylors<8>>::new(f.tape().clone());
+    let mut ask = |batch: &[DVec3]| {
+        let mut numbers = [orogen::num::Number::constant(0.0); 3];
+        for lane in 0..8 {
+            Taylors::<8>::set_ball(&mut numbers, lane, batch[lane % batch.len()].to_array(), 0.01);
+        }
+        let out = balls.eval(&numbers);
+        std::array::from_fn::<_, 8, _>(|lane| out.lane(lane))
+    };
+    for batch in points(15, 80).chunks(8) {
+        let together = ask(batch);
+        for (p, own) in batch.iter().zip(together) {
+            assert_eq!(ask(&[*p])[0], own, "{p}");
         }
     }
 }
