@@ -56,7 +56,8 @@ impl Ending {
             steep: scale * Pack::from_fn(|i| lanes[i].steepness()),
             bent: scale * scale * Pack::from_fn(|i| lanes[i].curvature()),
             reach: Pack::from_fn(|i| lanes[i].range.hi - lanes[i].value)
-                .larger(Pack::from_fn(|i| lanes[i].value - lanes[i].range.lo)),
+                .larger(Pack::from_fn(|i| lanes[i].value - lanes[i].range.lo))
+                .least(f64::INFINITY * Pack::ONE),
         };
         for k in 0..3 {
             out.grad[k] = scale * Pack::from_fn(|i| lanes[i].grad[k]);

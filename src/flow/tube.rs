@@ -91,7 +91,8 @@ impl Change {
             rest: stage.steep * place.rest + stage.bow,
             spread: stage.spread,
             goes: stage.steep * place.radius,
-            off: stage.steep * place.off + stage.off,
+            // Where the middle would be without rounding is in the ball as well.
+            off: (stage.steep * place.off).least(stage.spread) + stage.off,
             blur: blur * place.steep + stage.steep * place.blur + 16.0 * ROUNDOFF * steep,
             steep,
             bent: stage.bent * place.steep * place.steep + stage.steep * place.bent,

@@ -50,6 +50,13 @@ pub trait Basis: Copy + Eq + Hash + Debug + Send + Sync + 'static {
         Local::uniform(self.jet(lattice, order, at), self.bounds())
     }
 
+    /// What is known of a batch of balls, the same as of each alone.
+    fn locals(&self, lattice: &Lattice, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [Local]) {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = self.local(lattice, order, at.map(|at| at[i]), radius[i]);
+        }
+    }
+
     /// Absolute errors of a value, a gradient component and a second derivative from arithmetic
     /// alone, the position being exact.
     ///

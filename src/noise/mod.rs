@@ -175,6 +175,23 @@ pub(crate) fn batch<'a>(out: &'a mut Jets<'_>, start: usize) -> Jets<'a> {
     }
 }
 
+impl Noise {
+    /// A ball in units of the lattice. The scaled centre is off by a roundoff of its size, and a kind may move it further.
+    fn reached(&self, at: [f64; 3], radius: f64) -> ([f64; 3], f64) {
+        let centre = at.map(|x| x * self.frequency);
+        let size = centre.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let off = (2.0 + self.kind.displacement()) * ROUNDOFF * size;
+        (centre, radius * self.frequency * (1.0 + 8.0 * ROUNDOFF) + off)
+    }
+
+    /// What is known of a ball, in units of space.
+    fn placed(&self, local: Local, radius: f64, reach: f64) -> Local {
+        let k = self.frequency;
+        let bounds = creased(local.bounds, &self.kind.bounds(), radius * k, reach).at_frequency(k);
+        Local { jet: scaled(local.jet, k), bounds, bow: local.bow, sag: local.sag * k * k }
+    }
+}
+
 impl Kernel for Noise {
     fn class(&self) -> Class {
         match self.part {
@@ -235,19 +252,39 @@ impl Kernel for Noise {
             return Slope::new(&self.whole(), axis, self.step()).local(order, at, radius);
         }
         count(1);
-        let k = self.frequency;
-        let centre = at.map(|x| x * k);
-        // The scaled centre is off by a roundoff of its size, and a kind may move it further.
-        let size = centre.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let off = (2.0 + self.kind.displacement()) * ROUNDOFF * size;
-        let reach = radius * k * (1.0 + 8.0 * ROUNDOFF) + off;
-        let local = self.kind.local(&self.lattice, order, centre, reach);
-        let bounds = creased(local.bounds, &self.kind.bounds(), radius * k, reach);
-        Local {
-            jet: scaled(local.jet, k),
-            bounds: bounds.at_frequency(k),
-            bow: local.bow,
-            sag: local.sag * k * k,
+        let (centre, reach) = self.reached(at, radius);
+        self.placed(self.kind.local(&self.lattice, order, centre, reach), radius, reach)
+    }
+
+    fn locals(&self, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [(Local, [f64; 3])]) {
+        let ball = |i: usize| (at.map(|at| at[i]), radius[i]);
+        let error = |at: [f64; 3]| self.error(at.iter().fold(0.0, |size: f64, x| size.max(x.abs())));
+        if let Part::Slope(axis) = self.part {
+            let (whole, step) = (self.whole(), self.step());
+            let slope = Slope::new(&whole, axis, step);
+            for (i, out) in out.iter_mut().enumerate() {
+                let (at, radius) = ball(i);
+                *out = (slope.local(order, at, radius), error(at));
+            }
+            return;
+        }
+        count(out.len());
+        for (batch, out) in out.chunks_mut(BATCH).enumerate() {
+            let (mut centres, mut reach) = ([[0.0; BATCH]; 3], [0.0; BATCH]);
+            let (first, many) = (batch * BATCH, out.len());
+            for i in 0..many {
+                let (at, radius) = ball(first + i);
+                let (centre, own) = self.reached(at, radius);
+                (0..3).for_each(|axis| centres[axis][i] = centre[axis]);
+                reach[i] = own;
+            }
+            let mut locals = [Local::UNKNOWN.0; BATCH];
+            let centres = centres.each_ref().map(|x| &x[..many]);
+            self.kind.locals(&self.lattice, order, centres, &reach[..many], &mut locals[..many]);
+            for (i, out) in out.iter_mut().enumerate() {
+                let (at, radius) = ball(first + i);
+                *out = (self.placed(locals[i], radius, reach[i]), error(at));
+            }
         }
     }
 
@@ -376,6 +413,17 @@ macro_rules! noises {
 
             fn local(&self, lattice: &Lattice, order: Order, at: [f64; 3], radius: f64) -> Local {
                 match self { $(Kind::$noise(noise) => noise.local(lattice, order, at, radius),)* }
+            }
+
+            fn locals(
+                &self,
+                lattice: &Lattice,
+                order: Order,
+                at: [&[f64]; 3],
+                radius: &[f64],
+                out: &mut [Local],
+            ) {
+                match self { $(Kind::$noise(noise) => noise.locals(lattice, order, at, radius, out),)* }
             }
         }
     };

@@ -18,6 +18,7 @@
 //! Only nodes within `F_K + 2 r` of the centre can be among the `K` nearest of any point of the ball.
 
 use super::metric::Metric;
+use super::scout::Ground;
 use super::search::{Found, Search};
 use super::{Ball, Cellular};
 use crate::noise::basis::Basis;
@@ -129,6 +130,71 @@ pub(super) fn local<M: Metric, const K: usize>(ball: &Ball<'_>, search: Search<'
     Local { bounds: creased(local.bounds, &noise.bounds(), ball.radius, r), ..local }
 }
 
+/// Balls whose nearest nodes are looked for together.
+const GROUP: usize = 16;
+
+/// What is known of balls where the distance to the nearest node is all that matters. Where the second nearest is so far
+/// behind that the nearest is the same throughout the ball, nothing else counts, and the answer is that of
+/// [`local`], bit for bit; the other balls are asked about one by one.
+pub(super) fn nearest_alone<'a, M: Metric>(
+    ball: &impl Fn(usize) -> Ball<'a>,
+    search: Search<'_, M>,
+    out: &mut [Local],
+) {
+    let (metric, mut ground) = (search.metric, Ground::<GROUP>::new(search.lattice));
+    let mut found = Found::<2, GROUP>::new(0.0, [0.0; GROUP]);
+    for (group, out) in out.chunks_mut(GROUP).enumerate() {
+        let last = out.len() - 1;
+        let own = |i: usize| ball(group * GROUP + i.min(last));
+        let at = std::array::from_fn(|axis| std::array::from_fn(|i| own(i).at[axis]));
+        search.nearest_of_group(&mut ground, &at, &mut found);
+        for (i, out) in out.iter_mut().enumerate() {
+            let known = settled(&own(i), metric, search.cap, &found, i);
+            *out = known.unwrap_or_else(|| local::<M, 1>(&own(i), search));
+        }
+    }
+}
+
+/// What is known of a ball in which one node is the nearest everywhere; none if another might be.
+fn settled<M: Metric>(
+    ball: &Ball<'_>,
+    metric: M,
+    cap: f64,
+    found: &Found<2, GROUP>,
+    i: usize,
+) -> Option<Local> {
+    let (noise, r) = (ball.noise, ball.radius + 16.0 * ROUNDOFF);
+    let [size, second] = [0, 1].map(|l| metric.distance(found.measure[l][i]));
+    let reach = 2.0 * metric.steepness() * r;
+    let offset = found.offset[0].map(|axis| axis[i]);
+    let distance = Distance::new(metric, false, offset, size, r);
+    let is_alone = second - size > reach + distance.excess + 2.0 * SLACK * (1.0 + r);
+    if !is_alone || size + reach + SLACK >= cap {
+        return None;
+    }
+    let measure = [[found.measure[0][i]]];
+    let nearest = Found { measure, offset: [offset.map(|x| [x])], nowhere: [found.nowhere[i]] };
+    let jet = noise.point::<M, 1>(metric, ball.order, &nearest);
+    let (range, a) = (distance.rest(distance.slope, r), noise.weights[0].0);
+    let bow = Interval { lo: range.lo - distance.value, hi: range.hi - distance.value } * a;
+    let local = bounded(noise, jet, r, Interval::point(0.0) + bow, a.abs() * distance.curvature);
+    Some(Local { bounds: creased(local.bounds, &noise.bounds(), ball.radius, r), ..local })
+}
+
+/// What is known of the noise in a ball where its second derivatives are bounded so.
+fn bounded(noise: &Cellular, jet: Point, r: f64, bow: Interval, curvature: f64) -> Local {
+    let up = 1.0 + 64.0 * ROUNDOFF;
+    let steepness = norm(jet.grad) + curvature * r + SLACK * noise.lipschitz.0;
+    let global = noise.bounds();
+    let bounds = Bounds {
+        // A slope that is not known is no better than the global one.
+        lipschitz: if steepness * up < global.lipschitz { steepness * up } else { global.lipschitz },
+        hessian: curvature * up,
+        ..global
+    };
+    Local { jet, bounds, bow, sag: f64::INFINITY }
+}
+
 /// The distances that matter, nearest first.
 struct Enclosure<'a, const K: usize> {
     noise: &'a Cellular,
@@ -152,16 +218,7 @@ impl<const K: usize> Enclosure<'_, K> {
             let level = self.distances.get(l).map_or(f64::INFINITY, |d| d.curvature);
             curvature += a.abs() * if self.settled(l, own.slope) { level } else { f64::INFINITY };
         }
-        let up = 1.0 + 64.0 * ROUNDOFF;
-        let steepness = norm(jet.grad) + curvature * r + SLACK * noise.lipschitz.0;
-        let global = noise.bounds();
-        let bounds = Bounds {
-            // A slope that is not known is no better than the global one.
-            lipschitz: if steepness * up < global.lipschitz { steepness * up } else { global.lipschitz },
-            hessian: curvature * up,
-            ..global
-        };
-        Local { jet, bounds, bow, sag: f64::INFINITY }
+        bounded(noise, jet, r, bow, curvature)
     }
 
     /// Encloses the `l`-th smallest (from 0) distance less the plane with slope `g`.

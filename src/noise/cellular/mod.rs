@@ -230,6 +230,10 @@ impl Basis for Cellular {
         self.norm.run(lattice, Ball { noise: self, order, at, radius })
     }
 
+    fn locals(&self, lattice: &Lattice, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [Local]) {
+        self.norm.run(lattice, Balls { noise: self, order, at, radius, out });
+    }
+
     /// Offsets are off by a few roundoffs of a cell, distances by as much again; powers of ratios by
     /// as many as their exponent, which is at most 64. Which node is the nearest is decided up to
     /// these errors: the gradient is that of a node that is nearest up to rounding.
@@ -345,6 +349,30 @@ impl Task for Ball<'_> {
             1 => ball::local::<M, 1>(&self, search),
             2 => ball::local::<M, 2>(&self, search),
             _ => ball::local::<M, 4>(&self, search),
+        }
+    }
+}
+
+/// What is known of a batch of balls.
+struct Balls<'a> {
+    noise: &'a Cellular,
+    order: Order,
+    at: [&'a [f64]; 3],
+    radius: &'a [f64],
+    out: &'a mut [Local],
+}
+
+impl Task for Balls<'_> {
+    type Out = ();
+
+    fn run<M: Metric>(self, search: Search<'_, M>) {
+        let Balls { noise, order, at, radius, out } = self;
+        let order = if order < Order::Gradient { Order::Gradient } else { order };
+        let ball = |i: usize| Ball { noise, order, at: at.map(|at| at[i]), radius: radius[i] };
+        if noise.orders() == 1 && !noise.squared {
+            ball::nearest_alone(&ball, search, out);
+        } else {
+            out.iter_mut().enumerate().for_each(|(i, out)| *out = ball(i).run(search));
         }
     }
 }

@@ -24,6 +24,31 @@ pub(super) fn kinds() -> Vec<(String, Kind)> {
     all
 }
 
+#[test]
+fn balls_together_are_as_balls_alone() {
+    let mut random = Random::new(53);
+    for (name, kind) in kinds() {
+        for noise in lattices(kind, 6) {
+            let noise = Noise { frequency: 1.7, ..noise };
+            let points: [Vec<f64>; 3] = {
+                let points: Vec<[f64; 3]> = (0..75).map(|_| random.point(40.0)).collect();
+                [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect())
+            };
+            let radius: Vec<f64> = (0..75).map(|i| [1e-9, 1e-4, 0.01, 0.05, 0.2, 1.0][i % 6]).collect();
+            let mut together = vec![Local::UNKNOWN; 75];
+            let at = points.each_ref().map(|x| &x[..]);
+            noise.locals(Order::Gradient, at, &radius, &mut together);
+            for (i, (own, error)) in together.iter().enumerate() {
+                let at = at.map(|x| x[i]);
+                let alone = noise.local(Order::Gradient, at, radius[i]);
+                assert_eq!(format!("{own:?}"), format!("{alone:?}"), "{name} {at:?} {}", radius[i]);
+                let size = at.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+                assert_eq!(*error, noise.error(size), "{name}");
+            }
+        }
+    }
+}
+
 /// Periods that a kind can have, and none.
 fn periods(kind: Kind) -> Vec<[u32; 3]> {
     let all = [[0; 3], [1, 2, 3], [4, 4, 4], [6, 0, 3], [1 << 24, 12, 0]];
