@@ -181,8 +181,7 @@ pub fn unproven(analysis: &Analysis, kept: &[Ruling]) -> Option<Diagnostic> {
 pub fn kept(analysis: &Analysis, keep: &Keep) -> Result<Vec<Ruling>, Box<Diagnostic>> {
     let sizes = sizes(analysis, keep);
     let main = largest(&sizes);
-    // What is in no list may be as large as all that is not decided.
-    let unlisted = if analysis.is_certified() { 0.0 } else { analysis.flood.undecided_volume };
+    let unlisted = unlisted(analysis);
     let most = sizes.iter().map(|size| size.hi).fold(unlisted, f64::max);
     let least = main.map_or(0.0, |main| sizes[main].lo);
     let holder = match *keep {
@@ -210,6 +209,18 @@ pub fn kept(analysis: &Analysis, keep: &Keep) -> Result<Vec<Ruling>, Box<Diagnos
         }
     };
     Ok(sizes.iter().enumerate().map(ruling).collect())
+}
+
+/// How large what is in no list may be: all that is not decided. Parts that end at the bounds may be one beyond them,
+/// which would be larger than any of them.
+fn unlisted(analysis: &Analysis) -> f64 {
+    if analysis.parts.iter().any(|part| part.cut) {
+        f64::INFINITY
+    } else if analysis.is_certified() {
+        0.0
+    } else {
+        analysis.flood.undecided_volume
+    }
 }
 
 /// The sizes of components.
