@@ -26,8 +26,10 @@
 //! What is remembered of a minimum is what a search from it, or through it, has come to for good: *joined* holds for all
 //! that the search was joined with on its way, and so does *apart* after a search that looked at all voxels that the
 //! component reaches into. *Unknown* is remembered of the minimum alone that the search began with, and stops no other
-//! search. So a search never ends sooner in doubt for what was asked before; it may only come to know more, where
-//! an earlier one has come upon the core by another way.
+//! search. A search that comes upon a minimum of an earlier one takes over a *joined*, which is proven, and nothing else:
+//! an *apart* is for it to find anew, lest answers depend on who asked first. So a search never ends sooner for what was
+//! asked before, but in a proof: it may only come to know more, where an earlier one has come upon the core by another
+//! way.
 
 mod cache;
 mod core;
@@ -73,8 +75,9 @@ const CELLS: usize = 1 << 21;
 /// What many threads know of a solid.
 #[derive(Debug)]
 pub struct Local {
-    tape: Arc<Tape>,
     region: Aabb,
+    /// To be cloned by each thread.
+    field: Balls,
     core: Core,
     grid: Grid,
     points: Cache<Voxel, Arc<Points>>,
@@ -148,10 +151,11 @@ impl Local {
     /// For the solid of a tape's first output within a region: its core is about `core`, and its smallest features
     /// are as large as `feature`. None if `core` is not certain to be inside.
     pub fn new(tape: &Arc<Tape>, region: &Aabb, core: DVec3, feature: f64) -> Option<Local> {
-        let core = Core::around(&mut Balls::new(tape), core, region.diagonal())?;
+        let mut field = Balls::within(tape, region, core);
+        let core = Core::around(&mut field, core, region.diagonal())?;
         Some(Local {
-            tape: tape.clone(),
             region: *region,
+            field,
             core,
             grid: Grid::new(feature),
             points: Cache::new(REMEMBERED),
@@ -208,7 +212,7 @@ pub struct Seeker {
 impl Seeker {
     /// With memory of its own.
     pub fn new(local: Arc<Local>) -> Seeker {
-        let cells = Balls::new(&local.tape);
+        let cells = local.field.clone();
         Seeker { looker: Looker::new(local), cells }
     }
 
@@ -359,9 +363,8 @@ impl Exhaustion {
             }
             let statuses = &looker.local.statuses;
             // That nothing came of an earlier search says nothing about this one.
-            let known = fresh.iter().filter_map(|minimum| statuses.get(minimum));
-            if let Some(answer) = known.into_iter().find(|answer| *answer != Answer::Unknown) {
-                return Some(answer);
+            if fresh.iter().any(|minimum| statuses.get(minimum) == Some(Answer::Joined)) {
+                return Some(Answer::Joined);
             }
             let positions: Vec<DVec3> =
                 fresh.iter().filter_map(|minimum| looker.position(*minimum, cancel)).collect();

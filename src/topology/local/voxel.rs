@@ -78,7 +78,7 @@ const CELLS: u64 = 1 << 17;
 
 impl Looker {
     pub fn new(local: Arc<Local>) -> Looker {
-        let field = Balls::new(&local.tape);
+        let field = local.field.clone();
         Looker { local, cells: field.clone(), paths: field }
     }
 
@@ -234,7 +234,7 @@ fn points(local: &Local, cells: &mut Balls, voxel: Voxel, cancel: &AtomicBool) -
         }
     }
     let counters = &local.counters;
-    counters.crowded.fetch_add(u64::from(found.crowded), Ordering::Relaxed);
+    counters.crowded.fetch_add(u64::from(found.crowds > 0), Ordering::Relaxed);
     counters.voxels.fetch_add(1, Ordering::Relaxed);
     counters.minima.fetch_add(out.minima.len() as u64, Ordering::Relaxed);
     counters.saddles.fetch_add(out.saddles.len() as u64, Ordering::Relaxed);
