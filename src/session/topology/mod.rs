@@ -69,10 +69,10 @@ impl Analysis {
 const SEARCH: f64 = 0.7;
 
 /// Cells of the octree beside a complex of which all is proven: it is there for speed alone.
-const BESIDE: Limits = Limits { cells: 1 << 17, depth: 8, least: 5 };
+const BESIDE: Limits = Limits { cells: 1 << 17, depth: 8, least: 5, fine: 0 };
 
 /// Where it is to find the components, or to say how large they are.
-const INSTEAD: Limits = Limits { cells: 1 << 21, depth: 24, least: 7 };
+const INSTEAD: Limits = Limits { cells: 1 << 21, depth: 24, least: 5, fine: 8 };
 
 /// Analyses the solid of a scene in full detail, within the region that the scene gives or that is found around
 /// it; or finds that part of it was done before.
