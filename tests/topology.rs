@@ -7,7 +7,7 @@ use orogen::num::{Interval, Jet, Many, Number, Taylor, Taylors};
 use orogen::render::{Job, Picture};
 use orogen::scene::{Aabb, Keep, Measure, Scene};
 use orogen::script::{Request, compile};
-use orogen::session::topology::{Analysis, Labels, Purpose, kept, unproven};
+use orogen::session::topology::{Analysis, Purpose, kept, unproven};
 use orogen::session::{self, Order};
 use orogen::tape::{Evaluator, Tape};
 use orogen::topology::{Complex, CriticalPoint, Kind, Locator, Search, search};
@@ -229,7 +229,7 @@ fn known_solids() {
         // The tip of a cone, and flat minima.
         ("sphere(1.0) + 0.3 * x", [1, 0, 0, 0], 1, 1),
         ("(x * x + y * y + z * z) ** 2 - 0.1", [1, 0, 0, 0], 1, 1),
-        ("x ** 6 + y ** 6 + z ** 6 - 0.1", [1, 0, 0, 0], 1, 1),
+        ("(x * x + y * y + z * z) ** 4 - 0.1", [1, 0, 0, 0], 1, 1),
         ("(sqrt(x * x + y * y) - 1.0) ** 2 + z * z - 0.09 + 0.02 * x", [1, 1, 0, 0], 1, 0),
         ("(x * x + y * y + z * z - 1.0) ** 2 - 0.1 + 0.03 * x", [1, 0, 1, 0], 1, 2),
         (
@@ -469,7 +469,7 @@ fn volumes_hold_those_of_samples() {
     let found = analysis(script);
     let complex = found.proven().expect("all of it is proven");
     assert_eq!(complex.components.len(), 67);
-    let mut labels = Labels::new(&found);
+    let mut labels = found.labels.clone();
     let mut field = Field::new(&scene(script).graph, scene(script).surface.field);
     let n = 80;
     let region = found.region;
@@ -517,7 +517,7 @@ fn a_point_outside_has_no_component() {
     let found = analysis(script);
     let outside: Vec<DVec3> =
         (0..60).map(|i| DVec3::new(0.3, 0.9, 0.1).normalize() * (1.0 + 1e-3 * f64::from(i))).collect();
-    let mut labels = Labels::new(&found);
+    let mut labels = found.labels.clone();
     assert!(labels.components(&outside).into_iter().flatten().count() > 2, "some share a cell with the ball");
     assert!(outside.iter().all(|&p| kept(&found, &Keep::Holding(p)).is_err()));
     let error = kept(&found, &Keep::Holding(DVec3::Y * 1.5)).expect_err("it is outside");

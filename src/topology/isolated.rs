@@ -17,9 +17,8 @@ use glam::DVec3;
 /// Rows and columns of patches on a face of the cube that is blown up to the sphere, tried one after the other.
 const PATCHES: [usize; 2] = [8, 24];
 
-/// Radii that are tried, each twice the one before. Next to a flat minimum, slopes are less than what rounding makes of
-/// the value.
-const RADII: u32 = 20;
+/// Radii that are tried, each twice the one before.
+const RADII: u32 = 12;
 
 /// A minimum or maximum that makes up all that is critical in a box, if there is a sphere around it that proves it.
 pub fn isolated(field: &mut Balls, around: &Aabb) -> Option<CriticalPoint> {

@@ -33,6 +33,7 @@
 
 mod cache;
 mod core;
+mod counters;
 mod grid;
 mod patch;
 mod voxel;
@@ -43,13 +44,13 @@ use super::search::Balls;
 use crate::scene::Aabb;
 use crate::tape::Tape;
 use cache::Cache;
+use counters::{Count, Counters};
 use glam::DVec3;
 use grid::{Grid, Voxel};
 use patch::Patches;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Instant;
+use std::sync::atomic::{AtomicBool, Ordering};
 use voxel::{Links, Looker, Minimum, Node, Points};
 
 /// What is known of a point.
@@ -117,36 +118,6 @@ pub struct LocalStats {
     pub nanos: [u64; 3],
 }
 
-#[derive(Debug, Default)]
-struct Counters {
-    asked: AtomicU64,
-    looked: AtomicU64,
-    quick: AtomicU64,
-    paths: AtomicU64,
-    voxels: AtomicU64,
-    minima: AtomicU64,
-    saddles: AtomicU64,
-    unknown: AtomicU64,
-    crowded: AtomicU64,
-    impatient: AtomicU64,
-    lines: AtomicU64,
-    streaming: AtomicU64,
-    locating: AtomicU64,
-}
-
-/// Measures what a part of the work takes, for the statistics.
-struct Timer(Instant);
-
-impl Timer {
-    fn start() -> Timer {
-        Timer(Instant::now())
-    }
-
-    fn nanos(&self) -> u64 {
-        self.0.elapsed().as_nanos() as u64
-    }
-}
-
 impl Local {
     /// For the solid of a tape's first output within a region: its core is about `core`, and its smallest features
     /// are as large as `feature`. None if `core` is not certain to be inside.
@@ -172,32 +143,26 @@ impl Local {
         self.links.turn();
         self.statuses.turn();
         self.patches.turn();
-        let c = &self.counters;
-        let found = [&c.voxels, &c.minima, &c.saddles, &c.unknown, &c.crowded, &c.impatient];
-        let work = [&c.asked, &c.looked, &c.quick, &c.paths, &c.lines, &c.streaming, &c.locating];
-        for counter in found.into_iter().chain(work) {
-            counter.store(0, Ordering::Relaxed);
-        }
+        self.counters.clear();
     }
 
     /// What the work was since the picture began.
     pub fn stats(&self) -> LocalStats {
-        let c = &self.counters;
-        let count = |n: &AtomicU64| n.load(Ordering::Relaxed);
+        let count = |what: Count| self.counters.get(what);
         LocalStats {
-            asked: count(&c.asked),
-            looked: count(&c.looked),
-            quick: count(&c.quick),
-            paths: count(&c.paths),
-            voxels: count(&c.voxels),
-            minima: count(&c.minima),
-            saddles: count(&c.saddles),
+            asked: count(Count::Asked),
+            looked: count(Count::Looked),
+            quick: count(Count::Quick),
+            paths: count(Count::Paths),
+            voxels: count(Count::Voxels),
+            minima: count(Count::Minima),
+            saddles: count(Count::Saddles),
             cached: self.statuses.len() as u64,
             statuses: self.statuses.hits(),
-            unknown: count(&c.unknown),
-            crowded: count(&c.crowded),
-            impatient: count(&c.impatient),
-            nanos: [&c.lines, &c.streaming, &c.locating].map(count),
+            unknown: count(Count::Unknown),
+            crowded: count(Count::Crowded),
+            impatient: count(Count::Impatient),
+            nanos: [Count::Lines, Count::Streaming, Count::Locating].map(count),
         }
     }
 }
@@ -227,8 +192,8 @@ impl Seeker {
         };
         let answers = local.patches.answers(cells, &local.core, points, exact);
         let unknown = answers.iter().filter(|answer| **answer == Answer::Unknown).count();
-        local.counters.asked.fetch_add(points.len() as u64, Ordering::Relaxed);
-        local.counters.unknown.fetch_add(unknown as u64, Ordering::Relaxed);
+        local.counters.add(Count::Asked, points.len());
+        local.counters.add(Count::Unknown, unknown);
         answers
     }
 }
@@ -248,8 +213,8 @@ fn one_by_one(looker: &mut Looker, points: &[DVec3], cancel: &AtomicBool) -> Vec
         answers[i] = end.map_or(Answer::Unknown, |node| status(looker, node, cancel));
     }
     let counters = &looker.local.counters;
-    counters.looked.fetch_add(points.len() as u64, Ordering::Relaxed);
-    counters.quick.fetch_add((points.len() - hidden.len()) as u64, Ordering::Relaxed);
+    counters.add(Count::Looked, points.len());
+    counters.add(Count::Quick, points.len() - hidden.len());
     answers
 }
 
@@ -299,7 +264,7 @@ impl Exhaustion {
                 return Answer::Unknown;
             }
             if self.opened.len() > PATIENCE {
-                looker.local.counters.impatient.fetch_add(1, Ordering::Relaxed);
+                looker.local.counters.add(Count::Impatient, 1);
                 return Answer::Unknown;
             }
             let found = self.open(looker, voxel, cancel);
