@@ -193,6 +193,22 @@ fn what_is_not_inside_has_no_component() {
     assert!(Local::new(&tape, &Aabb::cube(2.0), DVec3::new(1.5, 0.0, 0.0), 0.1).is_none());
 }
 
+/// What is undefined is empty: a slab without values parts a ball.
+#[test]
+fn nothing_is_joined_across_what_is_undefined() {
+    let script = "sphere(1.0) + 1e-3 * ln(x * x - 1e-4)";
+    let local = local(script, 2.0, DVec3::new(0.2, 0.0, 0.0), 0.3);
+    let mut beside = surface_points(script, &Aabb::cube(1.2), 300);
+    beside.extend([0.02, 0.05, 0.3, 0.7].map(|x| DVec3::new(x, 0.01, 0.02)));
+    beside.iter_mut().for_each(|p| p.x = p.x.abs());
+    let across: Vec<DVec3> = beside.iter().map(|p| DVec3::new(-p.x, p.y, p.z)).collect();
+    let answers = |points: &[DVec3]| answers(&local, points);
+    assert!(!answers(&across).contains(&Answer::Joined));
+    let joined = answers(&beside).iter().filter(|answer| **answer == Answer::Joined).count();
+    assert!(joined > 290, "{joined} of {} are joined", beside.len());
+    assert!(!answers(&across).contains(&Answer::Joined));
+}
+
 #[test]
 fn neither_specks_nor_their_shadows_are_seen() {
     // The same picture of a solid with a crumb over it, found out either way, and of one that never had it.

@@ -328,8 +328,7 @@ fn rulings_without_proof_certify_nothing() {
         let (mut plain, mut passed) = (rays, [0_u32; 2]);
         let mut whole = vec![Hit::MISS; all.len()];
         plain.first_hits(&all, &mut whole, &mut CastStats::default(), &AtomicBool::new(false));
-        let mut hits = vec![Hit::MISS; all.len()];
-        caster.first_hits(&all, &mut hits, &mut CastStats::default(), &AtomicBool::new(false));
+        let (hits, _) = first(&mut *caster, &all);
         for (hit, whole) in hits.iter().zip(&whole) {
             // What met nothing needed no ruling; a hit is kept without a proof.
             assert!(!hit.is_hit() || !hit.certified, "{hit:?}");

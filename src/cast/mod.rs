@@ -139,8 +139,8 @@ pub struct CastStats {
     pub backtracks: u64,
     /// Rays whose answer is not proven.
     pub uncertified: u64,
-    /// Of these, the ones that were given up after too many pieces; the others came by places where
-    /// the field is not known to be finite.
+    /// Of these, the ones that were given up after too many pieces, or for want of a proof of what they met; the
+    /// others came by places where the field is not known to be finite.
     pub given_up: u64,
     /// Places that a [`Judge`] was asked about.
     pub judged: u64,

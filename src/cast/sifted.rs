@@ -133,19 +133,34 @@ struct Sifting<'a> {
     stats: CastStats,
     /// Rays given up here.
     given_up: u64,
+    /// What is counted once for each ray.
+    total: CastStats,
+    cancel: &'a AtomicBool,
 }
 
-impl Sifting<'_> {
+impl<'a> Sifting<'a> {
+    /// Nothing is under way yet; `stats` are those of what was done before.
+    fn new(rays: &'a [Ray], out: &'a mut [Hit], stats: CastStats, cancel: &'a AtomicBool) -> Sifting<'a> {
+        // Those that are never under way have missed.
+        let CastStats { uncertified, .. } = stats;
+        let total = CastStats { rays: rays.len() as u64, uncertified, ..CastStats::default() };
+        Sifting { rays, out, going: Vec::new(), stats, given_up: 0, total, cancel }
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
     fn ray(&self, going: &Going) -> &Ray {
         &self.rays[going.ray]
     }
 
     /// A ray has its answer.
-    fn settle(&mut self, going: Going, hit: Hit, total: &mut CastStats) {
+    fn settle(&mut self, going: Going, hit: Hit) {
         let hit = Hit { certified: hit.certified && going.certified, ..hit };
         self.out[going.ray] = hit;
-        total.hits += u64::from(hit.is_hit());
-        total.uncertified += u64::from(!hit.certified);
+        self.total.hits += u64::from(hit.is_hit());
+        self.total.uncertified += u64::from(!hit.certified);
         self.given_up += u64::from(going.given_up);
     }
 }
@@ -163,41 +178,35 @@ impl Going {
 
 impl Sifted {
     /// Sends all rays on until they have their answers.
-    fn sift(&mut self, work: &mut Sifting<'_>, total: &mut CastStats, cancel: &AtomicBool) {
+    fn sift(&mut self, work: &mut Sifting<'_>) {
         let mut going = std::mem::take(&mut work.going);
         for _ in 0..PARTS {
-            going = self.enter(going, work, total, cancel);
-            if going.is_empty() || cancel.load(Ordering::Relaxed) {
+            going = self.enter(going, work);
+            if going.is_empty() || work.is_cancelled() {
                 return;
             }
-            going = self.judge(going, work, total, cancel);
-            if cancel.load(Ordering::Relaxed) {
+            going = self.judge(going, work);
+            if work.is_cancelled() {
                 return;
             }
-            going = self.leave(going, work, total, cancel);
-            if going.is_empty() || cancel.load(Ordering::Relaxed) {
+            going = self.leave(going, work);
+            if going.is_empty() || work.is_cancelled() {
                 return;
             }
         }
         for ray in going {
             let (Place::Free(t) | Place::Met { t, .. } | Place::Rejected(t)) = ray.place;
-            work.settle(ray.at(ray.place, false), Hit { t, certified: false }, total);
+            work.settle(ray.at(ray.place, false), Hit { t, certified: false });
         }
     }
 
     /// Casts free rays to what they meet, and finds the places to be judged by. Nothing that was cast counts
     /// once the job is cancelled: some hits are not hits.
-    fn enter(
-        &mut self,
-        going: Vec<Going>,
-        work: &mut Sifting<'_>,
-        total: &mut CastStats,
-        cancel: &AtomicBool,
-    ) -> Vec<Going> {
+    fn enter(&mut self, going: Vec<Going>, work: &mut Sifting<'_>) -> Vec<Going> {
         let (free, mut next): (Vec<Going>, Vec<Going>) =
             going.into_iter().partition(|g| matches!(g.place, Place::Free(_)));
-        let (free, hits) = cast(&mut *self.solid, free, work, &mut self.costs, cancel);
-        if cancel.load(Ordering::Relaxed) {
+        let (free, hits) = cast(&mut *self.solid, free, work, &mut self.costs);
+        if work.is_cancelled() {
             return Vec::new();
         }
         let mut met = Vec::new();
@@ -205,7 +214,7 @@ impl Sifted {
             if hit.is_hit() {
                 met.push((Going { certified: ray.certified && hit.certified, ..ray }, hit.t));
             } else {
-                work.settle(ray, hit, total);
+                work.settle(ray, hit);
             }
         }
         let (rays, costs) = (work.rays, &mut self.costs);
@@ -222,29 +231,23 @@ impl Sifted {
     }
 
     /// Judges what rays have met; those that have met what is rejected go on.
-    fn judge(
-        &mut self,
-        going: Vec<Going>,
-        work: &mut Sifting<'_>,
-        total: &mut CastStats,
-        cancel: &AtomicBool,
-    ) -> Vec<Going> {
+    fn judge(&mut self, going: Vec<Going>, work: &mut Sifting<'_>) -> Vec<Going> {
         let place = |ray: &Going| match ray.place {
             Place::Met { at, .. } | Place::Free(at) | Place::Rejected(at) => work.ray(ray).at(at),
         };
         let points: Vec<DVec3> = going.iter().map(place).collect();
         let mut rulings = vec![Ruling { kept: true, proven: false }; points.len()];
-        self.judge.judge(&points, &mut rulings, cancel);
-        if cancel.load(Ordering::Relaxed) {
+        self.judge.judge(&points, &mut rulings, work.cancel);
+        if work.is_cancelled() {
             return Vec::new();
         }
         work.stats.judged += points.len() as u64;
         let mut next = Vec::new();
         for (ray, ruling) in going.into_iter().zip(rulings) {
             let Place::Met { t, at, how } = ray.place else { continue };
-            let ray = Going { certified: ray.certified && ruling.proven, ..ray };
+            let ray = ray.at(ray.place, ruling.proven);
             if ruling.kept {
-                work.settle(ray, Hit { t, certified: true }, total);
+                work.settle(ray, Hit { t, certified: true });
                 continue;
             }
             work.stats.rejected += 1;
@@ -264,7 +267,7 @@ impl Sifted {
             };
             let ray = ray.at(place, proven);
             match place {
-                Place::Free(end) if end >= own.far => work.settle(ray, Hit::MISS, total),
+                Place::Free(end) if end >= own.far => work.settle(ray, Hit::MISS),
                 _ => next.push(ray),
             }
         }
@@ -272,17 +275,11 @@ impl Sifted {
     }
 
     /// Takes rays out of what was rejected.
-    fn leave(
-        &mut self,
-        going: Vec<Going>,
-        work: &mut Sifting<'_>,
-        total: &mut CastStats,
-        cancel: &AtomicBool,
-    ) -> Vec<Going> {
+    fn leave(&mut self, going: Vec<Going>, work: &mut Sifting<'_>) -> Vec<Going> {
         let (within, mut next): (Vec<Going>, Vec<Going>) =
             going.into_iter().partition(|g| matches!(g.place, Place::Rejected(_)));
-        let (within, exits) = cast(&mut self.complement, within, work, &mut self.costs, cancel);
-        if cancel.load(Ordering::Relaxed) {
+        let (within, exits) = cast(&mut self.complement, within, work, &mut self.costs);
+        if work.is_cancelled() {
             return Vec::new();
         }
         let mut left = Vec::new();
@@ -295,7 +292,7 @@ impl Sifted {
             if exit.is_hit() {
                 left.push((ray, exit.t));
             } else {
-                work.settle(ray, Hit::MISS, total);
+                work.settle(ray, Hit::MISS);
             }
         }
         let (rays, costs) = (work.rays, &mut self.costs);
@@ -310,7 +307,7 @@ impl Sifted {
                     let once = self.passage.crosses_once(Side::Outside, own, (t, to), &mut looks);
                     let ray = ray.at(Place::Free(to), once);
                     if to >= own.far {
-                        work.settle(ray, Hit::MISS, total);
+                        work.settle(ray, Hit::MISS);
                     } else {
                         next.push(ray);
                     }
@@ -330,7 +327,6 @@ fn cast(
     going: Vec<Going>,
     work: &mut Sifting<'_>,
     costs: &mut [f64],
-    cancel: &AtomicBool,
 ) -> (Vec<Going>, Vec<Hit>) {
     if going.is_empty() {
         return (going, Vec::new());
@@ -342,7 +338,7 @@ fn cast(
     };
     let rays: Vec<Ray> = going.iter().map(from).collect();
     let mut hits = vec![Hit::MISS; rays.len()];
-    caster.first_hits(&rays, &mut hits, &mut work.stats, cancel);
+    caster.first_hits(&rays, &mut hits, &mut work.stats, work.cancel);
     for (ray, cost) in going.iter().zip(caster.costs()) {
         costs[ray.ray] += cost;
     }
@@ -351,16 +347,12 @@ fn cast(
 
 impl Sifted {
     /// Sifts rays, and counts each once.
-    fn run(&mut self, mut work: Sifting<'_>, stats: &mut CastStats, cancel: &AtomicBool) {
-        let mut total = CastStats { rays: work.rays.len() as u64, ..CastStats::default() };
-        // Those that are not under way have missed.
-        total.uncertified = work.stats.uncertified;
-        self.sift(&mut work, &mut total, cancel);
+    fn run(&mut self, mut work: Sifting<'_>, stats: &mut CastStats) {
+        self.sift(&mut work);
         // A ray may be given up more than once.
-        total.given_up = (work.given_up + work.stats.given_up).min(total.uncertified);
-        work.stats = CastStats { rays: 0, hits: 0, uncertified: 0, given_up: 0, ..work.stats };
-        *stats += work.stats;
-        *stats += total;
+        work.total.given_up = (work.given_up + work.stats.given_up).min(work.total.uncertified);
+        *stats += CastStats { rays: 0, hits: 0, uncertified: 0, given_up: 0, ..work.stats };
+        *stats += work.total;
     }
 }
 
@@ -368,9 +360,9 @@ impl Caster for Sifted {
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
         self.costs.clear();
         self.costs.resize(rays.len(), 0.0);
-        let going = rays.iter().enumerate().map(|(i, ray)| Going::new(i, ray.near, true)).collect();
-        let work = Sifting { rays, out, going, stats: CastStats::default(), given_up: 0 };
-        self.run(work, stats, cancel);
+        let mut work = Sifting::new(rays, out, CastStats::default(), cancel);
+        work.going = rays.iter().enumerate().map(|(i, ray)| Going::new(i, ray.near, true)).collect();
+        self.run(work, stats);
     }
 
     /// Rays that meet nothing at all are settled by the solid's caster alone, in whichever way is quickest
@@ -394,7 +386,8 @@ impl Caster for Sifted {
                 }
             }
         }
-        self.run(Sifting { rays, out, going, stats: own, given_up: 0 }, stats, cancel);
+        let work = Sifting { going, ..Sifting::new(rays, out, own, cancel) };
+        self.run(work, stats);
     }
 
     fn costs(&self) -> &[f64] {

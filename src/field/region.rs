@@ -39,10 +39,6 @@ fn octants(b: &Aabb) -> impl Iterator<Item = Aabb> + use<> {
     })
 }
 
-fn hull(a: Aabb, b: Aabb) -> Aabb {
-    Aabb { min: a.min.min(b.min), max: a.max.max(b.max) }
-}
-
 /// Where a solid may be within a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extent {
@@ -74,7 +70,9 @@ pub fn extent(field: &Field, region: &Aabb) -> Extent {
     loop {
         #[allow(clippy::neg_cmp_op_on_partial_ord)] // a cell that has no value is not excluded
         parts.retain(|part| !(eval(&mut ranges, part, &part.cell.intervals()).lo > 0.0));
-        let Some(all) = parts.iter().map(|part| part.cell).reduce(hull) else { return Extent::Empty };
+        let Some(all) = parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b)) else {
+            return Extent::Empty;
+        };
         found = all;
         if is_last(parts.iter()) || found.diagonal() < 1e-9 * region.diagonal() {
             break;

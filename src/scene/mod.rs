@@ -95,6 +95,11 @@ impl Aabb {
         Aabb { min: DVec3::splat(-half), max: DVec3::splat(half) }
     }
 
+    /// The smallest box that holds both.
+    pub fn hull(&self, other: &Aabb) -> Self {
+        Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
     /// The coordinates.
     pub fn intervals(&self) -> [Interval; 3] {
         std::array::from_fn(|axis| Interval::new(self.min[axis], self.max[axis]))

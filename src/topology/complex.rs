@@ -287,8 +287,8 @@ pub(super) fn sides(field: &mut Balls, point: &CriticalPoint, largest: f64) -> [
     [-1.0, 1.0].map(|side| Start { at: point.position + side * radius * v, radius })
 }
 
-/// What a point of the solid belongs to, by a path downhill.
-#[derive(Debug)]
+/// What a point of the solid belongs to, by a path downhill. Clones have memory of their own, for other threads.
+#[derive(Clone, Debug)]
 pub struct Locator {
     field: Balls,
     basins: Arc<Basins>,
@@ -306,16 +306,6 @@ impl Locator {
             basins: Arc::new(complex.basins()),
             component,
             region: complex.region,
-        }
-    }
-
-    /// The same with memory of its own, for another thread.
-    pub fn again(&self) -> Locator {
-        Locator {
-            field: self.field.clone(),
-            basins: self.basins.clone(),
-            component: self.component.clone(),
-            region: self.region,
         }
     }
 

@@ -28,6 +28,7 @@ mod basin;
 mod border;
 mod cell;
 mod complex;
+mod defined;
 mod descent;
 pub mod flood;
 mod isolated;

@@ -9,6 +9,7 @@
 //! are tiny and still undecided are gathered and reported with where they are.
 
 use super::cell::Cell;
+use super::defined::Defined;
 use super::isolated::isolated;
 use super::point::CriticalPoint;
 use super::polish::polish;
@@ -67,8 +68,8 @@ pub struct Critical {
     pub points: Vec<CriticalPoint>,
     /// Boxes in which nothing was decided: degenerate critical points, or where the field is not smooth.
     pub open: Vec<Aabb>,
-    /// Whether there were so many undecided cells that critical points are not isolated.
-    pub crowded: bool,
+    /// How many of them, the last ones, hold so many undecided cells that critical points may not be isolated.
+    pub crowds: usize,
     /// What it took.
     pub stats: SearchStats,
 }
@@ -82,8 +83,12 @@ const SMALLEST: f64 = 1e-10;
 /// or of the coordinates: there rounding is all that they differ by;
 const BLUR: f64 = 1024.0 * f64::EPSILON;
 
-/// and a part of the region when it has so many cells that are nearly so small.
+/// and what is left of a part of the region when it has so many cells that are nearly so small.
 const CROWD: u64 = 20_000;
+
+/// Crowds that are looked at more closely. Few are one degenerate minimum each; where there are more, there is something
+/// else.
+const CROWDS: usize = 16;
 
 /// Share of the region below which cells count towards a crowd. Few cells are that small about an isolated
 /// critical point, since every level has but those around it.
@@ -117,15 +122,22 @@ pub fn search(tape: &Arc<Tape>, search: &Search, watch: &Watch<'_>) -> Option<Cr
 
 /// Takes open places that are minima or maxima all the same for such.
 pub(super) fn isolate(field: &mut Balls, found: &mut Critical, solid: bool) {
-    for place in std::mem::take(&mut found.open) {
-        match isolated(field, &place) {
-            Some(point) if !found.crowded => {
+    let places = std::mem::take(&mut found.open);
+    let few = places.len() - std::mem::take(&mut found.crowds);
+    let is_crowd = |i: usize| i >= few;
+    let crowds_too = places.len() - few <= CROWDS;
+    for (i, place) in places.into_iter().enumerate() {
+        match (crowds_too || !is_crowd(i)).then(|| isolated(field, &place)).flatten() {
+            Some(point) => {
                 found.points.retain(|p| p.position.distance(point.position) > point.error);
                 if !solid || point.is_inside() != Some(false) {
                     found.points.push(point);
                 }
             }
-            _ => found.open.push(place),
+            None => {
+                found.open.push(place);
+                found.crowds += usize::from(is_crowd(i));
+            }
         }
     }
     found.points.sort_by(by_value);
@@ -150,22 +162,30 @@ fn gathered(parts: Vec<Part>) -> Critical {
         out.stats += part.stats;
         points.extend(part.points);
         open.extend(part.open);
-        out.crowded |= part.crowded;
     }
     let (points, twins) = merged(points);
-    open.extend(twins);
+    open.extend(twins.into_iter().map(|bounds| Place { bounds, crowded: false }));
     out.points = points;
-    out.open = clusters(open);
+    let places = clusters(open);
+    out.crowds = places.iter().filter(|place| place.crowded).count();
+    out.open = places.into_iter().map(|place| place.bounds).collect();
     out.points.sort_by(by_value);
     out
+}
+
+/// A box in which nothing was decided.
+#[derive(Clone, Copy)]
+struct Place {
+    bounds: Aabb,
+    /// Whether that was given up since there is so much of it.
+    crowded: bool,
 }
 
 /// What one part of the region comes to.
 #[derive(Default)]
 struct Part {
     points: Vec<CriticalPoint>,
-    open: Vec<Aabb>,
-    crowded: bool,
+    open: Vec<Place>,
     stats: SearchStats,
 }
 
@@ -182,7 +202,7 @@ impl Part {
         let Aabb { min, max } = search.region;
         let blur = BLUR * min.abs().max(max.abs()).max_element();
         let smallest = blur.max(SMALLEST * diagonal);
-        let (mut stack, mut small) = (roots, 0);
+        let (mut stack, mut small, mut crowded) = (roots, 0, false);
         let mut single: Vec<Cell> = Vec::new();
         while !(cancel.load(Ordering::Relaxed) || stack.is_empty() && single.is_empty()) {
             if single.len() >= LANES || stack.is_empty() {
@@ -191,8 +211,7 @@ impl Part {
                 continue;
             }
             if part.stats.cells >= most {
-                part.crowded = true;
-                part.open.extend(stack.drain(..).map(|cell| bounds(&cell)));
+                part.open.extend(stack.drain(..).map(|cell| Place { bounds: bounds(&cell), crowded: true }));
                 continue;
             }
             let from = stack.len().saturating_sub(LANES);
@@ -202,7 +221,7 @@ impl Part {
             for (i, cell) in batch.iter().enumerate() {
                 let f = values.lane(i).on(cell.free_axes());
                 match judge(&f, cell.share(), search.solid) {
-                    Verdict::Critical => part.open.push(bounds(cell)),
+                    Verdict::Critical => part.open.push(Place { bounds: bounds(cell), crowded }),
                     Verdict::Outside => part.stats.outside += 1,
                     Verdict::Regular => part.stats.regular += 1,
                     Verdict::Single => {
@@ -212,9 +231,9 @@ impl Part {
                     Verdict::Open => {
                         let size = cell.radius();
                         small += u64::from(size < SMALL * diagonal);
-                        part.crowded |= small > CROWD;
-                        if size < smallest || part.crowded {
-                            part.open.push(bounds(cell));
+                        crowded |= small > CROWD;
+                        if size < smallest || crowded {
+                            part.open.push(Place { bounds: bounds(cell), crowded });
                         } else {
                             let unit = cell.unit();
                             let open = cell.places().filter(|(off, part)| {
@@ -239,7 +258,9 @@ impl Part {
     ) {
         for (cell, outcome) in cells.iter().zip(polish(field, cells, &mut self.stats.newton)) {
             match outcome {
-                None if cell.radius() < smallest => self.open.push(bounds(cell)),
+                None if cell.radius() < smallest => {
+                    self.open.push(Place { bounds: bounds(cell), crowded: false });
+                }
                 None => stack.extend(cell.parts()),
                 Some(point) => {
                     let wanted = !search.solid || point.is_inside() != Some(false);
@@ -257,12 +278,21 @@ impl Part {
 pub struct Balls {
     field: Evaluator<Taylors<LANES>>,
     at: [Taylors<LANES>; 3],
+    /// Where the field is known to have a value, so that nobody need ask.
+    defined: Option<Defined>,
 }
 
 impl Balls {
     pub fn new(tape: &Arc<Tape>) -> Self {
         let field = Evaluator::new(tape.clone());
-        Balls { field, at: std::array::from_fn(|_| Taylors::constant(0.0)) }
+        Balls { field, at: std::array::from_fn(|_| Taylors::constant(0.0)), defined: None }
+    }
+
+    /// The same, which knows where in a region and a little beyond it the field has a value. If it has none somewhere, that
+    /// is best known if it is about `centre`.
+    pub fn within(tape: &Arc<Tape>, region: &Aabb, centre: DVec3) -> Self {
+        let reach = 1.2 * (region.min - centre).abs().max((region.max - centre).abs()).max_element();
+        Balls { defined: Defined::about(tape, centre, reach), ..Balls::new(tape) }
     }
 
     /// The field over as many balls as there are lanes, at most, by their centres and radii. What idle lanes hold
@@ -274,9 +304,27 @@ impl Balls {
         self.field.eval(&self.at)
     }
 
+    /// Goes on with another tape of the same field: one that holds wherever it is asked from now on.
+    pub fn turn_to(&mut self, tape: &Arc<Tape>) {
+        self.field.turn_to(tape);
+    }
+
     /// Whether the field is known to have a value everywhere in a box.
     pub fn is_defined(&self, region: &Aabb) -> bool {
-        self.field.tape().is_defined(&region.intervals())
+        self.defined.is_some_and(|defined| defined.holds(region))
+            || self.field.tape().is_defined(&region.intervals())
+    }
+
+    /// The same of a ball. Ranges are of the values that there are: they do not tell.
+    pub fn is_defined_around(&self, centre: DVec3, radius: f64) -> bool {
+        let reach = radius + 16.0 * f64::EPSILON * centre.abs().max_element();
+        self.is_defined(&Aabb { min: centre - reach, max: centre + reach })
+    }
+
+    /// Whether it is known to have a value everywhere in a ball but next to the middle.
+    pub fn is_defined_beside(&self, centre: DVec3, radius: f64) -> bool {
+        self.is_defined_around(centre, radius)
+            || Defined::about(self.field.tape(), centre, radius).is_some_and(|defined| defined.is_whole())
     }
 
     /// The field along as many straight lines, by their middles and by halves of them.
@@ -324,20 +372,19 @@ fn order(a: DVec3, b: DVec3) -> std::cmp::Ordering {
     a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
 }
 
-/// Boxes around boxes that meet.
-fn clusters(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
-    boxes.sort_by(|a, b| order(a.min, b.min));
-    let mut out: Vec<Aabb> = Vec::new();
-    for b in boxes {
-        let mut whole = b;
+/// Boxes around boxes that meet, crowds last.
+fn clusters(mut places: Vec<Place>) -> Vec<Place> {
+    places.sort_by(|a, b| order(a.bounds.min, b.bounds.min));
+    let mut out: Vec<Place> = Vec::new();
+    for mut whole in places {
         // A box that grows may meet others.
-        while let Some(i) = out.iter().position(|o| meet(o, &whole)) {
+        while let Some(i) = out.iter().position(|o| meet(&o.bounds, &whole.bounds)) {
             let o = out.swap_remove(i);
-            whole = Aabb { min: o.min.min(whole.min), max: o.max.max(whole.max) };
+            whole = Place { bounds: whole.bounds.hull(&o.bounds), crowded: whole.crowded || o.crowded };
         }
         out.push(whole);
     }
-    out.sort_by(|a, b| order(a.min, b.min));
+    out.sort_by(|a, b| a.crowded.cmp(&b.crowded).then(order(a.bounds.min, b.bounds.min)));
     out
 }
 

@@ -19,12 +19,17 @@ pub const SLOW: &str = "
 ";
 
 /// A temporary folder with scripts in it.
-pub struct Bench(tempfile::TempDir);
+pub struct Bench {
+    folder: tempfile::TempDir,
+    /// Where the program keeps analyses.
+    cache: tempfile::TempDir,
+}
 
 impl Bench {
     /// With these files.
     pub fn new(files: &[(&str, &str)]) -> Bench {
-        let bench = Bench(tempfile::tempdir().unwrap());
+        let [folder, cache] = [0, 1].map(|_| tempfile::tempdir().unwrap());
+        let bench = Bench { folder, cache };
         for (name, text) in files {
             bench.write(name, text);
         }
@@ -33,7 +38,7 @@ impl Bench {
 
     /// A path in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        self.folder.path().join(name)
     }
 
     /// Writes a file, and the folders above it.
@@ -50,7 +55,7 @@ impl Bench {
 
     /// Everything in the folder, sorted.
     pub fn names(&self) -> Vec<String> {
-        let entries = fs::read_dir(self.0.path()).unwrap();
+        let entries = fs::read_dir(self.folder.path()).unwrap();
         let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
@@ -65,9 +70,9 @@ impl Bench {
 
     fn plain_command(&self, arguments: &str) -> std::process::Command {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_orogen"));
-        command.current_dir(self.0.path()).args(arguments.split_whitespace());
+        command.current_dir(self.folder.path()).args(arguments.split_whitespace());
         command.env_remove("NO_COLOR").env("XDG_DATA_HOME", self.path("data"));
-        command.env("OROGEN_CACHE", std::env::temp_dir().join("orogen-tests"));
+        command.env("OROGEN_CACHE", self.cache.path());
         command
     }
 

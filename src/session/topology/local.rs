@@ -55,7 +55,7 @@ pub fn local(scene: &Scene, core: DVec3, feature: f64) -> Result<Arc<Local>, Box
 fn outside(scene: &Scene, tape: &Arc<Tape>, core: DVec3) -> Box<Diagnostic> {
     let value = *Evaluator::<Interval>::new(tape.clone()).eval(&core.to_array().map(Interval::point));
     let place = scene.graph.place(scene.surface.field).cloned();
-    Box::new(super::judge::outside(core, value).at(place))
+    Box::new(super::rulings::outside(core, value).at(place))
 }
 
 /// What was not found out for a picture, and what to do about it.

@@ -2,16 +2,20 @@
 
 mod carried;
 mod judge;
+mod labels;
 mod local;
 mod parts;
 mod picture;
+mod rulings;
 mod store;
 
 pub use carried::origin;
-pub use judge::{Correction, Labels, correction, kept, unproven};
+pub use judge::{Correction, correction};
+pub use labels::Labels;
 pub use local::{doubts, local};
 pub use parts::Part;
 pub use picture::{ARCS, COLORS, Show, local_picture, picture};
+pub use rulings::{kept, unproven};
 
 use super::stage;
 use crate::diag::{Diagnostic, Place};
@@ -35,8 +39,8 @@ pub struct Analysis {
     pub complex: Option<Arc<Complex>>,
     /// What an octree says of the places that belong to components.
     pub flood: Arc<flood::Components>,
-    /// Which parts the flood's components are.
-    names: Arc<[Option<usize>]>,
+    /// Which of its components points belong to; to be cloned by each who asks.
+    pub labels: Labels,
     /// Why there is no complex, if there is none.
     pub rough: Option<Box<Diagnostic>>,
     /// Where in the script the solid is.
@@ -70,10 +74,10 @@ impl Analysis {
 const SEARCH: f64 = 0.7;
 
 /// Cells of the octree beside a complex of which all is proven: it is there for speed alone.
-const BESIDE: Limits = Limits { cells: 1 << 17, depth: 8, least: 5 };
+const BESIDE: Limits = Limits { cells: 1 << 17, depth: 8, least: 5, fine: 0 };
 
 /// Where it is to find the components, or to say how large they are.
-const INSTEAD: Limits = Limits { cells: 1 << 21, depth: 24, least: 7 };
+const INSTEAD: Limits = Limits { cells: 1 << 21, depth: 24, least: 5, fine: 8 };
 
 /// Analyses the solid of a scene in full detail, within the region that the scene gives or that is found around
 /// it; or finds that part of it was done before.
@@ -100,7 +104,9 @@ pub fn analyse(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Ana
         None => parts::of_flood(&flood),
     };
     let place = graph.place(root).cloned();
-    Ok(Analysis { tape, region, parts, complex, flood: Arc::new(flood), names, rough, place, remembered })
+    let flood = Arc::new(flood);
+    let labels = Labels::new(&tape, proven.map(|complex| &**complex), &flood, names);
+    Ok(Analysis { tape, region, parts, complex, flood, labels, rough, place, remembered })
 }
 
 /// Critical points and what they join, and whether they were on disk.

@@ -55,10 +55,12 @@ pub(super) fn of_complex(tape: &Arc<Tape>, complex: &Complex, flood: &flood::Com
     for (found, name) in flood.list.iter().zip(&names) {
         let Some(part) = name.and_then(|name| parts.get_mut(name)) else { continue };
         let own = part.bounds.unwrap_or(found.bounds);
-        part.bounds = Some(Aabb { min: own.min.min(found.bounds.min), max: own.max.max(found.bounds.max) });
+        part.bounds = Some(own.hull(&found.bounds));
         let Interval { lo, hi } = part.volume;
         let least = (Interval::point(lo) + Interval::point(found.volume.lo)).lo;
-        part.volume = Interval::new(least, hi.min(found.volume.hi).max(least));
+        let most = hi.min(found.volume.hi);
+        debug_assert!(least <= most, "cells that are counted twice");
+        part.volume = Interval::new(least, most);
     }
     (parts, names.into())
 }

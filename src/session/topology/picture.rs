@@ -51,10 +51,10 @@ pub fn picture(
     (show, keep): (Show, &Keep),
     job: &Job<'_>,
 ) -> Result<Picture, Box<Diagnostic>> {
-    let labels = Labels::new(analysis);
+    let labels = &analysis.labels;
     let kept: Arc<[Ruling]> = kept(analysis, keep)?.into();
     let painted = |by: fn(usize, &[Ruling]) -> Option<DVec3>| -> Box<dyn Painter> {
-        Box::new(Paint { labels: labels.again(), kept: kept.clone(), by })
+        Box::new(Paint { labels: labels.clone(), kept: kept.clone(), by })
     };
     let judge = Components::new(analysis, kept.clone());
     let means = Means { scene, order, judge: &judge, specks: &*painted(alarm), job };
@@ -158,7 +158,7 @@ impl Painter for Paint {
     }
 
     fn clone_box(&self) -> Box<dyn Painter> {
-        Box::new(Paint { labels: self.labels.again(), kept: self.kept.clone(), by: self.by })
+        Box::new(Paint { labels: self.labels.clone(), kept: self.kept.clone(), by: self.by })
     }
 }
 

@@ -1,9 +1,9 @@
 //! Analyses on disk, so that frames of an animation and renderings of a scene from other sides share one.
 //!
 //! They lie in a folder for such things: `OROGEN_CACHE` if it is set, else `orogen` in `XDG_CACHE_HOME` or in
-//! `.cache` at home. A file is named after the expression and the region, and holds both their hash and the version of
+//! `.cache` at home; nowhere if it is set to `off`. A file is named after the expression and the region, and holds both their hash and the version of
 //! the program: one that does not match, or cannot be read, is as if it were not there. Files may be removed at
-//! any time.
+//! any time; those that were not used for longest are when there are too many.
 
 use crate::expr::{Flow, Graph, Node, NodeId};
 use crate::scene::Aabb;
@@ -12,9 +12,11 @@ use crate::world::atomic;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::env::var_os;
+use std::fs::File;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// What an analysis is of.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -70,6 +72,9 @@ struct Stored<C> {
 
 fn file(key: Key) -> Option<PathBuf> {
     let named = |name: &str| var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    if var_os("OROGEN_CACHE").is_some_and(|v| v == "off") {
+        return None;
+    }
     let folder = named("OROGEN_CACHE")
         .or_else(|| Some(named("XDG_CACHE_HOME")?.join("orogen")))
         .or_else(|| Some(named("HOME")?.join(".cache/orogen")))?;
@@ -78,10 +83,20 @@ fn file(key: Key) -> Option<PathBuf> {
 
 /// The analysis that was saved last, if there is one.
 pub fn load(key: Key) -> Option<Complex> {
-    let bytes = std::fs::read(file(key)?).ok()?;
-    let stored: Stored<Complex> = serde_json::from_slice(&bytes).ok()?;
+    let path = file(key)?;
+    let stored: Stored<Complex> = serde_json::from_slice(&std::fs::read(&path).ok()?).ok()?;
     let is_ours = stored.revision == REVISION && stored.version == env!("CARGO_PKG_VERSION");
-    (is_ours && stored.key == key.0).then_some(stored.complex)
+    let found = (is_ours && stored.key == key.0).then_some(stored.complex)?;
+    touch(&path);
+    Some(found)
+}
+
+/// Notes that a file is of use, so that others make room before it.
+fn touch(path: &Path) {
+    if let Ok(file) = File::options().write(true).open(path) {
+        // Where that is not allowed it counts as old.
+        let _ = file.set_modified(SystemTime::now());
+    }
 }
 
 /// Saves an analysis where that is possible; that it could not be is no harm.
@@ -91,6 +106,10 @@ pub fn save(key: Key, complex: &Complex) {
     let Ok(text) = serde_json::to_vec(&Stored { revision: REVISION, version, key: key.0, complex }) else {
         return;
     };
+    // One so large would drive out all others, and itself.
+    if text.len() as u64 > MOST {
+        return;
+    }
     if let Some(folder) = path.parent()
         && std::fs::create_dir_all(folder).is_ok()
     {
@@ -103,7 +122,7 @@ pub fn save(key: Key, complex: &Complex) {
 /// Bytes that the analyses of a folder may take.
 const MOST: u64 = 256 << 20;
 
-/// Removes the oldest analyses of a folder until the others take no more than so many bytes.
+/// Removes the analyses of a folder that were not used for longest until the others take no more than so many bytes.
 fn trim(folder: &Path, most: u64) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     let analysis = |path: &Path| path.extension().is_some_and(|e| e == "json");
@@ -126,21 +145,17 @@ fn trim(folder: &Path, most: u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::{Duration, SystemTime};
+    use std::time::Duration;
 
     #[test]
-    fn the_oldest_analyses_make_room() {
+    fn what_was_not_used_for_longest_makes_room() {
         let folder = tempfile::tempdir().unwrap();
         for (i, name) in ["0.json", "1.json", "2.json", "3.txt"].into_iter().enumerate() {
             let path = folder.path().join(name);
             std::fs::write(&path, [0; 100]).unwrap();
             let age = Duration::from_secs(1000 * i as u64);
-            std::fs::File::options()
-                .write(true)
-                .open(path)
-                .unwrap()
-                .set_modified(SystemTime::now() - age)
-                .unwrap();
+            let file = File::options().write(true).open(path).unwrap();
+            file.set_modified(SystemTime::now() - age).unwrap();
         }
         let left = || {
             let names = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name());
@@ -150,7 +165,8 @@ mod tests {
         };
         trim(folder.path(), 300);
         assert_eq!(left().len(), 4);
+        touch(&folder.path().join("2.json"));
         trim(folder.path(), 250);
-        assert_eq!(left(), ["0.json", "1.json", "3.txt"]);
+        assert_eq!(left(), ["0.json", "2.json", "3.txt"]);
     }
 }

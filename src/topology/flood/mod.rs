@@ -41,6 +41,7 @@
 
 mod bounds;
 mod joins;
+mod measure;
 mod tree;
 
 use super::border::is_closed;
@@ -62,8 +63,10 @@ pub struct Limits {
     pub cells: usize,
     /// Times that the region is cut, at most 30.
     pub depth: u8,
-    /// Times that it is cut along the surface in any case, for the sake of boxes and volumes.
+    /// Times that it is cut along the surface in any case, for the sake of boxes.
     pub least: u8,
+    /// Times that it is cut there to measure volumes; 0 where these are of no interest.
+    pub fine: u8,
 }
 
 /// Times that it is cut around what cannot be decided: to a few thousandths of a region.
@@ -74,7 +77,7 @@ const DEEPEST: u8 = 30;
 
 impl Default for Limits {
     fn default() -> Limits {
-        Limits { cells: 1 << 23, depth: 24, least: 5 }
+        Limits { cells: 1 << 23, depth: 24, least: 5, fine: 8 }
     }
 }
 
@@ -87,8 +90,6 @@ pub struct Component {
     pub bounds: Aabb,
     /// Encloses its volume.
     pub volume: Interval,
-    /// The volume that its cells show.
-    pub shown: f64,
     /// Whether it is proven to be one component, all of it, and joined to no other within the region.
     pub certified: bool,
     /// Whether it may go on beyond the region, where parts of it may be joined.
@@ -180,7 +181,9 @@ pub fn components(
         cut.sort_unstable_by_key(|&n| (tree.nodes[n as usize].level, n));
         cut.truncate(limits.cells.saturating_sub(tree.nodes.len()) / 8);
         if cut.is_empty() {
-            let mut found = clusters.finish(tree, joins);
+            let volumes = volumes(&cells, &tree, &joins.homes, limits, watch);
+            watch.check()?;
+            let mut found = clusters.finish(tree, joins, &volumes);
             if found.list.iter().any(|c| c.cut) && is_closed(tape, region, watch.cancel) {
                 // Cells at the border are not understood in full, but nothing goes through it.
                 found.list.iter_mut().for_each(|c| c.cut = false);
@@ -194,7 +197,16 @@ pub fn components(
     }
 }
 
-/// Cells that may hold surface and are larger than what volumes and boxes are to be measured by.
+/// The volumes of what is solid in the leaves of a tree, in the order of its nodes; nothing of others.
+fn volumes(cells: &Cells, tree: &Tree, homes: &[Home], limits: Limits, watch: &Watch<'_>) -> Vec<Interval> {
+    let leaves: Vec<u32> = tree.leaves().filter(|&n| homes[n as usize] != Home::Nothing).collect();
+    let mut volumes = vec![Interval::point(0.0); tree.nodes.len()];
+    let found = measure::volumes(cells, tree, &leaves, limits.fine, watch.cancel);
+    leaves.into_iter().zip(found).for_each(|(n, volume)| volumes[n as usize] = volume);
+    volumes
+}
+
+/// Cells that may hold surface and are larger than what boxes are to be measured by.
 fn coarse(tree: &Tree, limits: Limits) -> Vec<u32> {
     let least = limits.least.min(limits.depth).min(DEEPEST);
     let is_coarse = |&n: &u32| {
@@ -304,17 +316,17 @@ impl Clusters {
         for n in open {
             let cell = tree.cell(n);
             let place = places.entry(near.of(n)).or_insert(cell);
-            *place = Aabb { min: place.min.min(cell.min), max: place.max.max(cell.max) };
+            *place = place.hull(&cell);
         }
         places.into_values().collect()
     }
 
     /// What all that comes to.
-    fn finish(self, tree: Tree, mut joins: Joins) -> Components {
+    fn finish(self, tree: Tree, mut joins: Joins, volumes: &[Interval]) -> Components {
         let mut sets: BTreeMap<u32, Measure> = BTreeMap::new();
         for n in tree.leaves() {
             if let Home::One(home) = joins.homes[n as usize] {
-                sets.entry(joins.sets.of(home)).or_default().add(&tree, n);
+                sets.entry(joins.sets.of(home)).or_default().add(&tree, n, volumes);
             }
         }
         let mut found: Vec<(u32, Component)> =
@@ -327,13 +339,12 @@ impl Clusters {
             cluster.sets.iter().filter_map(|set| sets.get(set)).for_each(|measure| all.include(measure));
             let unlabelled = |n: &u32| !matches!(joins.homes[*n as usize], Home::One(_));
             let open: Vec<u32> = cluster.open().filter(unlabelled).collect();
-            open.iter().for_each(|&n| all.add(&tree, n));
-            open.iter().for_each(|&n| unknown.add(&tree, n));
-            clusters.extend(open.into_iter().map(|n| (n, all.all.hi)));
+            open.iter().for_each(|&n| all.add(&tree, n, volumes));
+            open.iter().for_each(|&n| unknown.add(&tree, n, volumes));
+            clusters.extend(open.into_iter().map(|n| (n, all.volume.hi)));
             for (set, component) in found.iter_mut().filter(|(set, _)| cluster.sets.contains(set)) {
-                let least = sets.get(set).map_or(0.0, |measure| measure.full.lo);
-                let Component { inside, shown, .. } = *component;
-                *component = Component { inside, shown, ..all.component(false) };
+                let least = sets.get(set).map_or(0.0, |measure| measure.volume.lo);
+                *component = Component { inside: component.inside, ..all.component(false) };
                 component.volume = Interval::new(least, component.volume.hi);
             }
         }
@@ -350,7 +361,7 @@ impl Clusters {
             labels: joins.homes.iter().map(&mut label).collect(),
             list: found.into_iter().map(|(_, component)| component).collect(),
             undecided: self.places(&tree, &mut joins),
-            undecided_volume: unknown.all.hi,
+            undecided_volume: unknown.volume.hi,
             clusters,
             cells: tree.nodes.len(),
             depth: tree.nodes.iter().map(|node| node.level).max().unwrap_or(0),
@@ -362,9 +373,8 @@ impl Clusters {
 /// What cells measure together.
 struct Measure {
     bounds: Aabb,
-    /// The volume of the full ones, and of all.
-    full: Interval,
-    all: Interval,
+    /// Of what is solid in them.
+    volume: Interval,
     /// The largest full one, by its level and number, and its middle.
     heart: Option<((u8, u32), DVec3)>,
     /// Whether any is at the end of the region.
@@ -374,27 +384,22 @@ struct Measure {
 impl Default for Measure {
     fn default() -> Measure {
         let bounds = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
-        Measure { bounds, full: Interval::point(0.0), all: Interval::point(0.0), heart: None, cut: false }
+        Measure { bounds, volume: Interval::point(0.0), heart: None, cut: false }
     }
 }
 
 impl Measure {
-    fn add(&mut self, tree: &Tree, n: u32) {
+    fn add(&mut self, tree: &Tree, n: u32, volumes: &[Interval]) {
         let (cell, node) = (tree.cell(n), &tree.nodes[n as usize]);
-        let [x, y, z] =
-            [0, 1, 2].map(|axis| Interval::point(cell.max[axis]) - Interval::point(cell.min[axis]));
-        let volume = x * y * z;
         let is_full = node.known.state == State::In;
-        let full = if is_full { volume } else { Interval::point(0.0) };
         let heart = is_full.then(|| ((node.level, n), 0.5 * (cell.min + cell.max)));
         let cut = (0..3).any(|axis| node.ends(axis, -1) || node.ends(axis, 1));
-        self.include(&Measure { bounds: cell, full, all: volume, heart, cut });
+        self.include(&Measure { bounds: cell, volume: volumes[n as usize], heart, cut });
     }
 
     fn include(&mut self, o: &Measure) {
-        self.bounds = Aabb { min: self.bounds.min.min(o.bounds.min), max: self.bounds.max.max(o.bounds.max) };
-        self.full = self.full + o.full;
-        self.all = self.all + o.all;
+        self.bounds = self.bounds.hull(&o.bounds);
+        self.volume = self.volume + o.volume;
         self.heart = match (self.heart, o.heart) {
             (Some(own), Some(other)) => Some(if other.0 < own.0 { other } else { own }),
             (own, other) => own.or(other),
@@ -403,8 +408,8 @@ impl Measure {
     }
 
     fn component(&self, certified: bool) -> Component {
-        let volume = Interval::new(self.full.lo, self.all.hi);
+        let volume = Interval::new(self.volume.lo.max(0.0), self.volume.hi);
         let inside = self.heart.map_or(DVec3::NAN, |heart| heart.1);
-        Component { inside, bounds: self.bounds, volume, shown: volume.mid(), certified, cut: self.cut }
+        Component { inside, bounds: self.bounds, volume, certified, cut: self.cut }
     }
 }

@@ -1,5 +1,8 @@
 //! The core of a solid: a ball that is all inside, and straight ways to it.
 //!
+//! What is undefined is empty, so a ball or a line is inside only where the field has a value all over it. The very
+//! middle of the core is no part of it: there, directions have no value.
+//!
 //! A line is inside where every piece of it is. Each is looked at with one evaluation along it, by the one coordinate
 //! that varies: on planets far less varies along vertical lines than in balls around them. With `-1 <= u <= 1` on
 //! the piece
@@ -16,7 +19,7 @@ use crate::num::Taylor;
 use crate::scene::Aabb;
 use glam::DVec3;
 
-/// A ball that is all inside of a solid.
+/// A ball that is all inside of a solid, but for the very middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Core {
     /// The middle.
@@ -28,6 +31,9 @@ pub struct Core {
 /// Rounds of the search for the radius; each makes the gap that is left sixteen times smaller.
 const ROUNDS: usize = 5;
 
+/// The middle, as a share of the radius.
+const MIDDLE: f64 = 1e-5;
+
 /// Pieces of a line until it is given up.
 const PIECES: u32 = 400;
 
@@ -36,7 +42,9 @@ impl Core {
     pub fn around(field: &mut Balls, centre: DVec3, largest: f64) -> Option<Core> {
         let inside = |field: &mut Balls, radii: [f64; LANES]| {
             let balls = field.eval(radii.map(|r| (centre, r)).into_iter());
-            (0..LANES).rev().find(|&i| balls.lane(i).range.hi < 0.0).map(|i| radii[i])
+            let below: [bool; LANES] = std::array::from_fn(|i| balls.lane(i).range.hi < 0.0);
+            let largest = (0..LANES).rev().filter(|&i| below[i]).map(|i| radii[i]);
+            largest.into_iter().find(|&radius| field.is_defined_beside(centre, radius))
         };
         let halves =
             |first: usize| std::array::from_fn(|i| libm::ldexp(largest, -((first + LANES - i) as i32)));
@@ -52,7 +60,8 @@ impl Core {
 
     /// Whether a point is in it.
     pub fn holds(&self, p: DVec3) -> bool {
-        p.distance(self.centre) < self.radius * (1.0 - 1e-12)
+        let distance = p.distance(self.centre);
+        distance < self.radius * (1.0 - 1e-12) && distance > self.radius * MIDDLE
     }
 
     /// Which points a straight line that is all inside leads from to the core. Points are inside. `step` is how far
@@ -73,7 +82,6 @@ impl Core {
                 line.walk(&values.lane(i), step);
             }
             active.retain(|line| {
-                // What is undefined is empty.
                 seen[line.index] |= line.state == State::Arrived && field.is_defined(&line.bounds());
                 line.state == State::Underway
             });

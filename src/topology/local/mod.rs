@@ -26,11 +26,14 @@
 //! What is remembered of a minimum is what a search from it, or through it, has come to for good: *joined* holds for all
 //! that the search was joined with on its way, and so does *apart* after a search that looked at all voxels that the
 //! component reaches into. *Unknown* is remembered of the minimum alone that the search began with, and stops no other
-//! search. So a search never ends sooner in doubt for what was asked before; it may only come to know more, where
-//! an earlier one has come upon the core by another way.
+//! search. A search that comes upon a minimum of an earlier one takes over a *joined*, which is proven, and nothing else:
+//! an *apart* is for it to find anew, lest answers depend on who asked first. So a search never ends sooner for what was
+//! asked before, but in a proof: it may only come to know more, where an earlier one has come upon the core by another
+//! way.
 
 mod cache;
 mod core;
+mod counters;
 mod grid;
 mod patch;
 mod voxel;
@@ -41,13 +44,13 @@ use super::search::Balls;
 use crate::scene::Aabb;
 use crate::tape::Tape;
 use cache::Cache;
+use counters::{Count, Counters};
 use glam::DVec3;
 use grid::{Grid, Voxel};
 use patch::Patches;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Instant;
+use std::sync::atomic::{AtomicBool, Ordering};
 use voxel::{Links, Looker, Minimum, Node, Points};
 
 /// What is known of a point.
@@ -73,8 +76,9 @@ const CELLS: usize = 1 << 21;
 /// What many threads know of a solid.
 #[derive(Debug)]
 pub struct Local {
-    tape: Arc<Tape>,
     region: Aabb,
+    /// To be cloned by each thread.
+    field: Balls,
     core: Core,
     grid: Grid,
     points: Cache<Voxel, Arc<Points>>,
@@ -114,44 +118,15 @@ pub struct LocalStats {
     pub nanos: [u64; 3],
 }
 
-#[derive(Debug, Default)]
-struct Counters {
-    asked: AtomicU64,
-    looked: AtomicU64,
-    quick: AtomicU64,
-    paths: AtomicU64,
-    voxels: AtomicU64,
-    minima: AtomicU64,
-    saddles: AtomicU64,
-    unknown: AtomicU64,
-    crowded: AtomicU64,
-    impatient: AtomicU64,
-    lines: AtomicU64,
-    streaming: AtomicU64,
-    locating: AtomicU64,
-}
-
-/// Measures what a part of the work takes, for the statistics.
-struct Timer(Instant);
-
-impl Timer {
-    fn start() -> Timer {
-        Timer(Instant::now())
-    }
-
-    fn nanos(&self) -> u64 {
-        self.0.elapsed().as_nanos() as u64
-    }
-}
-
 impl Local {
     /// For the solid of a tape's first output within a region: its core is about `core`, and its smallest features
     /// are as large as `feature`. None if `core` is not certain to be inside.
     pub fn new(tape: &Arc<Tape>, region: &Aabb, core: DVec3, feature: f64) -> Option<Local> {
-        let core = Core::around(&mut Balls::new(tape), core, region.diagonal())?;
+        let mut field = Balls::within(tape, region, core);
+        let core = Core::around(&mut field, core, region.diagonal())?;
         Some(Local {
-            tape: tape.clone(),
             region: *region,
+            field,
             core,
             grid: Grid::new(feature),
             points: Cache::new(REMEMBERED),
@@ -168,32 +143,26 @@ impl Local {
         self.links.turn();
         self.statuses.turn();
         self.patches.turn();
-        let c = &self.counters;
-        let found = [&c.voxels, &c.minima, &c.saddles, &c.unknown, &c.crowded, &c.impatient];
-        let work = [&c.asked, &c.looked, &c.quick, &c.paths, &c.lines, &c.streaming, &c.locating];
-        for counter in found.into_iter().chain(work) {
-            counter.store(0, Ordering::Relaxed);
-        }
+        self.counters.clear();
     }
 
     /// What the work was since the picture began.
     pub fn stats(&self) -> LocalStats {
-        let c = &self.counters;
-        let count = |n: &AtomicU64| n.load(Ordering::Relaxed);
+        let count = |what: Count| self.counters.get(what);
         LocalStats {
-            asked: count(&c.asked),
-            looked: count(&c.looked),
-            quick: count(&c.quick),
-            paths: count(&c.paths),
-            voxels: count(&c.voxels),
-            minima: count(&c.minima),
-            saddles: count(&c.saddles),
+            asked: count(Count::Asked),
+            looked: count(Count::Looked),
+            quick: count(Count::Quick),
+            paths: count(Count::Paths),
+            voxels: count(Count::Voxels),
+            minima: count(Count::Minima),
+            saddles: count(Count::Saddles),
             cached: self.statuses.len() as u64,
             statuses: self.statuses.hits(),
-            unknown: count(&c.unknown),
-            crowded: count(&c.crowded),
-            impatient: count(&c.impatient),
-            nanos: [&c.lines, &c.streaming, &c.locating].map(count),
+            unknown: count(Count::Unknown),
+            crowded: count(Count::Crowded),
+            impatient: count(Count::Impatient),
+            nanos: [Count::Lines, Count::Streaming, Count::Locating].map(count),
         }
     }
 }
@@ -208,7 +177,7 @@ pub struct Seeker {
 impl Seeker {
     /// With memory of its own.
     pub fn new(local: Arc<Local>) -> Seeker {
-        let cells = Balls::new(&local.tape);
+        let cells = local.field.clone();
         Seeker { looker: Looker::new(local), cells }
     }
 
@@ -223,8 +192,8 @@ impl Seeker {
         };
         let answers = local.patches.answers(cells, &local.core, points, exact);
         let unknown = answers.iter().filter(|answer| **answer == Answer::Unknown).count();
-        local.counters.asked.fetch_add(points.len() as u64, Ordering::Relaxed);
-        local.counters.unknown.fetch_add(unknown as u64, Ordering::Relaxed);
+        local.counters.add(Count::Asked, points.len());
+        local.counters.add(Count::Unknown, unknown);
         answers
     }
 }
@@ -244,8 +213,8 @@ fn one_by_one(looker: &mut Looker, points: &[DVec3], cancel: &AtomicBool) -> Vec
         answers[i] = end.map_or(Answer::Unknown, |node| status(looker, node, cancel));
     }
     let counters = &looker.local.counters;
-    counters.looked.fetch_add(points.len() as u64, Ordering::Relaxed);
-    counters.quick.fetch_add((points.len() - hidden.len()) as u64, Ordering::Relaxed);
+    counters.add(Count::Looked, points.len());
+    counters.add(Count::Quick, points.len() - hidden.len());
     answers
 }
 
@@ -295,7 +264,7 @@ impl Exhaustion {
                 return Answer::Unknown;
             }
             if self.opened.len() > PATIENCE {
-                looker.local.counters.impatient.fetch_add(1, Ordering::Relaxed);
+                looker.local.counters.add(Count::Impatient, 1);
                 return Answer::Unknown;
             }
             let found = self.open(looker, voxel, cancel);
@@ -359,9 +328,8 @@ impl Exhaustion {
             }
             let statuses = &looker.local.statuses;
             // That nothing came of an earlier search says nothing about this one.
-            let known = fresh.iter().filter_map(|minimum| statuses.get(minimum));
-            if let Some(answer) = known.into_iter().find(|answer| *answer != Answer::Unknown) {
-                return Some(answer);
+            if fresh.iter().any(|minimum| statuses.get(minimum) == Some(Answer::Joined)) {
+                return Some(Answer::Joined);
             }
             let positions: Vec<DVec3> =
                 fresh.iter().filter_map(|minimum| looker.position(*minimum, cancel)).collect();

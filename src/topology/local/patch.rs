@@ -8,13 +8,14 @@
 //! |g| > turn_0                                   the field falls along d everywhere in the ball
 //! f - DEPTH |g| + bow_0 < 0                      and is below zero all over a disc of radius SHARE at DEPTH d
 //! SHARE^2 + DEPTH^2 < 1                          which lies in the ball
+//! the field has a value all over the ball        since what is undefined is empty
 //! ```
 //!
 //! then every place of the cell that is inside is joined, along `d`, with the middle of the disc: one evaluation
-//! answers for all of them. Where a cell is too rough for that, those of a finer grid are tried. From the place that a cell leads to another
-//! leads on, so that chains of cells come down to where the solid is thick, or into hollows where nothing leads
-//! on; that is where lines and paths begin, once for all cells of a chain. Where a chain ends follows from
-//! where it begins, whoever went there before.
+//! answers for all of them. Where a cell is too rough for that, those of a finer grid are tried. From the place that
+//! a cell leads to another leads on, so that chains of cells come down to where the solid is thick, or into hollows
+//! where nothing leads on; that is where lines and paths begin, once for all cells of a chain. Where a chain ends
+//! follows from where it begins, whoever went there before.
 
 use super::super::search::{Balls, LANES};
 use super::cache::Cache;
@@ -182,10 +183,11 @@ impl Patches {
                 let cell = self.grid(level).cell(cell);
                 (cell.centre, cell.radius() / SHARE)
             };
-            let values = field.eval(keys.iter().map(ball));
+            let values = *field.eval(keys.iter().map(ball));
             for (i, key) in keys.iter().enumerate() {
-                let patch = leads(&values.lane(i)).map_or(Patch::Rough, |(u, thick)| {
-                    let (centre, radius) = ball(key);
+                let (centre, radius) = ball(key);
+                let way = leads(&values.lane(i)).filter(|_| field.is_defined_around(centre, radius));
+                let patch = way.map_or(Patch::Rough, |(u, thick)| {
                     let at = centre + radius * u;
                     if thick && key.0 == LEVELS[0] { Patch::Thick(at) } else { Patch::Leads(at) }
                 });

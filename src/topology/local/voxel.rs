@@ -10,12 +10,14 @@ use super::super::complex::sides;
 use super::super::descent::{End, Place, Settled, Start, descend};
 use super::super::point::{CriticalPoint, Kind};
 use super::super::search::{Balls, LANES, Search, isolate, search_cells};
+use super::Local;
+use super::counters::Count;
 use super::grid::Voxel;
-use super::{Local, Timer};
 use crate::scene::Aabb;
 use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// A minimum: the voxel that it was found in, and its number there. One on a border is named after the first voxel.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -78,7 +80,7 @@ const CELLS: u64 = 1 << 17;
 
 impl Looker {
     pub fn new(local: Arc<Local>) -> Looker {
-        let field = Balls::new(&local.tape);
+        let field = local.field.clone();
         Looker { local, cells: field.clone(), paths: field }
     }
 
@@ -145,15 +147,15 @@ impl Looker {
 
     /// Which points are seen from the core.
     pub fn see(&mut self, points: &[DVec3]) -> Vec<bool> {
-        let timer = Timer::start();
+        let start = Instant::now();
         let Looker { local, paths, .. } = self;
         let seen = local.core.seen_from(paths, points, local.grid.size());
-        local.counters.lines.fetch_add(timer.nanos(), Ordering::Relaxed);
+        local.counters.add_time(Count::Lines, start);
         seen
     }
 
     fn paths_from(&mut self, starts: &[Start], cancel: &AtomicBool) -> Vec<End<Arrived>> {
-        let timer = Timer::start();
+        let start = Instant::now();
         let (cells, local) = (&mut self.cells, &*self.local);
         let (core, size) = (local.core, local.grid.size());
         let arrival = |index: usize, place: &Place| {
@@ -175,8 +177,8 @@ impl Looker {
         };
         let ends = descend(&mut self.paths, arrival, &local.region, starts);
         let counters = &local.counters;
-        counters.paths.fetch_add(starts.len() as u64, Ordering::Relaxed);
-        counters.streaming.fetch_add(timer.nanos(), Ordering::Relaxed);
+        counters.add(Count::Paths, starts.len());
+        counters.add_time(Count::Streaming, start);
         ends
     }
 
@@ -196,9 +198,9 @@ impl Looker {
     fn find_links(&mut self, voxel: Voxel, cancel: &AtomicBool) -> Links {
         let local = self.local.clone();
         let points = points(&local, &mut self.cells, voxel, cancel);
-        let timer = Timer::start();
+        let start = Instant::now();
         let (doors, unclear) = doors(&local, &mut self.cells, voxel, cancel);
-        local.counters.locating.fetch_add(timer.nanos(), Ordering::Relaxed);
+        local.counters.add_time(Count::Locating, start);
         let half = 0.5 * local.grid.size();
         let starts = points.saddles.iter().flat_map(|saddle| sides(&mut self.paths, saddle, half));
         let mut starts: Vec<Start> = starts.collect();
@@ -219,7 +221,7 @@ fn points(local: &Local, cells: &mut Balls, voxel: Voxel, cancel: &AtomicBool) -
     if let Some(points) = local.points.get(&voxel) {
         return points;
     }
-    let timer = Timer::start();
+    let start = Instant::now();
     let cell = local.grid.cell(voxel);
     let mut found = search_cells(cells, vec![cell], &solid(cell.centre, cell.half), (CELLS, cancel));
     isolate(cells, &mut found, true);
@@ -234,11 +236,11 @@ fn points(local: &Local, cells: &mut Balls, voxel: Voxel, cancel: &AtomicBool) -
         }
     }
     let counters = &local.counters;
-    counters.crowded.fetch_add(u64::from(found.crowded), Ordering::Relaxed);
-    counters.voxels.fetch_add(1, Ordering::Relaxed);
-    counters.minima.fetch_add(out.minima.len() as u64, Ordering::Relaxed);
-    counters.saddles.fetch_add(out.saddles.len() as u64, Ordering::Relaxed);
-    counters.locating.fetch_add(timer.nanos(), Ordering::Relaxed);
+    counters.add(Count::Crowded, usize::from(found.crowds > 0));
+    counters.add(Count::Voxels, 1);
+    counters.add(Count::Minima, out.minima.len());
+    counters.add(Count::Saddles, out.saddles.len());
+    counters.add_time(Count::Locating, start);
     let out = Arc::new(out);
     if !cancel.load(Ordering::Relaxed) {
         local.points.insert(voxel, out.clone());

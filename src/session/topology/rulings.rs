@@ -1,0 +1,141 @@
+//! Which components are kept.
+//!
+//! That is decided by intervals: of volumes, or of numbers of minima, which are exact. Where they overlap a choice is
+//! made, and its ruling is no proof.
+
+use super::{Analysis, Part};
+use crate::cast::Ruling;
+use crate::diag::Diagnostic;
+use crate::num::Interval;
+use crate::scene::{Keep, Measure};
+use crate::tape::Evaluator;
+use glam::DVec3;
+
+/// That it is not proven which components are kept.
+pub fn unproven(analysis: &Analysis, kept: &[Ruling]) -> Option<Diagnostic> {
+    let sure = kept.iter().filter(|ruling| ruling.proven).count();
+    let warning = if !analysis.is_certified() {
+        "it is not proven what the solid is connected with, and so not what of it is kept"
+    } else if analysis.parts.iter().any(|part| part.cut) && sure < kept.len() {
+        "the solid may go on beyond the bounds, where what is left out may be joined with what is kept"
+    } else if sure < kept.len() {
+        "what is known of the sizes of components does not prove which are to be kept"
+    } else {
+        return None;
+    };
+    let warning = Diagnostic::warning(warning).at(analysis.place.clone());
+    Some(
+        warning
+            .hint("orogen topology says what is not decided; rays that it matters to count as uncertified"),
+    )
+}
+
+/// Which components are kept, and whether that is proven.
+///
+/// # Errors
+/// Where no component holds the point that one should.
+pub fn kept(analysis: &Analysis, keep: &Keep) -> Result<Vec<Ruling>, Box<Diagnostic>> {
+    match *keep {
+        // Of a solid that is known as a whole, features of whatever size are.
+        Keep::Holding(core) | Keep::Near { core, .. } => holding(analysis, core),
+        Keep::Most(measure) => Ok(most(analysis, measure)),
+        Keep::Share(share) => Ok(large(analysis, share)),
+    }
+}
+
+/// Whether a part is a component of its own, of which all is in sight.
+fn is_whole(part: &Part) -> bool {
+    part.certified && !part.cut
+}
+
+/// Keeps the component that holds a point.
+fn holding(analysis: &Analysis, core: DVec3) -> Result<Vec<Ruling>, Box<Diagnostic>> {
+    let holder = holder(analysis, core)?;
+    let ruling = |(i, part): (usize, &Part)| {
+        let kept = i == holder;
+        Ruling { kept, proven: kept || is_whole(part) }
+    };
+    Ok(analysis.parts.iter().enumerate().map(ruling).collect())
+}
+
+/// Keeps the largest component.
+fn most(analysis: &Analysis, measure: Measure) -> Vec<Ruling> {
+    let sizes = sizes(analysis, measure);
+    let main = largest(&sizes);
+    let least = main.map_or(0.0, |main| sizes[main].lo);
+    let others = sizes.iter().enumerate().filter(|(i, _)| Some(*i) != main).map(|(_, size)| size.hi);
+    let is_most = others.fold(unlisted(analysis), f64::max) <= least;
+    let ruling = |(i, part): (usize, &Part)| {
+        let kept = Some(i) == main;
+        Ruling { kept, proven: is_whole(part) && if kept { is_most } else { sizes[i].hi <= least } }
+    };
+    analysis.parts.iter().enumerate().map(ruling).collect()
+}
+
+/// Keeps the components that are at least such a share of the largest.
+fn large(analysis: &Analysis, share: f64) -> Vec<Ruling> {
+    let sizes = sizes(analysis, Measure::Minima);
+    let least = largest(&sizes).map_or(0.0, |main| sizes[main].lo);
+    let most = sizes.iter().map(|size| size.hi).fold(unlisted(analysis), f64::max);
+    let ruling = |(size, part): (&Interval, &Part)| {
+        let kept = size.lo >= share * least;
+        let proven = if kept { size.lo >= share * most } else { size.hi < share * least };
+        Ruling { kept, proven: is_whole(part) && proven }
+    };
+    sizes.iter().zip(&analysis.parts).map(ruling).collect()
+}
+
+/// How large what is in no list may be: all that is not decided. Parts that end at the bounds may be one beyond them,
+/// which would be larger than any of them.
+fn unlisted(analysis: &Analysis) -> f64 {
+    if analysis.parts.iter().any(|part| part.cut) {
+        f64::INFINITY
+    } else if analysis.is_certified() {
+        0.0
+    } else {
+        analysis.flood.undecided_volume
+    }
+}
+
+/// The sizes of components.
+fn sizes(analysis: &Analysis, measure: Measure) -> Vec<Interval> {
+    let by_minima = measure == Measure::Minima;
+    let size = |part: &Part| match &part.critical {
+        Some(component) if by_minima => Interval::point(component.counts[0] as f64),
+        _ => part.volume,
+    };
+    analysis.parts.iter().map(size).collect()
+}
+
+/// Which size is greatest as far as is certain: by its lower bound. Of equal ones the first, which is that of the deepest.
+fn largest(sizes: &[Interval]) -> Option<usize> {
+    let most = sizes.iter().map(|size| size.lo).fold(0.0, f64::max);
+    sizes.iter().position(|size| size.lo == most)
+}
+
+/// The component that holds a point.
+fn holder(analysis: &Analysis, p: DVec3) -> Result<usize, Box<Diagnostic>> {
+    let at = p.to_array().map(Interval::point);
+    let value = *Evaluator::<Interval>::new(analysis.tape.clone()).eval(&at);
+    if !(value.hi < 0.0 && value.lo <= value.hi && analysis.tape.is_defined(&at)) {
+        return Err(Box::new(outside(p, value).at(analysis.place.clone())));
+    }
+    analysis.labels.clone().components(&[p])[0].ok_or_else(|| {
+        let error =
+            format!("{} is inside of the solid, but it is not known which component it belongs to", point(p));
+        let hint = "choose a point farther from the surface; orogen topology says what is not decided";
+        Box::new(Diagnostic::error(error).at(analysis.place.clone()).hint(hint))
+    })
+}
+
+/// Why there is no component that holds a point where the field has this value.
+pub(super) fn outside(p: DVec3, value: Interval) -> Diagnostic {
+    let about = if value.mid().is_nan() { "undefined".to_owned() } else { format!("{:.6}", value.mid()) };
+    let error = format!("{}, the point of component_of, is not certain to be inside of the solid", point(p));
+    Diagnostic::error(error).hint(format!("the field must be negative there; f.at(p) is {about}"))
+}
+
+/// A point as scripts have it.
+fn point(p: DVec3) -> String {
+    format!("[{}, {}, {}]", p.x, p.y, p.z)
+}
