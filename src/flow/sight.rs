@@ -101,19 +101,19 @@ impl Sight {
             let (size, vary) = (length(&covector), h * share * turn + h * lead * back_turn);
             let mut hess = [Pack::ZERO; 6];
             for k in 0..6 {
-                hess[k] = covector[0] * past.hess[0][k]
-                    + covector[1] * past.hess[1][k]
-                    + covector[2] * past.hess[2][k];
+                hess[k] = covector[0] * past.stage.hess[0][k]
+                    + covector[1] * past.stage.hess[1][k]
+                    + covector[2] * past.stage.hess[2][k];
             }
             let seen = congruent(&past.linear, &hess);
             for k in 0..6 {
                 self.hess[k] += seen[k];
             }
-            self.bow += size * past.bow;
-            self.rest += size * past.rest + spread(&hess) * past.cross;
+            self.bow += size * (past.stage.bow + past.moved);
+            self.rest += size * (past.stage.rest + past.moved) + spread(&hess) * past.cross;
             self.bent += (size + vary) * past.bent;
-            back = transposed_times(&past.slope, &covector);
-            back_turn = past.steep * vary + past.turn * size;
+            back = transposed_times(&past.stage.slope, &covector);
+            back_turn = past.stage.steep * vary + past.stage.turn * size;
             turned += back_turn;
             for k in 0..3 {
                 self.p[k] += back[k];

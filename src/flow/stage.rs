@@ -87,8 +87,8 @@ impl Stage {
     /// From what is known of the components. A gradient has the same bounds on all its components for what their
     /// expansions leave out, which are bounds on the symmetric matrix of its derivatives as a whole; what is rounded is not.
     #[inline(always)]
-    pub fn new(u: &[Taylors<BALLS>; 3], radius: Pack, is_gradient: bool, rounding: Roundings) -> Stage {
-        let (mut out, scale) = (Stage::default(), radius.inverse());
+    pub fn set(&mut self, u: &[Taylors<BALLS>; 3], radius: Pack, is_gradient: bool, rounding: Roundings) {
+        let (out, scale) = (self, radius.inverse());
         let (mut bow, mut rest, mut spread) = ([Pack::ZERO; 3], [Pack::ZERO; 3], [Pack::ZERO; 3]);
         let (mut turn, mut bent) = ([Pack::ZERO; 3], [Pack::ZERO; 3]);
         for i in 0..3 {
@@ -117,7 +117,6 @@ impl Stage {
         out.steep = UP * (norm(&out.slope) + out.turn);
         out.bent = scale * scale * all(&bent, is_gradient);
         out.loose = f64::INFINITY * Pack::ONE;
-        out
     }
 }
 
@@ -161,32 +160,72 @@ fn errors(growing: &Growing, size: Pack) -> [Pack; 3] {
 /// Bounds on a component of a velocity: `bow`, `rest`, `spread`, `steep`, `bent`, `turn`, `off` and `blur` of a [`Stage`].
 type Row = [Pack; 8];
 
-/// Three kernels over balls.
-pub(super) fn of_kernels<K: Kernel>(parts: &[(&K, f64); 3], at: &Vector, radius: Pack) -> Stage {
-    let mut out = Stage::default();
-    let mut squares: Row = [Pack::ZERO; 8];
-    for (row, (kernel, k)) in parts.iter().enumerate() {
-        let (growing, middles) = (Growing::new(*kernel), Middles::new(*kernel, at));
+impl Stage {
+    /// Of three kernels.
+    pub fn set_kernels<K: Kernel>(&mut self, parts: &[(&K, f64); 3], at: &Vector, radius: Pack) {
+        let out = self;
+        let mut squares: Row = [Pack::ZERO; 8];
+        for (row, (kernel, k)) in parts.iter().enumerate() {
+            let (growing, middles) = (Growing::new(*kernel), Middles::new(*kernel, at));
+            widest(
+                #[inline(always)]
+                || {
+                    out.velocity[row] = *k * middles.value;
+                    for axis in 0..3 {
+                        out.slope[row][axis] = *k * middles.grad[axis];
+                    }
+                    for entry in 0..6 {
+                        out.hess[row][entry] = *k * middles.hess[entry];
+                    }
+                    for (square, bound) in
+                        squares.iter_mut().zip(of_kernel(*kernel, &growing, &middles, radius))
+                    {
+                        *square += k * k * (bound * bound);
+                    }
+                },
+            );
+        }
+        let all = squares.map(|square| UP * square.sqrt());
+        [out.bow, out.rest, out.spread, out.steep, out.bent, out.turn, out.off, out.blur] = all;
+        out.loose = Pack::ZERO;
+    }
+
+    /// Of the slope of a kernel.
+    pub fn set_slope<K: Kernel>(&mut self, kernel: &K, k: f64, at: &Vector, r: Pack) {
+        let (bounds, growing, middles) = (kernel.bounds(), Growing::new(kernel), Middles::new(kernel, at));
         widest(
             #[inline(always)]
             || {
-                out.velocity[row] = *k * middles.value;
-                for axis in 0..3 {
-                    out.slope[row][axis] = *k * middles.grad[axis];
+                let (error, g) = (errors(&growing, middles.size), length(&middles.grad));
+                let mut h = middles.hess;
+                for entry in &mut h {
+                    *entry = k * *entry;
                 }
-                for entry in 0..6 {
-                    out.hess[row][entry] = *k * middles.hess[entry];
-                }
-                for (square, bound) in squares.iter_mut().zip(of_kernel(*kernel, &growing, &middles, radius))
-                {
-                    *square += k * k * (bound * bound);
-                }
+                let [xx, yy, zz, xy, xz, yz] = h;
+                let (factor, all) = (k.abs() * UP, Pack::ONE);
+                let (third, hessian) = (bounds.third * r, bounds.hessian * all);
+                let curved = spread(&middles.hess) + 3.0 * error[2];
+                let steep = hessian.least(curved + third);
+                let off = 2.0 * (error[1] + ROUNDOFF * g);
+                let blur = 3.0 * error[2] + 2.0 * ROUNDOFF * curved;
+                let bow = factor * (0.5 * third * r + off + blur * r);
+                *self = Stage {
+                    velocity: [k * middles.grad[0], k * middles.grad[1], k * middles.grad[2]],
+                    slope: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
+                    hess: [[Pack::ZERO; 6]; 3],
+                    bow,
+                    rest: bow,
+                    spread: factor * ((steep * r).least(bounds.lipschitz * all + g) + off),
+                    steep: factor * steep,
+                    bent: factor * bounds.third * all,
+                    turn: factor * (third.least(hessian + curved) + blur),
+                    off: factor * off,
+                    blur: factor * blur,
+                    loose: Pack::ZERO,
+                };
             },
         );
     }
-    let all = squares.map(|square| UP * square.sqrt());
-    [out.bow, out.rest, out.spread, out.steep, out.bent, out.turn, out.off, out.blur] = all;
-    out
 }
 
 /// What is known of a kernel over balls, beside its jets.
@@ -210,41 +249,4 @@ fn of_kernel<K: Kernel>(kernel: &K, growing: &Growing, middles: &Middles, r: Pac
     let spread = (steep * r).least(bounds.range * all + value) + off;
     let turn = (bent * r).least(2.0 * bounds.lipschitz * all) + blur;
     [bow, rest, spread, steep, bent, turn, off, blur]
-}
-
-/// The slope of a kernel over balls.
-pub(super) fn of_slope<K: Kernel>(kernel: &K, k: f64, at: &Vector, r: Pack) -> Stage {
-    let (bounds, growing, middles) = (kernel.bounds(), Growing::new(kernel), Middles::new(kernel, at));
-    widest(
-        #[inline(always)]
-        || {
-            let (error, g) = (errors(&growing, middles.size), length(&middles.grad));
-            let mut h = middles.hess;
-            for entry in &mut h {
-                *entry = k * *entry;
-            }
-            let [xx, yy, zz, xy, xz, yz] = h;
-            let (factor, all) = (k.abs() * UP, Pack::ONE);
-            let (third, hessian) = (bounds.third * r, bounds.hessian * all);
-            let curved = spread(&middles.hess) + 3.0 * error[2];
-            let steep = hessian.least(curved + third);
-            let off = 2.0 * (error[1] + ROUNDOFF * g);
-            let blur = 3.0 * error[2] + 2.0 * ROUNDOFF * curved;
-            let bow = factor * (0.5 * third * r + off + blur * r);
-            Stage {
-                velocity: [k * middles.grad[0], k * middles.grad[1], k * middles.grad[2]],
-                slope: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
-                hess: [[Pack::ZERO; 6]; 3],
-                bow,
-                rest: bow,
-                spread: factor * ((steep * r).least(bounds.lipschitz * all + g) + off),
-                steep: factor * steep,
-                bent: factor * bounds.third * all,
-                turn: factor * (third.least(hessian + curved) + blur),
-                off: factor * off,
-                blur: factor * blur,
-                loose: Pack::ZERO,
-            }
-        },
-    )
 }

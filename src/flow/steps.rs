@@ -119,7 +119,9 @@ pub(super) fn are_one_to_one<V: Code<3>>(velocity: &V, steps: u32, half: f64) ->
         Parts::Slope(kernel, k) => return k.abs() * kernel.bounds().hessian < enough,
         Parts::Any => {}
     }
-    let Some(reach) = reach(velocity, half) else { return false };
+    let Some(reach) = reach(velocity, half) else {
+        return false;
+    };
     let mut run = velocity.runner::<Slope>();
     let steepest = |at: [Interval; 3]| {
         norm(run(&std::array::from_fn(|axis| Slope::coordinate(at[axis], axis))).map(|u| u.norm))

@@ -39,11 +39,11 @@ use super::Code;
 use super::matrix::{Matrix, ONE, Symmetric, UP, Vector, length, norm, times};
 use super::pack::{BALLS, Pack};
 use super::sight::seen_back;
-use super::stage::{Parts, Rounding, Stage, of_kernels, of_slope};
+use super::stage::{Parts, Rounding, Stage};
 use crate::num::{Local, Number, ROUNDOFF, Taylors, widest};
 
 /// Where the points of a ball are within a step.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Place {
     at: Vector,
     radius: Pack,
@@ -142,18 +142,15 @@ pub(super) struct Ball {
 /// A stage of a step, as the way back needs it.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Past {
-    pub slope: Matrix,
-    /// Derivative of the place by the start, and second derivatives of the velocity.
+    /// The velocity there.
+    pub stage: Stage,
+    /// Derivative of the place by the start.
     pub linear: Matrix,
-    pub hess: [Symmetric; 3],
-    /// What the linear part of the velocity leaves out, and the quadratic one; what that leaves out besides for each of the
-    /// second derivative, since points are not quite where `linear` says.
-    pub bow: Pack,
-    pub rest: Pack,
+    /// What rounding of the place adds to what expansions of the velocity leave out; what the quadratic one leaves out
+    /// besides for each of the second derivative, since points are not quite where `linear` says.
+    pub moved: Pack,
     pub cross: Pack,
-    /// The largest slope, how much it may differ from `slope`, and the largest second derivative by the start.
-    pub steep: Pack,
-    pub turn: Pack,
+    /// The largest second derivative by the start.
     pub bent: Pack,
 }
 
@@ -178,25 +175,17 @@ impl Place {
 }
 
 impl Past {
+    /// Sets what follows from where the stage is.
     #[inline(always)]
-    fn new(ball: &Ball, place: &Place, stage: &Stage) -> Past {
+    fn place(&mut self, ball: &Ball, place: &Place) {
         let rest = norm(&place.linear) * ball.rest + place.rest;
-        let linear = times(&place.linear, &ball.linear);
+        self.linear = times(&place.linear, &ball.linear);
         let bent = UP * (place.bent * ball.steep * ball.steep + place.steep * ball.bent);
         let blur = place.blur * ball.steep + place.steep * ball.blur;
-        let steep = UP * (place.steep * ball.steep).least(norm(&linear) + bent * ball.start + blur);
-        let moved = stage.steep * place.rounding;
-        Past {
-            slope: stage.slope,
-            linear,
-            hess: stage.hess,
-            bow: stage.bow + moved,
-            rest: stage.rest + moved,
-            cross: 0.5 * UP * ((2.0 * place.radius + rest) * rest),
-            steep: stage.steep,
-            turn: stage.turn,
-            bent: UP * (stage.bent * steep * steep),
-        }
+        let steep = UP * (place.steep * ball.steep).least(norm(&self.linear) + bent * ball.start + blur);
+        self.moved = self.stage.steep * place.rounding;
+        self.cross = 0.5 * UP * ((2.0 * place.radius + rest) * rest);
+        self.bent = UP * (self.stage.bent * steep * steep);
     }
 }
 
@@ -250,9 +239,9 @@ impl Ball {
         }
     }
 
-    /// The ball after a step of length `h`.
+    /// Moves the ball to where it is after a step of length `h`, and completes the step.
     #[inline(always)]
-    fn after(&self, h: f64, [k1, k2, k3, k4]: &[Change; 4], stages: [Past; 4]) -> (Ball, Step) {
+    fn advance(&mut self, h: f64, [k1, k2, k3, k4]: &[Change; 4], step: &mut Step) {
         let mut sum = Change::default();
         sum.add(h / 6.0, k1);
         sum.add(h / 3.0, k2);
@@ -276,21 +265,10 @@ impl Ball {
         let loose = loose.least(end.loose);
         // The covector that comes back through the step is rounded some hundred times.
         let rounding = end.rounding + 256.0 * ROUNDOFF * (end.steep * self.radius);
-        (
-            Ball {
-                at: end.at,
-                linear,
-                rest,
-                start,
-                radius,
-                steep,
-                bent,
-                off,
-                blur,
-                loose: self.loose + loose,
-            },
-            Step { stages, off: end.off, rounding, steep: jacobian, turn },
-        )
+        (step.off, step.rounding, step.steep, step.turn) = (end.off, rounding, jacobian, turn);
+        (self.at, self.linear, self.rest, self.radius) = (end.at, linear, rest, radius);
+        (self.steep, self.bent, self.off, self.blur) = (steep, bent, off, blur);
+        self.loose += loose;
     }
 }
 
@@ -343,33 +321,40 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
         let mut run = self.velocity.runner::<Taylors<BALLS>>();
         let mut steps: Vec<Step> = Vec::with_capacity(self.steps as usize);
         let (mut ball, mut moves) = (start, [true; BALLS]);
-        for _ in 0..self.steps {
-            let (mut changes, mut pasts) = ([Change::default(); 4], [Past::default(); 4]);
+        let (mut changes, mut place) = ([Change::default(); 4], Place::default());
+        for number in 0..self.steps {
+            steps.push(Step::default());
+            let Some(step) = steps.last_mut() else { break };
             for stage in 0..4 {
-                let (time, before) = ([0.0, 0.5, 0.5, 1.0][stage] * h, changes[stage.max(1) - 1]);
-                let place = widest(
+                let time = [0.0, 0.5, 0.5, 1.0][stage] * h;
+                let past = &mut step.stages[stage];
+                widest(
                     #[inline(always)]
-                    || ball.place(time, &before),
+                    || {
+                        let still = Change::default();
+                        place = ball.place(time, if stage == 0 { &still } else { &changes[stage - 1] });
+                    },
                 );
-                let known = self.stage(&place, size, &mut run);
-                if steps.is_empty() && stage == 0 {
-                    moves = known.moves();
+                self.stage(&place, size, &mut run, &mut past.stage);
+                if number == 0 && stage == 0 {
+                    moves = past.stage.moves();
                     if moves == [false; BALLS] {
-                        return (start, moves, steps);
+                        return (start, moves, Vec::new());
                     }
                 }
-                (changes[stage], pasts[stage]) = widest(
+                widest(
                     #[inline(always)]
-                    || (Change::new(&known, &place), Past::new(&ball, &place, &known)),
+                    || {
+                        changes[stage] = Change::new(&past.stage, &place);
+                        past.place(&ball, &place);
+                    },
                 );
-                ball.loose += place.loose + known.loose;
+                ball.loose += place.loose + past.stage.loose;
             }
-            let (next, step) = widest(
+            widest(
                 #[inline(always)]
-                || ball.after(h, &changes, pasts),
+                || ball.advance(h, &changes, step),
             );
-            ball = next;
-            steps.push(step);
         }
         (ball.or(&moves, &start), moves, steps)
     }
@@ -401,26 +386,27 @@ impl Ball {
 }
 
 impl<V: Code<3>, F> Tube<'_, V, F> {
-    /// The velocity at the places of a stage.
+    /// The velocity at a place.
     fn stage(
         &self,
         place: &Place,
         size: Pack,
         run: &mut impl FnMut(&[Taylors<BALLS>; 3]) -> [Taylors<BALLS>; 3],
-    ) -> Stage {
+        out: &mut Stage,
+    ) {
         match self.velocity.parts() {
-            Parts::Kernels(parts) => of_kernels(&parts, &place.at, place.radius),
-            Parts::Slope(kernel, k) => of_slope(kernel, k, &place.at, place.radius),
+            Parts::Kernels(parts) => out.set_kernels(&parts, &place.at, place.radius),
+            Parts::Slope(kernel, k) => out.set_slope(kernel, k, &place.at, place.radius),
             Parts::Any => {
                 let mut numbers = [Taylors::<BALLS>::constant(0.0); 3];
                 for i in 0..BALLS {
                     Taylors::set_ball(&mut numbers, i, place.at.map(|x| x.0[i]), place.radius.0[i]);
                 }
-                let u = run(&numbers);
+                let (u, is_gradient) = (run(&numbers), self.velocity.is_gradient());
                 widest(
                     #[inline(always)]
-                    || Stage::new(&u, place.radius, self.velocity.is_gradient(), self.rounding[0].at(size)),
-                )
+                    || out.set(&u, place.radius, is_gradient, self.rounding[0].at(size)),
+                );
             }
         }
     }
