@@ -213,9 +213,11 @@ pub(super) fn seen_back(
 impl Seen {
     /// A lane, with what its jet in the middle may be off by.
     pub fn local(&self, i: usize) -> (Local, [f64; 3]) {
-        let (value, lipschitz) = (self.value.0[i], self.lipschitz.0[i]);
-        let [off, off_grad] = self.off.map(|off| off.0[i]);
         let infinite = f64::INFINITY;
+        // A bound that is no number bounds nothing.
+        let bound = |bound: Pack| if bound.0[i].is_nan() { infinite } else { bound.0[i] };
+        let (value, lipschitz, off) = (self.value.0[i], bound(self.lipschitz), bound(self.off[0]));
+        let (off_grad, sag) = (bound(self.off[1]), bound(self.sag));
         let bounds = Bounds { range: infinite, lipschitz, hessian: infinite, third: infinite };
         // The range is that of the bow, which need not have zero in its middle.
         if !self.is_near[i] {
@@ -228,7 +230,6 @@ impl Seen {
         // Without a bound on second derivatives the gradient serves the bow alone, which holds for it as it is computed.
         let is_bounded = self.hessian.0[i].is_finite() && off_grad.is_finite();
         let (hessian, off_grad) = if is_bounded { (self.hessian.0[i], off_grad) } else { (infinite, 0.0) };
-        let sag = if self.sag.0[i].is_finite() { self.sag.0[i] } else { infinite };
         (Local { jet, bounds: Bounds { hessian, ..bounds }, bow, sag }, [off, off_grad, 0.0])
     }
 }

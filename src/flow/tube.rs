@@ -36,7 +36,7 @@
 //! is carried along (`off`, `blur`), and counts among what linear parts leave out.
 
 use super::Code;
-use super::matrix::{Matrix, ONE, Symmetric, UP, Vector, length, norm, times};
+use super::matrix::{Matrix, ONE, UP, Vector, length, norm, times};
 use super::pack::{BALLS, Pack};
 use super::sight::seen_back;
 use super::stage::{Parts, Rounding, Stage};
