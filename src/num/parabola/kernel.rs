@@ -178,7 +178,7 @@ impl<const K: usize> Parabola<K> {
         let is_value = jet.value.is_finite();
         let is_jet = is_value & tilted.is_finite() & (jet.grad[0] + jet.grad[1] + jet.grad[2]).is_finite();
         let taylor = is_jet & (choose(own_bow, bow.mag(), bent) <= choose(cone < b.range, cone, b.range));
-        let lipschitz = is_value & !taylor & (cone <= b.range);
+        let lipschitz = is_value & !taylor & (cone <= b.range) & (cone < f64::INFINITY);
 
         let all = Interval::radius(b.range);
         let known = pick(is_value, Interval::around(jet.value, (cone + still) * ROUND_UP).meet(all), all);
