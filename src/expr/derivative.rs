@@ -53,10 +53,7 @@ impl Graph {
             let one = self.constant(1.0)?;
             return Ok([Input::X, Input::Y, Input::Z].map(|axis| (input == axis).then_some(one)));
         }
-        if let Node::Flow(..) = node {
-            return Err(NoGradient::Of(id));
-        }
-        let args: Vec<Gradient> = node.args().iter().map(|a| known[a]).collect();
+        let args: Vec<Gradient> = node.outer_args().iter().map(|a| known[a]).collect();
         if args.iter().flatten().all(Option::is_none) {
             return Ok([None; 3]);
         }

@@ -375,7 +375,7 @@ impl Node {
     }
 
     /// The nodes that this one reads at the point where it is asked.
-    fn outer_args(&self) -> Vec<NodeId> {
+    pub(super) fn outer_args(&self) -> Vec<NodeId> {
         match self {
             Node::Const(_) | Node::Input(_) => Vec::new(),
             Node::Op(_, args) => args.clone(),

@@ -2,8 +2,9 @@
 
 use super::pack::BALLS;
 use super::stage::Rounding;
+use super::step::{LANES, ends, in_lanes};
 use super::tube::Tube;
-use super::{Code, Precision, advect, steps};
+use super::{Code, Parts, Precision, advect, steps};
 use crate::num::{Bounds, Centred, Class, Dual, Jet, Jets, Kernel, Local, Many, Number, Order, Taylors};
 
 /// A field evaluated where a flow carries points to; see the [module](super).
@@ -24,7 +25,10 @@ impl<V: Code<3>, F: Code<1>> Flowed<V, F> {
             Precision::Steps(steps) => steps.clamp(1, steps::MOST),
             Precision::Share(bits) => steps::choose(&velocity, f64::from_bits(bits), &busy),
         };
-        let rounding = [roundings(&velocity, &busy), roundings(&field, &busy)];
+        // Kernels say so themselves.
+        let says = !matches!(velocity.parts(), Parts::Any);
+        let own = if says { Rounding::default() } else { roundings(&velocity, &busy) };
+        let rounding = [own, roundings(&field, &busy)];
         Flowed { velocity, field, steps, rounding }
     }
 
@@ -57,11 +61,11 @@ impl<V: Code<3>, F: Code<1>> Flowed<V, F> {
 
     /// Where the flow carries points to, and what the field is there.
     pub fn trace(&self, at: [&[f64]; 3]) -> (Vec<[f64; 3]>, Vec<f64>) {
-        let ends = steps::ends(&self.velocity, self.steps, at);
+        let ends = ends(&self.velocity, self.steps, at);
         let mut values = vec![0.0; ends.len()];
         let [x, y, z] = [0, 1, 2].map(|axis| ends.iter().map(|end| end[axis]).collect::<Vec<f64>>());
         let mut run = self.field.runner();
-        steps::in_lanes([&x, &y, &z], |x, _| x, |at| run(&at), |i, [value]| values[i] = value);
+        in_lanes([&x, &y, &z], |x, _| x, |at| run(&at), |i, [value]| values[i] = value);
         (ends, values)
     }
 
@@ -80,10 +84,10 @@ impl<V: Code<3>, F: Code<1>> Flowed<V, F> {
             return store(0, &value);
         }
         let (mut velocity, mut field) = (self.velocity.runner(), self.field.runner());
-        let end = |from: [Many<T, { steps::LANES }>; 3]| {
+        let end = |from: [Many<T, { LANES }>; 3]| {
             field(&advect(&mut velocity, self.steps, &from, |Many(lanes)| lanes.iter().all(&is_still)))
         };
-        steps::in_lanes(at, start, end, |i, [value]| store(i, &value));
+        in_lanes(at, start, end, |i, [value]| store(i, &value));
     }
 }
 

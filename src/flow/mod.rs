@@ -22,6 +22,7 @@
 //! bounds expressions needs to know nothing of flows.
 
 mod code;
+mod cubes;
 mod kernel;
 mod matrix;
 mod pack;

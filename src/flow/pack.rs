@@ -94,15 +94,6 @@ impl Pack {
             |a, b| if a > 0.0 && b > 0.0 { a / b } else { 0.0 },
         )
     }
-
-    /// These where the lane counts, else others.
-    #[inline(always)]
-    pub fn or(self, counts: &[bool; BALLS], other: Pack) -> Pack {
-        Pack::from_fn(
-            #[inline(always)]
-            |i| if counts[i] { self.0[i] } else { other.0[i] },
-        )
-    }
 }
 
 impl Default for Pack {
@@ -112,46 +103,28 @@ impl Default for Pack {
     }
 }
 
-impl Add for Pack {
-    type Output = Pack;
-    #[inline(always)]
-    fn add(self, other: Pack) -> Pack {
-        self.zip(
-            other,
+/// Implements the operators.
+macro_rules! operators {
+    ($($op:ident $name:ident),*) => {$(
+        impl $op for Pack {
+            type Output = Pack;
             #[inline(always)]
-            |a, b| a + b,
-        )
-    }
+            fn $name(self, other: Pack) -> Pack {
+                self.zip(
+                    other,
+                    #[inline(always)]
+                    |a, b| a.$name(b),
+                )
+            }
+        }
+    )*};
 }
+operators!(Add add, Sub sub, Mul mul);
 
 impl AddAssign for Pack {
     #[inline(always)]
     fn add_assign(&mut self, other: Pack) {
         *self = *self + other;
-    }
-}
-
-impl Sub for Pack {
-    type Output = Pack;
-    #[inline(always)]
-    fn sub(self, other: Pack) -> Pack {
-        self.zip(
-            other,
-            #[inline(always)]
-            |a, b| a - b,
-        )
-    }
-}
-
-impl Mul for Pack {
-    type Output = Pack;
-    #[inline(always)]
-    fn mul(self, other: Pack) -> Pack {
-        self.zip(
-            other,
-            #[inline(always)]
-            |a, b| a * b,
-        )
     }
 }
 

@@ -7,7 +7,6 @@ use super::tube::{Ball, Step};
 use crate::num::{Bounds, Interval, Local, Point, ROUNDOFF, Taylors};
 
 /// What is known of the field as it looks from a place on the way back.
-#[derive(Clone, Copy)]
 struct Sight {
     /// Its gradient in the middle, and how much that varies over the ball.
     p: Vector,
@@ -121,27 +120,6 @@ impl Sight {
         }
         self.turn = UP * turned.least(step.steep * turn + step.turn * size);
     }
-
-    /// These where the lane counts, else others.
-    #[inline(always)]
-    fn or(mut self, counts: &[bool; BALLS], other: &Sight) -> Sight {
-        for k in 0..3 {
-            self.p[k] = self.p[k].or(counts, other.p[k]);
-        }
-        for k in 0..6 {
-            self.hess[k] = self.hess[k].or(counts, other.hess[k]);
-        }
-        for (own, other) in [
-            (&mut self.turn, other.turn),
-            (&mut self.bow, other.bow),
-            (&mut self.rest, other.rest),
-            (&mut self.bent, other.bent),
-            (&mut self.off, other.off),
-        ] {
-            *own = own.or(counts, other);
-        }
-        self
-    }
 }
 
 /// What a field at the end of trajectories looks like from the start.
@@ -165,23 +143,20 @@ fn negated(s: &Symmetric) -> Symmetric {
     [-s[0], -s[1], -s[2], -s[3], -s[4], -s[5]]
 }
 
-/// A field at the ends of trajectories as it looks from the start, after steps of a length; lanes that do not move have
-/// taken none.
+/// A field at the ends of trajectories as it looks from the start, after steps of length `h`.
 #[inline(always)]
 pub(super) fn seen_back(
     f: &Taylors<BALLS>,
     ball: &Ball,
     (h, steps): (f64, &[Step]),
-    moves: &[bool; BALLS],
     rounding: Roundings,
 ) -> Seen {
     let f = Ending::new(f, ball.radius);
-    let still = Sight::new(&f, ball, rounding);
-    let mut sight = still;
+    let mut sight = Sight::new(&f, ball, rounding);
     for step in steps.iter().rev() {
         sight.pass(step, h);
     }
-    let Sight { p, turn, hess, bow, rest, bent, off } = sight.or(moves, &still);
+    let Sight { p, turn, hess, bow, rest, bent, off } = sight;
     let (r, own) = (ball.start, length(&p));
     let rounded_back = 512.0 * ROUNDOFF * (f.steep * ball.steep);
     let off_grad = (rounding.grad + (f.bent * ball.off).least(f.turn)) * ball.steep;

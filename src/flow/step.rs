@@ -1,6 +1,7 @@
 //! Steps of the classical method of Runge and Kutta, for any kind of number.
 
-use crate::num::Number;
+use super::Code;
+use crate::num::{Many, Number};
 
 /// `a + k b`.
 #[inline]
@@ -32,4 +33,38 @@ pub fn advect<T: Number>(
         });
     }
     y
+}
+
+/// Trajectories side by side.
+pub(super) const LANES: usize = 16;
+
+/// Where trajectories end.
+pub(super) fn ends<V: Code<3>>(velocity: &V, steps: u32, at: [&[f64]; 3]) -> Vec<[f64; 3]> {
+    let mut ends = vec![[0.0; 3]; at[0].len()];
+    let mut run = velocity.runner();
+    in_lanes(
+        at,
+        |x, _| x,
+        |from| advect(&mut run, steps, &from, |Many(v)| v.iter().all(|v| *v == 0.0)),
+        |i, end| ends[i] = end,
+    );
+    ends
+}
+
+/// Puts points through a function in lanes: `start` makes a coordinate, `store` takes a lane of the result. Lanes to
+/// spare repeat the last point.
+pub(super) fn in_lanes<T: Copy, const N: usize>(
+    at: [&[f64]; 3],
+    start: impl Fn(f64, usize) -> T,
+    mut image: impl FnMut([Many<T, LANES>; 3]) -> [Many<T, LANES>; N],
+    mut store: impl FnMut(usize, [T; N]),
+) {
+    let count = at[0].len();
+    for first in (0..count).step_by(LANES) {
+        let lane = |axis: usize, i: usize| start(at[axis][(first + i).min(count - 1)], axis);
+        let values = image(std::array::from_fn(|axis| Many(std::array::from_fn(|i| lane(axis, i)))));
+        for i in 0..LANES.min(count - first) {
+            store(first + i, values.each_ref().map(|Many(lanes)| lanes[i]));
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! How many steps a flow takes, and what they do to points.
+//! How many steps a flow takes.
 //!
 //! Steps are equally long everywhere, so that the map is as smooth as the velocity and has an inverse; a method that chose
 //! them for each trajectory would tear space a little wherever its choice changes. So the choice is made beforehand:
@@ -14,10 +14,11 @@
 //!
 //! which is seen to at the probes, and can be [proven](are_one_to_one) for all points of a cube.
 
+use super::cubes::Cubes;
 use super::matrix::UP;
-use super::{Code, Parts, advect};
-use crate::num::{Dual, Interval, Kernel, Many, Slope, mix, uniform};
-use std::collections::BinaryHeap;
+use super::step::ends;
+use super::{Code, Parts};
+use crate::num::{Dual, Interval, Kernel, Slope, mix, uniform};
 use std::f64::consts::LN_2;
 
 /// How close the steps come to the flow.
@@ -35,13 +36,10 @@ pub const MOST: u32 = 512;
 /// Fewest steps that are chosen.
 const FEWEST: u32 = 4;
 
-/// Trajectories side by side.
-pub(super) const LANES: usize = 16;
-
 /// Half the cube around the origin in which solids are by habit.
 const HALF: f64 = 1.5;
 
-/// Points that are probed: many all over the cube, and as many where the velocity is largest, as far as enclosures tell.
+/// Points that are probed: many all over the cube, and some where the velocity is largest, as far as enclosures tell.
 /// These find what moves in a small part of the cube alone, such as a shell or the reach of a brush.
 pub(super) fn probes<V: Code<3>>(velocity: &V) -> Vec<[f64; 3]> {
     const COUNT: u64 = 256;
@@ -110,21 +108,20 @@ pub(super) fn reach<V: Code<3>>(velocity: &V, half: f64) -> Option<f64> {
 /// axis into one.
 pub(super) fn are_one_to_one<V: Code<3>>(velocity: &V, steps: u32, half: f64) -> bool {
     let enough = LN_2 * f64::from(steps);
-    // What holds of all of space is known of noises.
+    if let Parts::Slope(kernel, k) = velocity.parts() {
+        return k.abs() * kernel.bounds().hessian < enough;
+    }
     let norm = |parts: [f64; 3]| parts.iter().map(|part| part * part).sum::<f64>().sqrt() * UP;
-    match velocity.parts() {
-        Parts::Kernels(parts) => {
-            return norm(parts.map(|(kernel, k)| k * kernel.bounds().lipschitz)) < enough;
-        }
-        Parts::Slope(kernel, k) => return k.abs() * kernel.bounds().hessian < enough,
-        Parts::Any => {}
+    let mut run = velocity.runner::<Slope>();
+    let mut steepest = |at: [Interval; 3]| {
+        norm(run(&std::array::from_fn(|axis| Slope::coordinate(at[axis], axis))).map(|u| u.norm))
+    };
+    // As steep nowhere in space, as noises are.
+    if steepest([Interval::ENTIRE; 3]) < enough {
+        return true;
     }
     let Some(reach) = reach(velocity, half) else {
         return false;
-    };
-    let mut run = velocity.runner::<Slope>();
-    let steepest = |at: [Interval; 3]| {
-        norm(run(&std::array::from_fn(|axis| Slope::coordinate(at[axis], axis))).map(|u| u.norm))
     };
     Cubes::new(half + reach, steepest).are_all_below(enough, CUTS)
 }
@@ -132,108 +129,4 @@ pub(super) fn are_one_to_one<V: Code<3>>(velocity: &V, steps: u32, half: f64) ->
 /// Bound on the length of a velocity.
 fn speed(u: &[Interval; 3]) -> f64 {
     u.iter().map(|u| u.mag() * u.mag()).sum::<f64>().sqrt() * UP
-}
-
-/// A cube, and a bound on something in it.
-struct Cube {
-    bound: f64,
-    middle: [f64; 3],
-    half: f64,
-}
-
-/// By the bound, where there is none first; smaller ones first among equals.
-impl Ord for Cube {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.bound.total_cmp(&other.bound).then(other.half.total_cmp(&self.half))
-    }
-}
-
-impl PartialOrd for Cube {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Cube {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Cube {}
-
-/// A cube in pieces, of which those are cut further where a bound is largest.
-struct Cubes<B> {
-    bound: B,
-    waiting: BinaryHeap<Cube>,
-}
-
-impl<B: FnMut([Interval; 3]) -> f64> Cubes<B> {
-    fn new(half: f64, bound: B) -> Self {
-        let mut cubes = Cubes { bound, waiting: BinaryHeap::new() };
-        cubes.add([0.0; 3], half);
-        cubes
-    }
-
-    /// Adds a piece, unless there is nothing in it.
-    fn add(&mut self, middle: [f64; 3], half: f64) {
-        let bound = (self.bound)(middle.map(|c| Interval::around(c, half))).abs();
-        if bound != 0.0 {
-            self.waiting.push(Cube { bound, middle, half });
-        }
-    }
-
-    /// Cuts the piece with the largest bound into eight, and returns it.
-    fn cut(&mut self) -> Option<Cube> {
-        let cube = self.waiting.pop()?;
-        let half = 0.5 * cube.half;
-        for corner in 0..8 {
-            let side = |axis: usize| if corner >> axis & 1 == 0 { -half } else { half };
-            self.add(std::array::from_fn(|axis| cube.middle[axis] + side(axis)), half);
-        }
-        Some(cube)
-    }
-
-    /// Whether the bound is below a number everywhere, as so many cuts tell.
-    fn are_all_below(mut self, most: f64, cuts: usize) -> bool {
-        let is_below = |cubes: &Self| cubes.waiting.peek().is_none_or(|cube| cube.bound < most);
-        for _ in 0..cuts {
-            if is_below(&self) {
-                return true;
-            }
-            self.cut();
-        }
-        is_below(&self)
-    }
-}
-
-/// Where trajectories end.
-pub(super) fn ends<V: Code<3>>(velocity: &V, steps: u32, at: [&[f64]; 3]) -> Vec<[f64; 3]> {
-    let mut ends = vec![[0.0; 3]; at[0].len()];
-    let mut run = velocity.runner();
-    in_lanes(
-        at,
-        |x, _| x,
-        |from| advect(&mut run, steps, &from, |Many(v)| v.iter().all(|v| *v == 0.0)),
-        |i, end| ends[i] = end,
-    );
-    ends
-}
-
-/// Puts points through a function in lanes: `start` makes a coordinate, `store` takes a lane of the result. Lanes to
-/// spare repeat the last point.
-pub(super) fn in_lanes<T: Copy, const N: usize>(
-    at: [&[f64]; 3],
-    start: impl Fn(f64, usize) -> T,
-    mut image: impl FnMut([Many<T, LANES>; 3]) -> [Many<T, LANES>; N],
-    mut store: impl FnMut(usize, [T; N]),
-) {
-    let count = at[0].len();
-    for first in (0..count).step_by(LANES) {
-        let lane = |axis: usize, i: usize| start(at[axis][(first + i).min(count - 1)], axis);
-        let values = image(std::array::from_fn(|axis| Many(std::array::from_fn(|i| lane(axis, i)))));
-        for i in 0..LANES.min(count - first) {
-            store(first + i, values.each_ref().map(|Many(lanes)| lanes[i]));
-        }
-    }
 }

@@ -294,28 +294,27 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
         let size = middle.iter().fold(Pack::ONE, |size, x| size.larger(x.abs()));
         let start = Ball::new(middle, Pack::from_fn(|i| radius[i.min(last)]).larger(SPECK * size));
         let (ball, moves, steps) = self.followed(start, size);
+        // Lanes that do not move are where they were, and have taken no steps.
+        let own = |i: usize| if moves[i] { &ball } else { &start };
         let mut numbers = [Taylors::<BALLS>::constant(0.0); 3];
         for i in 0..BALLS {
-            Taylors::set_ball(&mut numbers, i, ball.at.map(|x| x.0[i]), ball.radius.0[i]);
+            Taylors::set_ball(&mut numbers, i, own(i).at.map(|x| x.0[i]), own(i).radius.0[i]);
         }
         let [values] = self.field.runner::<Taylors<BALLS>>()(&numbers);
-        let seen = widest(
-            #[inline(always)]
-            || {
-                seen_back(
-                    &values,
-                    &ball,
-                    (1.0 / f64::from(self.steps), &steps),
-                    &moves,
-                    self.rounding[1].at(size),
-                )
-            },
-        );
-        out.iter_mut().enumerate().for_each(|(i, out)| *out = seen.local(i));
+        let (h, rounding) = (1.0 / f64::from(self.steps), self.rounding[1].at(size));
+        let seen = |ball: &Ball, steps: &[Step]| {
+            widest(
+                #[inline(always)]
+                || seen_back(&values, ball, (h, steps), rounding),
+            )
+        };
+        let (moved, still) = (seen(&ball, &steps), seen(&start, &[]));
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = if moves[i] { &moved } else { &still }.local(i);
+        }
     }
 
-    /// Where balls come to, which of them move, and the steps on the way. What does not move stays as it is, whatever
-    /// others do.
+    /// Where balls come to, which of them move, and the steps on the way; nothing is said of those that do not move.
     fn followed(&self, start: Ball, size: Pack) -> (Ball, [bool; BALLS], Vec<Step>) {
         let h = 1.0 / f64::from(self.steps);
         let mut run = self.velocity.runner::<Taylors<BALLS>>();
@@ -356,32 +355,7 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
                 || ball.advance(h, &changes, step),
             );
         }
-        (ball.or(&moves, &start), moves, steps)
-    }
-}
-
-impl Ball {
-    /// These where the lane counts, else others.
-    fn or(self, counts: &[bool; BALLS], other: &Ball) -> Ball {
-        let mut out = self;
-        for axis in 0..3 {
-            out.at[axis] = self.at[axis].or(counts, other.at[axis]);
-            for j in 0..3 {
-                out.linear[axis][j] = self.linear[axis][j].or(counts, other.linear[axis][j]);
-            }
-        }
-        for (out, other) in [
-            (&mut out.rest, other.rest),
-            (&mut out.radius, other.radius),
-            (&mut out.steep, other.steep),
-            (&mut out.bent, other.bent),
-            (&mut out.off, other.off),
-            (&mut out.blur, other.blur),
-            (&mut out.loose, other.loose),
-        ] {
-            *out = out.or(counts, other);
-        }
-        out
+        (ball, moves, steps)
     }
 }
 

@@ -112,10 +112,10 @@ impl Known {
         let [e0, e1, e2] = error;
         let twist = choose(is_hess, b.third * far + e2, b.hessian);
         let differ = (length(jet.grad) + b.lipschitz) * ROUND_UP;
-        let first = choose(is_grad, least(differ, b.hessian * far) + e1, b.lipschitz);
+        let first = choose(is_grad, least(b.hessian * far, differ) + e1, b.lipschitz);
         let second = choose(is_hess, 0.5 * b.third * far * far + e1 + e2 * far, first);
         // Values: the Lipschitz bound where the gradient is left out, the range where the value is.
-        let flat = choose(is_value, b.lipschitz * far + e0, b.range);
+        let flat = choose(is_value, least(b.lipschitz * far, f64::INFINITY) + e0, b.range);
         let tilted = e0 + e1 * far + bend;
         let curved = e0 + far * (e1 + e2 * far + b.third * far * far / 6.0);
         let tilted = choose(is_grad, tilted, flat);

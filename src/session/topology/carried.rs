@@ -7,7 +7,7 @@
 
 use super::super::stage;
 use crate::cast::{Judge, Ruling};
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Place};
 use crate::expr::Node;
 use crate::field::Field;
 use crate::scene::{Aabb, Keep, Measure, Scene, Surface};
@@ -31,6 +31,7 @@ pub struct Before {
 pub struct Proven {
     flowed: Arc<Flowed>,
     one_to_one: bool,
+    place: Option<Place>,
 }
 
 impl Before {
@@ -56,15 +57,15 @@ impl Before {
             Keep::Most(_) | Keep::Share(_) => *keep,
         };
         let one_to_one = flowed.is_one_to_one(half);
-        Some(Before { scene: before, keep, flow: Proven { flowed, one_to_one } })
+        let place = scene.graph.place(scene.surface.field).cloned();
+        Some(Before { scene: before, keep, flow: Proven { flowed, one_to_one, place } })
     }
 
     /// That what the flow keeps is not proven.
     pub fn doubt(&self) -> Option<Diagnostic> {
         let warning = "it is not proven that the steps of the flow keep what the solid is connected with";
-        let place = self.scene.graph.place(self.scene.surface.field).cloned();
-        let hint = "more steps than by themselves, as in f.flow(v, #{ steps: 64 }), may prove it";
-        (!self.flow.one_to_one).then(|| Diagnostic::warning(warning).at(place).hint(hint))
+        let hint = "more steps, as in f.flow(v, #{ steps: 64 }), may prove it";
+        (!self.flow.one_to_one).then(|| Diagnostic::warning(warning).at(self.flow.place.clone()).hint(hint))
     }
 }
 
