@@ -56,11 +56,12 @@ fn whole_picture(root: NodeId, b: common::Build) {
     let camera = Camera { eye: DVec3::new(0.0, 0.0, -4.0), target: DVec3::ZERO, up: DVec3::Y, fov: 47.2 };
     let scene = Scene {
         graph: Arc::new(b.0),
-        surface: Surface { field: root, color: None, keep: None },
+        surface: Surface { field: root, color: None, material: None, keep: None },
         camera,
         sun: Sun { direction: direction(140.0, 35.0), ..Sun::default() },
+        lights: Vec::new(),
         sky: Sky::default(),
-        film: Film { width: 800, height: 800, samples: 1, exposure: 0.0 },
+        film: Film { width: 800, height: 800, samples: 1, ..Film::default() },
         bounds: None,
         params: Vec::new(),
     };

@@ -36,7 +36,7 @@ fn planet(graph: &mut Graph) -> Result<Surface, Box<dyn Error>> {
         graph.op(Op::Mix(op::Mix), &[ends[0], ends[1], pale])
     };
     let color = [mix(0.20, 0.75)?, mix(0.13, 0.70)?, mix(0.09, 0.66)?];
-    Ok(Surface { field, color: Some(color), keep: None })
+    Ok(Surface { field, color: Some(color), material: None, keep: None })
 }
 
 fn scaled(graph: &mut Graph, node: NodeId, by: f64) -> Result<NodeId, TooLarge> {
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut graph = Graph::default();
     let surface = planet(&mut graph)?;
     // The ridges lift the ground: most of it lies between 1.02 and 1.06.
-    let air = Air { radius: 1.02, height: 0.008, scattering: DVec3::new(5.8, 13.5, 33.1) };
+    let air = Air { radius: 1.02, height: 0.008, scattering: DVec3::new(5.8, 13.5, 33.1), shafts: false };
     let scene = Scene {
         graph: Arc::new(graph),
         surface,
@@ -60,10 +60,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         sun: Sun {
             direction: orogen::scene::direction(85.0, 25.0),
             irradiance: DVec3::splat(3.4),
-            shadows: true,
+            ..Sun::default()
         },
+        lights: Vec::new(),
         sky: Sky { up: None, background: DVec3::ZERO, air: Some(air), ..Sky::default() },
-        film: Film { width: 480, height: 360, samples: 4, exposure: 0.0 },
+        film: Film { width: 480, height: 360, samples: 4, ..Film::default() },
         bounds: Some(Aabb::cube(1.1)),
         params: Vec::new(),
     };

@@ -50,7 +50,7 @@ pub(super) struct Seen {
 impl Atmosphere {
     /// The atmosphere of some air; `None` for air that takes no room or does nothing.
     pub(super) fn new(air: &Air) -> Option<Self> {
-        let Air { radius, height, scattering } = *air;
+        let Air { radius, height, scattering, .. } = *air;
         let fine = radius > 0.0 && radius.is_finite() && height > 0.0 && height.is_finite();
         (fine && scattering.is_finite() && scattering.max_element() > 0.0).then(|| Atmosphere {
             radius,
@@ -62,7 +62,16 @@ impl Atmosphere {
 
     /// What a line of sight of length `distance` (infinite if nothing is in the way) goes through.
     /// `jitter` in [0, 1) picks the point at which each step asks for sunlight.
-    pub(super) fn along(&self, eye: DVec3, direction: DVec3, distance: f64, sun: &Sun, jitter: f64) -> Seen {
+    pub(super) fn along(
+        &self,
+        eye: DVec3,
+        direction: DVec3,
+        distance: f64,
+        suns: &[(DVec3, DVec3)],
+        jitter: f64,
+        _: &[f64],
+    ) -> Seen {
+        let sun = Sun { direction: suns[0].0, irradiance: suns[0].1, ..Sun::default() };
         let mut seen = Seen { transmittance: DVec3::ONE, scattered: DVec3::ZERO };
         let to_perigee = -eye.dot(direction);
         let perigee = eye + to_perigee * direction;
@@ -103,6 +112,16 @@ impl Atmosphere {
         let (ra, rz) = (hypot(b, a), hypot(b, z));
         let rise = (z - a) * (z + a) / (ra + rz) * (u * u);
         (a * a + rise * (2.0 * ra + rise)).sqrt()
+    }
+
+    pub(super) fn nodes(&self, _: DVec3, _: DVec3, _: f64, _: f64, _: &mut Vec<DVec3>) {}
+
+    pub(super) fn sky(&self, p: DVec3, direction: DVec3, suns: &[(DVec3, DVec3)]) -> DVec3 {
+        self.along(p, direction, f64::INFINITY, suns, 0.5, &[]).scattered
+    }
+
+    pub(super) fn ambient(&self, p: DVec3, _: DVec3, suns: &[(DVec3, DVec3)]) -> [DVec3; 2] {
+        [DVec3::splat(0.1 * self.daylight(p, suns[0].0)); 2]
     }
 
     /// Density at a radius, relative to that at `self.radius`. Deep in the ground it stays what it
@@ -191,12 +210,13 @@ mod tests {
             radius: 1.0,
             height: 8.0 / 6371.0,
             scattering: DVec3::new(5.8, 13.5, 33.1) * 1e-6 * 6371e3,
+            shafts: false,
         };
         Atmosphere::new(&air).unwrap()
     }
 
     fn noon() -> Sun {
-        Sun { direction: DVec3::Y, irradiance: DVec3::ONE, shadows: true }
+        Sun { direction: DVec3::Y, irradiance: DVec3::ONE, ..Sun::default() }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The job of rendering: tiles to threads, and a way to watch and to stop it.
 
-use super::tile::{Worker, tiles};
+use super::tile::tiles;
+use super::worker::{Shot, Worker};
 use super::{Picture, Pixel, Prepared, Rect, RenderError};
 use crate::cast::Caster;
 use crate::diag::Diagnostic;
@@ -52,11 +53,20 @@ impl std::fmt::Debug for Job<'_> {
 /// # Errors
 /// [`RenderError::Memory`] if there is no room for the picture.
 pub fn render(scene: &Prepared, caster: &dyn Caster, job: &Job<'_>) -> Result<Picture, RenderError> {
+    render_moments(&[Shot { scene, caster }], job)
+}
+
+/// Renders what moves: the mean over all moments, which differ in time alone.
+///
+/// # Errors
+/// As for [`render`]; [`RenderError::Samples`] if there is no moment.
+pub fn render_moments(shots: &[Shot<'_>], job: &Job<'_>) -> Result<Picture, RenderError> {
+    let scene = shots.first().ok_or(RenderError::Samples(0))?.scene;
     let start = Instant::now();
     let mut picture = Picture::new(&scene.settings, scene.sky.background.as_vec3().to_array())?;
     let tiles = tiles(picture.width, picture.height);
     let threads = rayon::current_num_threads().min(tiles.len());
-    let mut workers: Vec<Worker<'_>> = (0..threads).map(|_| Worker::new(scene, caster.clone_box())).collect();
+    let mut workers: Vec<Worker<'_>> = (0..threads).map(|_| Worker::new(shots)).collect();
     let next = AtomicUsize::new(0);
     let film = Mutex::new(&mut picture);
     workers.par_iter_mut().with_max_len(1).for_each(|worker| {
@@ -73,7 +83,12 @@ pub fn render(scene: &Prepared, caster: &dyn Caster, job: &Job<'_>) -> Result<Pi
     for worker in &workers {
         picture.stats += worker.stats;
     }
-    picture.stats.prunings = scene.cells.prunings();
+    for shot in shots {
+        let one = shot.scene.cells.prunings();
+        let all = &mut picture.stats.prunings;
+        (all.tapes, all.instructions, all.whole) =
+            (all.tapes + one.tapes, all.instructions + one.instructions, one.whole);
+    }
     picture.stats.threads = threads as u64;
     picture.stats.seconds.wall = start.elapsed().as_secs_f64();
     picture.empty = picture.pixels.iter().all(|p| p.depth.is_infinite());

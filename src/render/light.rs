@@ -1,36 +1,110 @@
-//! Light that a solid reflects: the sun, with the shadows that rays have found, and the sky.
+//! Light that falls on a solid: from suns and lamps straight, and from the sky.
+//!
+//! Each sample asks each light at one point of its disc; over many samples that makes soft shadows. Light of the sky
+//! is found by rays that escape, where light bounces; else it is taken as if nothing stood in its way, which has a
+//! closed form: of a sky with one radiance above and another below, a matt patch sees the share `(1 + n.up) / 2` of the
+//! upper half.
 
 use super::air::Atmosphere;
 use super::surface::Patch;
-use crate::scene::{Sky, Sun};
+use crate::scene::{Lamp, Light, Sky, Sun};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Radiance that leaves a patch of a matt (Lambertian) solid, if the sun shines on it or not.
-///
-/// Under air, sunlight arrives filtered, and the light of the sky is as strong as the daylight.
-pub(super) fn reflected(patch: &Patch, sun: &Sun, lit: bool, sky: &Sky, air: Option<&Atmosphere>) -> DVec3 {
-    let mut light = ambient(patch, sky);
-    if let Some(air) = air {
-        light *= air.daylight(patch.position, sun.direction);
-    }
-    if lit {
-        let facing = patch.normal.dot(sun.direction).max(0.0);
-        let arriving = air.map_or(DVec3::ONE, |air| air.sunlight(patch.position, sun.direction));
-        light += sun.irradiance * arriving * (facing / PI);
-    }
-    patch.albedo * light
+/// Light that would arrive at a point if nothing stood in its way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arriving {
+    /// Unit vector to where it comes from.
+    pub from: DVec3,
+    /// How far that is.
+    pub distance: f64,
+    /// On a surface that faces it, as if all of the disc were there. (A disc is seen under angles up to that of its edge, whose
+    /// cosine is `edge`; with directions spread evenly over it, `2 / (1 + edge)` makes up for those that come in slantwise.)
+    pub irradiance: DVec3,
 }
 
-/// Mean radiance of the sky over the hemisphere that a patch faces, weighted as a matt surface
-/// does. For a sky that changes linearly from nadir to zenith, that is linear in the slope, too.
-fn ambient(patch: &Patch, sky: &Sky) -> DVec3 {
-    let up = sky.up.unwrap_or(patch.position).normalize_or(DVec3::Y);
-    let above = 0.5 * (1.0 + patch.normal.dot(up));
-    sky.nadir.lerp(sky.zenith, above)
+/// Light that a lamp sends to `p`, or a sun; `u` in the unit square picks the point of its disc.
+pub(super) fn arriving(light: &Light, p: DVec3, u: [f64; 2], air: Option<&Atmosphere>) -> Arriving {
+    match light {
+        Light::Sun(sun) => {
+            let through = air.map_or(DVec3::ONE, |air| air.sunlight(p, sun.direction));
+            let edge = libm::cos(0.5 * sun.size.to_radians());
+            let irradiance = sun.irradiance * through * (2.0 / (1.0 + edge));
+            Arriving { from: on_disc(sun, u), distance: f64::INFINITY, irradiance }
+        }
+        Light::Lamp(lamp) => from_lamp(lamp, p, u),
+    }
 }
 
-/// Whether a patch can see the sun at all, were it not for shadows.
-pub(super) fn faces(patch: &Patch, sun: &Sun) -> bool {
-    patch.normal.dot(sun.direction) > 0.0
+/// Whether what stands in a light's way throws a shadow.
+pub(super) fn has_shadows(light: &Light) -> bool {
+    match light {
+        Light::Sun(sun) => sun.shadows,
+        Light::Lamp(lamp) => lamp.shadows,
+    }
+}
+
+/// A direction to a point on the disc of a sun.
+pub(super) fn on_disc(sun: &Sun, u: [f64; 2]) -> DVec3 {
+    if sun.size == 0.0 {
+        return sun.direction;
+    }
+    let edge = libm::cos(0.5 * sun.size.to_radians());
+    in_cone(sun.direction, 1.0 - u[0] * (1.0 - edge), u[1])
+}
+
+/// Light of a lamp, from one of the directions in which the ball is seen.
+fn from_lamp(lamp: &Lamp, p: DVec3, u: [f64; 2]) -> Arriving {
+    let to = lamp.position - p;
+    let squared = to.length_squared().max(f64::MIN_POSITIVE);
+    let distance = squared.sqrt();
+    let sine = (lamp.radius / distance).min(1.0);
+    let edge = ((1.0 - sine) * (1.0 + sine)).sqrt();
+    // 1 - cos, without cancellation for what is far away.
+    let height = sine * sine / (1.0 + edge);
+    let from = in_cone(to / distance, 1.0 - u[0] * height, u[1]);
+    let distance = (distance - lamp.radius).max(0.0);
+    Arriving { from, distance, irradiance: lamp.intensity / squared * (2.0 / (1.0 + edge)) }
+}
+
+/// The direction at an angle, given by its cosine, from an axis, and so far around it (0 to 1).
+fn in_cone(axis: DVec3, cosine: f64, around: f64) -> DVec3 {
+    let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+    let turn = 2.0 * PI * around;
+    let (a, b) = axis.any_orthonormal_pair();
+    (cosine * axis + sine * (libm::cos(turn) * a + libm::sin(turn) * b)).normalize()
+}
+
+/// Light from all around.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surroundings<'a> {
+    /// What the script says of it.
+    pub sky: &'a Sky,
+    /// The air, if there is any.
+    pub air: Option<&'a Atmosphere>,
+    /// Directions and irradiances of suns, for the air.
+    pub suns: &'a [(DVec3, DVec3)],
+}
+
+impl Surroundings<'_> {
+    /// The direction that counts as above.
+    fn up(&self, p: DVec3) -> DVec3 {
+        self.sky.up.unwrap_or(p).normalize_or(DVec3::Y)
+    }
+
+    /// Radiance that reaches a point from a direction in which there is nothing but sky.
+    pub fn radiance(&self, p: DVec3, direction: DVec3) -> DVec3 {
+        let above = direction.dot(self.up(p)) > 0.0;
+        let own = if above { self.sky.zenith } else { self.sky.nadir };
+        own + self.air.map_or(DVec3::ZERO, |air| air.sky(p, direction, self.suns))
+    }
+
+    /// Mean radiance over the hemisphere that a patch faces, weighted as a matt surface does.
+    pub fn ambient(&self, patch: &Patch) -> DVec3 {
+        let up = self.up(patch.position);
+        let above = 0.5 * (1.0 + patch.normal.dot(up));
+        let [air_above, air_below] =
+            self.air.map_or([DVec3::ZERO; 2], |air| air.ambient(patch.position, up, self.suns));
+        (self.sky.nadir + air_below).lerp(self.sky.zenith + air_above, above)
+    }
 }

@@ -19,17 +19,21 @@
 //! the number of threads.
 
 mod air;
+mod denoise;
 mod error;
+mod gather;
 mod heatmap;
 mod job;
 mod light;
 mod openexr;
 mod overlay;
 mod painter;
+mod path;
 mod picture;
 mod png;
 mod prepare;
 mod probe;
+mod reflect;
 mod sample;
 mod save;
 mod settings;
@@ -38,13 +42,15 @@ mod surface;
 mod tile;
 mod tone;
 mod view;
+mod worker;
 
 #[cfg(test)]
 mod tests;
 
+pub use denoise::denoise;
 pub use error::{CameraError, RenderError};
 pub use heatmap::Heatmap;
-pub use job::{Job, Progress, render};
+pub use job::{Job, Progress, render, render_moments};
 pub use overlay::Overlay;
 pub use painter::Painter;
 pub use picture::{Picture, Pixel, Rect};
@@ -56,3 +62,4 @@ pub use stats::{Octaves, Seconds, Stats};
 pub use tile::{places, tiles};
 pub use tone::tone_map;
 pub use view::View;
+pub use worker::Shot;

@@ -3,12 +3,21 @@
 use super::{Settings, Stats, tone};
 use crate::diag::Diagnostic;
 use crate::render::RenderError;
+use crate::scene::Tone;
 
 /// What a picture holds in one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pixel {
     /// Light from the solid and the air: linear red, green, blue, without the background.
     pub color: [f32; 3],
+    /// Of that, what the solid gives off, or reflects straight from a light.
+    pub direct: [f32; 3],
+    /// Of that, what it reflects from the sky and from elsewhere on the solid.
+    pub indirect: [f32; 3],
+    /// Of that, what comes from the air and from what is behind everything.
+    pub sky: [f32; 3],
+    /// Share of light that the solid reflects; nothing where there is none.
+    pub albedo: [f32; 3],
     /// Share of the background that is covered.
     pub alpha: f32,
     /// Distance from the eye of the nearest point seen in the pixel; infinite where there is none.
@@ -17,6 +26,12 @@ pub struct Pixel {
     pub position: [f32; 3],
     /// Unit normal there; zero where there is none.
     pub normal: [f32; 3],
+    /// Distance between neighbouring pixels there; zero where there is none.
+    pub footprint: f32,
+    /// Samples taken.
+    pub samples: f32,
+    /// Square of the standard error of its luminance.
+    pub variance: f32,
     /// Evaluations of the field that the pixel's rays needed, those to the sun included.
     pub evaluations: f32,
 }
@@ -25,10 +40,17 @@ impl Pixel {
     /// Nothing.
     pub const EMPTY: Pixel = Pixel {
         color: [0.0; 3],
+        direct: [0.0; 3],
+        indirect: [0.0; 3],
+        sky: [0.0; 3],
+        albedo: [0.0; 3],
         alpha: 0.0,
         depth: f32::INFINITY,
         position: [0.0; 3],
         normal: [0.0; 3],
+        footprint: 0.0,
+        samples: 0.0,
+        variance: 0.0,
         evaluations: 0.0,
     };
 
@@ -65,6 +87,8 @@ pub struct Picture {
     pub background: [f32; 3],
     /// Exposure in stops for screens.
     pub exposure: f64,
+    /// How light becomes brightness on screens.
+    pub tone: Tone,
     /// Whether every tile is there; not so after a cancellation.
     pub finished: bool,
     /// Tiles that are there.
@@ -94,6 +118,7 @@ impl Picture {
             pixels,
             background,
             exposure: settings.exposure,
+            tone: settings.tone,
             finished: false,
             tiles: 0,
             empty: true,
@@ -123,6 +148,7 @@ impl Picture {
         let start = y as usize * width;
         let gain = libm::exp2(self.exposure);
         let row = self.pixels[start..start + width].iter().enumerate();
-        row.flat_map(|(x, p)| tone::bytes(p.over(self.background), gain, (start + x) as u64)).collect()
+        row.flat_map(|(x, p)| tone::bytes(p.over(self.background), (gain, self.tone), (start + x) as u64))
+            .collect()
     }
 }

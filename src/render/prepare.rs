@@ -5,7 +5,7 @@ use super::{Painter, Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId};
-use crate::scene::{Scene, Sky, Spacing, Sun};
+use crate::scene::{Light, Material, Scene, Sky, Spacing, Sun, Surface};
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
 use std::sync::Arc;
@@ -25,14 +25,22 @@ pub struct Prepared {
     pub cells: Arc<Cells>,
     /// Code of the three colour channels; the solid is grey without it.
     pub color: Option<Arc<Tape>>,
+    /// How the solid reflects; matt without it.
+    pub material: Option<Material>,
+    /// Code of what varies of the material from place to place.
+    pub looks: Option<Arc<Tape>>,
+    /// Code of the height that is added to the solid for the sake of its normals.
+    pub bump: Option<Arc<Tape>>,
     /// Changes the colours of what is met, if anybody does.
     pub painter: Option<Box<dyn Painter>>,
     /// How far a hit may lie in front of the surface.
     pub tolerance: Tolerance,
     /// The camera.
     pub view: View,
-    /// The main light.
-    pub sun: Sun,
+    /// The lights, the main one first.
+    pub lights: Vec<Light>,
+    /// Directions of suns and their irradiances, in the same order.
+    pub suns: Vec<(DVec3, DVec3)>,
     /// Light from everywhere else.
     pub sky: Sky,
     /// What samples of the field say.
@@ -51,29 +59,53 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
     // Samples are as far apart as pixels, over the root of how many there are in each.
     let angle = view.pixel() / f64::from(settings.samples).sqrt();
     let spacing = Spacing::Angle { from: view.eye, angle };
-    let (graph, roots) = spacing.limit(&scene.graph, &scene.surface.roots())?;
+    let Surface { material, .. } = &scene.surface;
+    let mut roots = scene.surface.roots();
+    let colors = roots.len();
+    roots.extend(material.iter().flat_map(|m| m.looks()));
+    let looks = roots.len();
+    roots.extend(material.iter().filter_map(|m| m.bump));
+    let (graph, roots) = spacing.limit(&scene.graph, &roots)?;
+    let code = |roots: &[NodeId]| (!roots.is_empty()).then(|| Arc::new(Tape::new(&graph, roots)));
     let tape = Arc::new(Tape::new(&graph, &roots[..1]));
-    let color = (roots.len() > 1).then(|| Arc::new(Tape::new(&graph, &roots[1..])));
     let probe = Probe::new(&tape, &settings.bounds, view.eye);
     let place = graph.place(scene.surface.field).cloned();
     let warnings = probe.judge(place)?;
-    let sun = Sun { direction: scene.sun.direction.try_normalize().unwrap_or(DVec3::Y), ..scene.sun };
+    let lights: Vec<Light> = [Light::Sun(scene.sun)].iter().chain(&scene.lights).map(upright).collect();
+    let suns = lights.iter().filter_map(|light| match light {
+        Light::Sun(sun) => Some((sun.direction, sun.irradiance)),
+        Light::Lamp(_) => None,
+    });
     let tolerance = settings.tolerance.map_or_else(|| tolerance(&view, settings), Tolerance::fixed);
     Ok(Prepared {
         settings: *settings,
         field: roots[0],
         cells: Arc::new(Cells::new(tape.clone(), &settings.bounds.intervals())),
         tape,
-        color,
+        color: code(&roots[1..colors]),
+        material: *material,
+        looks: code(&roots[colors..looks]),
+        bump: code(&roots[looks..]),
         painter: None,
         tolerance,
         view,
-        sun,
+        suns: suns.collect(),
+        lights,
         sky: scene.sky,
         probe,
         warnings,
         graph,
     })
+}
+
+/// A light with a direction, whatever it was given.
+fn upright(light: &Light) -> Light {
+    match *light {
+        Light::Sun(sun) => {
+            Light::Sun(Sun { direction: sun.direction.try_normalize().unwrap_or(DVec3::Y), ..sun })
+        }
+        Light::Lamp(lamp) => Light::Lamp(lamp),
+    }
 }
 
 impl Prepared {

@@ -1,7 +1,7 @@
 //! How a scene is to be rendered: what its script says, unless somebody says otherwise.
 
 use super::RenderError;
-use crate::scene::{Aabb, Film, Scene};
+use crate::scene::{Aabb, Film, Filter, Scene, Tone};
 
 /// How a scene is to be rendered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +12,16 @@ pub struct Settings {
     pub height: u32,
     /// Samples per pixel.
     pub samples: u32,
+    /// Standard error at which a pixel has enough samples, as a share of white; 0 for all of them.
+    pub noise: f64,
+    /// How a pixel weighs its surroundings.
+    pub filter: Filter,
+    /// How often light is followed from surface to surface.
+    pub bounces: u32,
+    /// Where nothing bounces, how far the solid stands in the way of skylight; 0 where it does not.
+    pub occlusion: f64,
+    /// How light becomes brightness in 8-bit pictures.
+    pub tone: Tone,
     /// Exposure in stops, for 8-bit pictures; float pictures hold the light as it is.
     pub exposure: f64,
     /// Where the solid is looked for. Space outside is empty, and solids that reach outside are cut.
@@ -27,12 +37,22 @@ pub struct Settings {
 impl Settings {
     /// The settings that the scene's script asks for. A scene without bounds gets `bounds`.
     pub fn of(scene: &Scene, bounds: Aabb) -> Self {
+        Settings::of_film(&scene.film, scene.bounds.unwrap_or(bounds))
+    }
+
+    /// The settings of a film.
+    pub fn of_film(film: &Film, bounds: Aabb) -> Self {
         Settings {
-            width: scene.film.width,
-            height: scene.film.height,
-            samples: scene.film.samples,
-            exposure: scene.film.exposure,
-            bounds: scene.bounds.unwrap_or(bounds),
+            width: film.width,
+            height: film.height,
+            samples: film.samples,
+            noise: film.noise,
+            filter: film.filter,
+            bounces: film.bounces,
+            occlusion: film.occlusion,
+            tone: film.tone,
+            exposure: film.exposure,
+            bounds,
             tolerance: None,
             seed: 0,
             memory: 8 << 30,
@@ -83,16 +103,7 @@ mod tests {
     use super::*;
 
     fn settings() -> Settings {
-        Settings {
-            width: 800,
-            height: 600,
-            samples: 4,
-            exposure: 0.0,
-            bounds: Aabb::cube(1.0),
-            tolerance: None,
-            seed: 0,
-            memory: 1 << 30,
-        }
+        Settings { memory: 1 << 30, ..Settings::of_film(&Film::default(), Aabb::cube(1.0)) }
     }
 
     #[test]

@@ -11,8 +11,10 @@ pub struct Seconds {
     pub primary: f64,
     /// Normals and colours.
     pub surface: f64,
-    /// Rays to the sun.
+    /// Rays to lights.
     pub shadow: f64,
+    /// Rays from the solid onwards.
+    pub bounced: f64,
     /// Light and air.
     pub shading: f64,
     /// From start to end, on the clock on the wall.
@@ -26,8 +28,10 @@ pub struct Octaves {
     pub primary: u64,
     /// For normals and colours.
     pub surface: u64,
-    /// By rays to the sun.
+    /// By rays to lights.
     pub shadow: u64,
+    /// By rays from the solid onwards.
+    pub bounced: u64,
 }
 
 /// What a picture cost, and how far it is to be trusted.
@@ -35,8 +39,10 @@ pub struct Octaves {
 pub struct Stats {
     /// Rays through the pixels; a ray that misses the bounds counts as not cast.
     pub primary: CastStats,
-    /// Rays to the sun.
+    /// Rays to lights.
     pub shadow: CastStats,
+    /// Rays from the solid onwards.
+    pub bounced: CastStats,
     /// Octaves of noise that were evaluated.
     pub octaves: Octaves,
     /// Tapes that were pruned for parts of the bounds.
@@ -56,7 +62,7 @@ pub struct Stats {
 impl Stats {
     /// Rays of all kinds whose answer is not proven.
     pub fn uncertified(&self) -> u64 {
-        self.primary.uncertified + self.shadow.uncertified
+        self.primary.uncertified + self.shadow.uncertified + self.bounced.uncertified
     }
 }
 
@@ -65,6 +71,7 @@ impl AddAssign for Seconds {
         self.primary += o.primary;
         self.surface += o.surface;
         self.shadow += o.shadow;
+        self.bounced += o.bounced;
         self.shading += o.shading;
         self.wall += o.wall;
     }
@@ -75,6 +82,7 @@ impl AddAssign for Octaves {
         self.primary += o.primary;
         self.surface += o.surface;
         self.shadow += o.shadow;
+        self.bounced += o.bounced;
     }
 }
 
@@ -82,6 +90,7 @@ impl AddAssign for Stats {
     fn add_assign(&mut self, o: Stats) {
         self.primary += o.primary;
         self.shadow += o.shadow;
+        self.bounced += o.bounced;
         self.octaves += o.octaves;
         self.seconds += o.seconds;
         self.pixels += o.pixels;

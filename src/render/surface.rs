@@ -2,6 +2,7 @@
 
 use super::{Painter, Prepared};
 use crate::num::{Dual, Many};
+use crate::scene::Finish;
 use crate::tape::{Cells, Evaluator};
 use glam::DVec3;
 use std::sync::Arc;
@@ -23,10 +24,29 @@ pub(super) struct Patch {
     pub position: DVec3,
     /// Unit normal, outwards.
     pub normal: DVec3,
+    /// Unit normal for the sake of light: the same but for bumps.
+    pub shading: DVec3,
     /// Share of the light that is reflected, by channel.
     pub albedo: DVec3,
+    /// What [`Finish`](crate::scene::Finish) says, in its order, from 0 to 1.
+    pub finish: [f64; Finish::COUNT],
+    /// Light that it gives off by itself.
+    pub emission: DVec3,
     /// Whether the field's gradient or its colour was not a number there.
     pub undefined: bool,
+}
+
+impl Patch {
+    /// A matt grey one.
+    const PLAIN: Patch = Patch {
+        position: DVec3::ZERO,
+        normal: DVec3::Y,
+        shading: DVec3::Y,
+        albedo: GREY,
+        finish: [0.0; Finish::COUNT],
+        emission: DVec3::ZERO,
+        undefined: false,
+    };
 }
 
 /// Evaluates what the eye sees of a solid; one per thread.
@@ -34,6 +54,11 @@ pub(super) struct Surface {
     cells: Arc<Cells>,
     field: Evaluator<Many<Dual, LANES>>,
     color: Option<Evaluator<Many<f64, LANES>>>,
+    /// What [`Material::looks`](crate::scene::Material::looks) says.
+    looks: Option<Evaluator<Many<f64, LANES>>>,
+    /// Whether it says of light that is given off.
+    is_shining: bool,
+    bump: Option<Evaluator<Many<Dual, LANES>>>,
     painter: Option<Box<dyn Painter>>,
 }
 
@@ -43,6 +68,9 @@ impl Surface {
             cells: scene.cells.clone(),
             field: Evaluator::new(scene.tape.clone()),
             color: scene.color.clone().map(Evaluator::new),
+            looks: scene.looks.clone().map(Evaluator::new),
+            is_shining: scene.material.is_some_and(|m| m.emission.is_some()),
+            bump: scene.bump.clone().map(Evaluator::new),
             painter: scene.painter.clone(),
         }
     }
@@ -67,8 +95,7 @@ impl Surface {
             }
             return;
         }
-        let none = Patch { position: DVec3::ZERO, normal: DVec3::Y, albedo: GREY, undefined: false };
-        out.resize(seen.len(), none);
+        out.resize(seen.len(), Patch::PLAIN);
         let cells = self.cells.clone();
         let places = seen.iter().enumerate().map(|(i, (p, _))| (i, p.to_array(), 0.0));
         for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
@@ -93,18 +120,51 @@ impl Surface {
             last = points.next().map_or(last, |(position, _)| position);
             (p[0][lane], p[1][lane], p[2][lane]) = (last.x, last.y, last.z);
         }
-        let duals = |axis: usize| Many(p[axis].map(|x| Dual::coordinate(x, axis)));
-        let field = *self.field.eval(&std::array::from_fn(duals));
-        let color = self.color.as_mut().map(|color| {
-            color.eval(&p.map(Many));
-            [0, 1, 2].map(|channel| color.output(channel).0)
-        });
+        let duals = std::array::from_fn(|axis| Many(p[axis].map(|x| Dual::coordinate(x, axis))));
+        let points = p.map(Many);
+        let field = *self.field.eval(&duals);
+        let color = self.color.as_mut().map(|color| outputs::<3>(color, &points));
+        let finish = self.looks.as_mut().map(|looks| outputs::<{ Finish::COUNT }>(looks, &points));
+        let emission = self.looks.as_ref().filter(|_| self.is_shining);
+        let emission = emission.map(|looks| [0, 1, 2].map(|c| looks.output(Finish::COUNT + c).0));
+        let bump = self.bump.as_mut().map(|bump| *bump.eval(&duals));
         for (i, (position, direction)) in seen.enumerate() {
-            let normal = DVec3::from_array(field.0[i].grad).try_normalize();
-            let given = color.map_or(GREY, |c| DVec3::new(c[0][i], c[1][i], c[2][i]));
-            let undefined = normal.is_none() || given.is_nan();
-            let albedo = if given.is_nan() { MAGENTA } else { given.clamp(DVec3::ZERO, DVec3::ONE) };
-            tell(Patch { position, normal: normal.unwrap_or(-direction), albedo, undefined }, i);
+            let gradient = DVec3::from_array(field.0[i].grad);
+            let normal = gradient.try_normalize();
+            let rgb = |c: [[f64; LANES]; 3]| DVec3::new(c[0][i], c[1][i], c[2][i]);
+            let (given, given_off) = (color.map_or(GREY, rgb), emission.map_or(DVec3::ZERO, rgb));
+            let finish = finish.map_or(Patch::PLAIN.finish, |finish| finish.map(|lanes| lanes[i]));
+            let undefined = normal.is_none()
+                || given.is_nan()
+                || given_off.is_nan()
+                || finish.iter().any(|share| share.is_nan());
+            let normal = normal.unwrap_or(-direction);
+            let rise = bump.map_or(DVec3::ZERO, |bump| DVec3::from_array(bump.0[i].grad));
+            let patch = Patch {
+                position,
+                normal,
+                shading: bumped(normal, rise),
+                albedo: if given.is_nan() { MAGENTA } else { given.clamp(DVec3::ZERO, DVec3::ONE) },
+                finish: finish.map(|share| if share > 0.0 { share.min(1.0) } else { 0.0 }),
+                emission: DVec3::from_array(given_off.to_array().map(|c| if c > 0.0 { c } else { 0.0 })),
+                undefined,
+            };
+            tell(patch, i);
         }
     }
+}
+
+/// The first outputs of some code.
+fn outputs<const N: usize>(
+    code: &mut Evaluator<Many<f64, LANES>>,
+    at: &[Many<f64, LANES>; 3],
+) -> [[f64; LANES]; N] {
+    code.eval(at);
+    std::array::from_fn(|i| code.output(i).0)
+}
+
+/// The normal of a surface raised by a height with a gradient: what the height does not say of the surface's own
+/// tangent plane does not matter (Blinn 1978).
+fn bumped(normal: DVec3, rise: DVec3) -> DVec3 {
+    (normal - (rise - rise.dot(normal) * normal)).try_normalize().unwrap_or(normal)
 }

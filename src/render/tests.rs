@@ -100,11 +100,12 @@ impl Build {
     fn scene(self, field: NodeId) -> Scene {
         Scene {
             graph: Arc::new(self.0),
-            surface: Surface { field, color: None, keep: None },
+            surface: Surface { field, color: None, material: None, keep: None },
             camera: Camera { eye: DVec3::new(0.0, 0.0, 4.0), target: DVec3::ZERO, up: DVec3::Y, fov: 35.0 },
             sun: Sun { direction: DVec3::X, ..Sun::default() },
+            lights: Vec::new(),
             sky: Sky { background: DVec3::ZERO, ..Sky::default() },
-            film: Film { width: 48, height: 40, samples: 4, exposure: 0.0 },
+            film: Film { width: 48, height: 40, samples: 4, ..Film::default() },
             bounds: Some(Aabb::cube(1.5)),
             params: Vec::new(),
         }
@@ -196,7 +197,7 @@ fn a_box_throws_its_shadow_on_the_floor() {
 fn planet() -> Scene {
     let mut scene = ball();
     let scattering = DVec3::new(5.8, 13.5, 33.1);
-    scene.sky.air = Some(Air { radius: 1.0, height: 0.01, scattering });
+    scene.sky.air = Some(Air { radius: 1.0, height: 0.01, scattering, shafts: false });
     scene.sky.up = None;
     scene.bounds = Some(Aabb::cube(1.01));
     scene

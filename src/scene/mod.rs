@@ -5,9 +5,15 @@
 
 mod detail;
 mod ensemble;
+mod film;
+mod light;
+mod material;
 
 pub use detail::Spacing;
 pub use ensemble::{Ensemble, Member, period};
+pub use film::{Film, Filter, Shutter, Tone};
+pub use light::{Lamp, Light, Sun};
+pub use material::{Finish, Material, Matt};
 
 use crate::expr::{Graph, NodeId};
 use crate::num::Interval;
@@ -25,9 +31,11 @@ pub struct Scene {
     pub camera: Camera,
     /// Its main light.
     pub sun: Sun,
+    /// Other lights.
+    pub lights: Vec<Light>,
     /// Light from everywhere else, and what is behind the solid.
     pub sky: Sky,
-    /// Picture size and exposure.
+    /// Picture size, sampling and exposure.
     pub film: Film,
     /// The box outside of which nothing is looked for; found from the field where it is `None`.
     pub bounds: Option<Aabb>,
@@ -42,6 +50,8 @@ pub struct Surface {
     pub field: NodeId,
     /// Linear red, green, blue in [0, 1] as fields; a neutral grey where `None`.
     pub color: Option<[NodeId; 3]>,
+    /// How it reflects; matt where `None`.
+    pub material: Option<Material>,
     /// Which of its components are there; all where `None`.
     pub keep: Option<Keep>,
 }
@@ -166,24 +176,8 @@ pub fn direction(azimuth: f64, elevation: f64) -> DVec3 {
     DVec3::new(libm::cos(e) * libm::sin(a), libm::sin(e), libm::cos(e) * libm::cos(a))
 }
 
-/// A light so far away that its rays are parallel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sun {
-    /// Unit vector from the scene towards the sun.
-    pub direction: DVec3,
-    /// Irradiance on a surface that faces the sun, per channel; pi makes white come out as 1.
-    pub irradiance: DVec3,
-    /// Whether the solid throws shadows.
-    pub shadows: bool,
-}
-
-impl Default for Sun {
-    fn default() -> Self {
-        Sun { direction: direction(60.0, 45.0), irradiance: DVec3::splat(2.6), shadows: true }
-    }
-}
-
-/// Light from all around and the background.
+/// Light from all around and the background: one radiance from the half of all directions that is above, one from the
+/// other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
     /// Radiance of ambient light from above (as `up` has it).
@@ -220,32 +214,8 @@ pub struct Air {
     pub height: f64,
     /// Scattering coefficient per unit length at `radius`, per channel.
     pub scattering: DVec3,
-}
-
-/// Picture size and exposure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Film {
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// Samples per pixel; a square number keeps the strata square.
-    pub samples: u32,
-    /// Exposure in stops.
-    pub exposure: f64,
-}
-
-impl Film {
-    /// Longest side of a picture, in pixels.
-    pub const MAX_SIDE: u32 = 65_536;
-    /// Most samples per pixel.
-    pub const MAX_SAMPLES: u32 = 65_536;
-}
-
-impl Default for Film {
-    fn default() -> Self {
-        Film { width: 800, height: 600, samples: 4, exposure: 0.0 }
-    }
+    /// Whether the solid throws shadows into it.
+    pub shafts: bool,
 }
 
 /// A number that the script lets its user turn.

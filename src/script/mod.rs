@@ -279,11 +279,13 @@ fn finish(host: &Host, value: &SceneValue) -> fault::Outcome<Scene> {
     let field = still(value.surface.node)?;
     let color = value.surface.color.map(|[r, g, b]| Ok::<_, fault::Fault>([still(r)?, still(g)?, still(b)?]));
     let color = color.transpose()?;
+    let material = value.material.map(|m| m.changed(still)).transpose()?;
     Ok(Scene {
         graph: Arc::new(host.graph.borrow().clone()),
-        surface: Surface { field, color, keep: value.keep },
+        surface: Surface { field, color, material, keep: value.keep },
         camera: value.camera,
         sun: value.sun,
+        lights: value.lights.clone(),
         sky: value.sky,
         film: value.film,
         bounds: value.bounds,

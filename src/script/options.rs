@@ -160,6 +160,13 @@ impl<'a, 'b> Options<'a, 'b> {
         given.read_lock::<T>().map(|v| v.clone()).ok_or_else(|| self.wrong(key, wanted, &given))
     }
 
+    /// The same, if it is given.
+    pub fn given<T: Clone + 'static>(&mut self, key: &'static str, wanted: &str) -> Outcome<Option<T>> {
+        let Some(given) = self.get(key) else { return Ok(None) };
+        let found = given.read_lock::<T>().map(|v| v.clone());
+        found.map(Some).ok_or_else(|| self.wrong(key, wanted, &given))
+    }
+
     /// A field, which must be given.
     pub fn field(&mut self, key: &'static str) -> Outcome<Field> {
         let given = self.get(key).ok_or_else(|| self.missing(key))?;

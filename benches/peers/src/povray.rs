@@ -72,7 +72,7 @@ fn scene(shadows: bool) -> Scene {
     // POV-Ray's axes are left-handed.
     let camera = Camera { eye: DVec3::new(0.0, 0.0, 4.0), target: DVec3::ZERO, up: DVec3::Y, fov: 48.0 };
     let sun = Sun { direction: DVec3::new(5.0, 7.0, 9.0), shadows, ..Sun::default() };
-    Scene { camera, sun, film: Film { width: SIZE, height: SIZE, samples: 1, exposure: 0.0 }, ..scene }
+    Scene { camera, sun, film: Film { width: SIZE, height: SIZE, samples: 1, ..Film::default() }, ..scene }
 }
 
 fn picture(scene: &Scene) {

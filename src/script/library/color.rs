@@ -58,14 +58,19 @@ pub(super) fn register(lib: &mut Library<'_>) {
 impl Call<'_> {
     /// Argument `i` as a colour that may vary from point to point.
     pub fn color_nodes(&self, i: usize) -> Outcome<[NodeId; 3]> {
-        if let Ok(text) = self.args[i].clone().into_string() {
-            let c = hex(&text)?;
-            return Ok([self.host.constant(c.x)?, self.host.constant(c.y)?, self.host.constant(c.z)?]);
-        }
         let wanted = "a colour such as \"#ff8800\", rgb(1.0, 0.5, 0.0) or a field";
-        let v = self.value(i).map_err(|_| self.wrong(i, wanted))?;
+        self.varying_color(&self.args[i])?.ok_or_else(|| self.wrong(i, wanted))
+    }
+
+    /// The colour that a value is; it may vary from point to point.
+    pub fn varying_color(&self, v: &Dynamic) -> Outcome<Option<[NodeId; 3]>> {
+        if let Ok(text) = v.clone().into_string() {
+            let c = hex(&text)?;
+            return Ok(Some([self.host.constant(c.x)?, self.host.constant(c.y)?, self.host.constant(c.z)?]));
+        }
+        let Ok(Some(v)) = Value::of(self.host, v) else { return Ok(None) };
         let part = |axis| component(&v, axis).node(self.host);
-        Ok([part(0)?, part(1)?, part(2)?])
+        Ok(Some([part(0)?, part(1)?, part(2)?]))
     }
 
     /// The colour that a value is, if it is the same at every point.

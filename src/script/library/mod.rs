@@ -10,9 +10,12 @@ mod color;
 mod components;
 mod fields;
 mod files;
+mod film;
 mod flow;
 mod grid;
 mod grid_files;
+mod light;
+mod material;
 mod mesh;
 mod noise;
 mod numbers;
@@ -72,7 +75,7 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 16] = [
+    let groups: [(&'static str, Group); 19] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -88,6 +91,9 @@ pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<
         ("Colour", color::register),
         ("Components", components::register),
         ("Cameras", camera::register),
+        ("Light and materials", light::register),
+        ("Light and materials", material::register),
+        ("Scenes", film::register),
         ("Scenes", scene::register),
     ];
     for (name, group) in groups {

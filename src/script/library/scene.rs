@@ -1,8 +1,8 @@
-//! Light, sky, film, and the scene that holds everything.
+//! Sky, and the scene that holds everything.
 
 use super::components::Corrected;
-use super::{Call, Library, fields};
-use crate::scene::{self, Aabb, Air, Camera, Film, Keep, Sky, Sun};
+use super::{Call, Library, fields, light};
+use crate::scene::{Aabb, Air, Camera, Film, Keep, Light, Material, Sky, Sun};
 use crate::script::fault::{Fault, Outcome};
 use crate::script::options::Options;
 use crate::script::value::{Field, number};
@@ -16,8 +16,12 @@ pub struct SceneValue {
     pub surface: Field,
     /// Where it is seen from.
     pub camera: Camera,
+    /// How it reflects, if not matt.
+    pub material: Option<Material>,
     /// Its main light.
     pub sun: Sun,
+    /// Other lights.
+    pub lights: Vec<Light>,
     /// Everything around it.
     pub sky: Sky,
     /// Picture size and exposure.
@@ -32,44 +36,35 @@ impl SceneValue {
     /// A field seen by default.
     pub fn new(surface: Field) -> Self {
         let (camera, sun, sky, film) = (Camera::default(), Sun::default(), Sky::default(), Film::default());
-        SceneValue { surface, camera, sun, sky, film, bounds: None, keep: None }
+        SceneValue {
+            surface,
+            material: None,
+            camera,
+            sun,
+            lights: Vec::new(),
+            sky,
+            film,
+            bounds: None,
+            keep: None,
+        }
     }
 }
 
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<SceneValue>("Scene");
-    lib.name_type::<Sun>("Sun");
     lib.name_type::<Sky>("Sky");
     lib.name_type::<Air>("Air");
-    lib.name_type::<Film>("Film");
-    let sentence = "The light of a sun. Options: azimuth, elevation (degrees), strength, color, shadows.";
-    lib.def("sun(options)", sentence, "sun(#{ azimuth: 120.0, elevation: 35.0 })", sun);
     let sentence = "What surrounds the solid. Options: zenith, nadir (light from above and below), up (a direction, or \"outward\" on a planet), background, air.";
     lib.def("sky(options)", sentence, "sky(#{ zenith: \"#8090a0\", background: \"#000\" })", sky);
     let sentence = "Clear air around a planet. Options: radius, height (over which it thins by a factor e), scattering (per unit of length).";
     lib.def("air(options)", sentence, "air(#{ radius: 1.0, height: metres(8000) })", air);
-    let sentence = "The picture. Options: width, height (pixels), samples (per pixel), exposure (stops).";
-    lib.def("film(options)", sentence, "film(#{ width: 1920, height: 1080, samples: 16 })", film);
-    let sentence = "What a picture shows. Options: surface (needed), camera, sun, sky, film, bounds (half the size of a cube, or [min, max]).";
+    let sentence = "What a picture shows. Options: surface (needed), material, camera, sun, lights (an array of more suns, and lamps), sky, film, bounds (half the size of a cube, or [min, max]).";
     lib.def(
         "scene(options)",
         sentence,
         "scene(#{ surface: sphere(1.0), camera: orbit(#{ distance: 3.0 }) })",
         build,
     );
-}
-
-fn sun(c: &Call<'_>) -> Outcome<Dynamic> {
-    let default = Sun::default();
-    let mut o = Options::new(c, 0)?;
-    let azimuth = o.number("azimuth", -3600.0..=3600.0, 60.0)?;
-    let elevation = o.number("elevation", -90.0..=90.0, 45.0)?;
-    let strength = o.number("strength", 0.0..=1e6, 2.6)?;
-    let color = o.color("color", DVec3::ONE)?;
-    let shadows = o.flag("shadows", default.shadows)?;
-    o.finish()?;
-    let direction = scene::direction(azimuth, elevation);
-    Ok(Dynamic::from(Sun { direction, irradiance: strength * color, shadows }))
 }
 
 fn sky(c: &Call<'_>) -> Outcome<Dynamic> {
@@ -80,7 +75,7 @@ fn sky(c: &Call<'_>) -> Outcome<Dynamic> {
     let background = o.color("background", default.background)?;
     let outward = o.get("up").is_some_and(|v| v.into_string().is_ok_and(|text| text == "outward"));
     let up = if outward { None } else { Some(o.direction("up", DVec3::Y)?) };
-    let none = Air { radius: 0.0, height: 0.0, scattering: DVec3::ZERO };
+    let none = Air { radius: 0.0, height: 0.0, scattering: DVec3::ZERO, shafts: false };
     let air = o.typed("air", "air(#{ ... })", none)?;
     o.finish()?;
     Ok(Dynamic::from(Sky { zenith, nadir, up, background, air: (air != none).then_some(air) }))
@@ -92,19 +87,7 @@ fn air(c: &Call<'_>) -> Outcome<Dynamic> {
     let height = o.number("height", 1e-9..=1e9, 0.01)?;
     let scattering = o.color("scattering", DVec3::new(5.8, 13.5, 33.1))?;
     o.finish()?;
-    Ok(Dynamic::from(Air { radius, height, scattering }))
-}
-
-fn film(c: &Call<'_>) -> Outcome<Dynamic> {
-    let default = Film::default();
-    let mut o = Options::new(c, 0)?;
-    let width = o.integer("width", 1..=Film::MAX_SIDE.into(), i64::from(default.width))?;
-    let height = o.integer("height", 1..=Film::MAX_SIDE.into(), i64::from(default.height))?;
-    let samples = o.integer("samples", 1..=Film::MAX_SAMPLES.into(), i64::from(default.samples))?;
-    let exposure = o.number("exposure", -64.0..=64.0, default.exposure)?;
-    o.finish()?;
-    // The ranges above fit.
-    Ok(Dynamic::from(Film { width: width as u32, height: height as u32, samples: samples as u32, exposure }))
+    Ok(Dynamic::from(Air { radius, height, scattering, shafts: false }))
 }
 
 fn build(c: &Call<'_>) -> Outcome<Dynamic> {
@@ -119,6 +102,8 @@ fn build(c: &Call<'_>) -> Outcome<Dynamic> {
         camera: o.typed("camera", "a camera such as orbit(#{ ... })", default.camera)?,
         sun: o.typed("sun", "sun(#{ ... })", default.sun)?,
         sky: o.typed("sky", "sky(#{ ... })", default.sky)?,
+        material: o.given("material", "material(#{ ... })")?,
+        lights: light::lights(&mut o)?,
         film: o.typed("film", "film(#{ ... })", default.film)?,
         bounds: o.get("bounds").map(|v| bounds(c, &v)).transpose()?,
         ..default

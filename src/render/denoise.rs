@@ -1,0 +1,180 @@
+//! Denoising: a preview of what more samples would give.
+//!
+//! Light that is noisy is smoothed over neighbouring pixels that show the same thing, as far as their normals, their depths and
+//! their own noise tell. The colour of the surface is divided out before and put back after, so that textures stay
+//! sharp. The mean over a wide surrounding is made of a few small ones, with holes that double (the "à trous" wavelet of
+//! Dammertz, Sewtz, Hanika and Lensch 2010, with the weights by variance of Schied et al. 2017).
+
+use super::{Picture, Pixel};
+use rayon::prelude::*;
+
+/// Rounds; the last looks `2 * 2^(ROUNDS - 1)` pixels far.
+const ROUNDS: u32 = 5;
+
+/// Weights of the cubic B-spline at whole numbers.
+const KERNEL: [f32; 3] = [0.375, 0.25, 0.0625];
+
+/// How many standard errors apart light may be that belongs together.
+const LIGHT: f32 = 4.0;
+
+/// The cosine between normals counts as its power of two, so often.
+const NORMAL: u32 = 6;
+
+/// How far from each other's planes points may lie, in footprints and pixels of distance.
+const DEPTH: f32 = 1.0;
+
+/// Darkest colour that is divided out.
+const DARK: f32 = 0.01;
+
+/// Light of a pixel without the colour of its surface, and how uncertain it is.
+#[derive(Clone, Copy)]
+struct Light {
+    color: [f32; 3],
+    variance: f32,
+}
+
+/// The light of a picture with its noise smoothed: linear red, green, blue, as in [`Pixel::color`].
+pub fn denoise(picture: &Picture) -> Vec<[f32; 3]> {
+    let mut light: Vec<Light> = picture.pixels.iter().map(bare).collect();
+    for round in 0..ROUNDS {
+        let before = &light;
+        light = (0..light.len()).into_par_iter().map(|i| smoothed(picture, before, i, 1 << round)).collect();
+    }
+    let dressed = |(pixel, light): (&Pixel, &Light)| {
+        std::array::from_fn(|c| light.color[c] * surface(pixel, c) + sky(pixel, c))
+    };
+    picture.pixels.iter().zip(&light).map(dressed).collect()
+}
+
+/// What light is multiplied by at a surface; the albedo, as far as it is not nearly black.
+fn surface(pixel: &Pixel, channel: usize) -> f32 {
+    pixel.albedo[channel].max(DARK)
+}
+
+/// What is added to it on the way: no noise worth smoothing.
+fn sky(pixel: &Pixel, channel: usize) -> f32 {
+    pixel.sky[channel]
+}
+
+fn bare(pixel: &Pixel) -> Light {
+    let color = std::array::from_fn(|c| (pixel.color[c] - sky(pixel, c)) / surface(pixel, c));
+    let mean_surface = (0..3).map(|c| surface(pixel, c)).sum::<f32>() / 3.0;
+    Light { color, variance: pixel.variance / (mean_surface * mean_surface) }
+}
+
+/// The light of pixel `i`, with that of others `step` and twice as many pixels away that belong to it.
+fn smoothed(picture: &Picture, light: &[Light], i: usize, step: i64) -> Light {
+    let (width, height) = (i64::from(picture.width), i64::from(picture.height));
+    let (x, y) = (i as i64 % width, i as i64 / width);
+    let (own, mine) = (&picture.pixels[i], light[i]);
+    if own.depth.is_infinite() {
+        return mine;
+    }
+    let error = mine.variance.sqrt();
+    let (mut sum, mut variance, mut weights) = ([0.0f32; 3], 0.0, 0.0);
+    for (dx, dy) in (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| (dx, dy))) {
+        let (u, v) = (x + dx * step, y + dy * step);
+        if !(0..width).contains(&u) || !(0..height).contains(&v) {
+            continue;
+        }
+        let j = (v * width + u) as usize;
+        let (other, theirs) = (&picture.pixels[j], light[j]);
+        let alike = if i == j { 1.0 } else { likeness(own, other) * agreement(&mine, &theirs, error) };
+        let weight = KERNEL[dx.unsigned_abs() as usize] * KERNEL[dy.unsigned_abs() as usize] * alike;
+        for c in 0..3 {
+            sum[c] += weight * theirs.color[c];
+        }
+        variance += weight * weight * theirs.variance;
+        weights += weight;
+    }
+    // Its own weight is never zero.
+    Light { color: sum.map(|c| c / weights), variance: variance / (weights * weights) }
+}
+
+/// Whether two pixels show the same piece of a surface, from 0 to 1.
+fn likeness(a: &Pixel, b: &Pixel) -> f32 {
+    let dot = |u: [f32; 3], v: [f32; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    if b.depth.is_infinite() {
+        return 0.0;
+    }
+    let apart: [f32; 3] = std::array::from_fn(|c| b.position[c] - a.position[c]);
+    let (off, far) = (dot(apart, a.normal).abs(), dot(apart, apart).sqrt());
+    let room = DEPTH * (a.footprint + 0.1 * far);
+    let level = if room > 0.0 { (1.0 - off / room).max(0.0) } else { 1.0 };
+    level * (0..NORMAL).fold(dot(a.normal, b.normal).max(0.0), |cosine, _| cosine * cosine)
+}
+
+/// Whether two lights may be the same but for noise, from 0 to 1.
+fn agreement(a: &Light, b: &Light, error: f32) -> f32 {
+    let apart = (0..3).map(|c| (a.color[c] - b.color[c]).abs()).sum::<f32>() / 3.0;
+    let room = LIGHT * error.max(b.variance.sqrt()) + 1e-4;
+    let share = apart / room;
+    // A bump that ends, so that what differs enough has no say.
+    let left = (1.0 - share * share).max(0.0);
+    left * left
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::{mix, uniform};
+    use crate::render::Settings;
+    use crate::scene::{Aabb, Film};
+
+    const SIDE: u32 = 48;
+
+    /// A flat grey wall of two colours, whose right half faces elsewhere, with noise.
+    fn noisy(noise: f32) -> Picture {
+        let film = Film { width: SIDE, height: SIDE, ..Film::default() };
+        let settings = Settings::of_film(&film, Aabb::cube(1.0));
+        let mut picture = Picture::new(&settings, [0.0; 3]).unwrap();
+        for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+            let (x, y) = (i as u32 % SIDE, i as u32 / SIDE);
+            let albedo = if y.is_multiple_of(8) { 0.2 } else { 0.8 };
+            let own = uniform(mix(i as u64)) as f32 - 0.5;
+            let bright = if x < SIDE / 2 { 0.5 } else { 1.0 };
+            let color = albedo * (bright + noise * own);
+            *pixel = Pixel {
+                color: [color; 3],
+                direct: [color; 3],
+                albedo: [albedo; 3],
+                alpha: 1.0,
+                depth: 10.0,
+                position: [x as f32, y as f32, 0.0],
+                normal: if x < SIDE / 2 { [0.0, 0.0, 1.0] } else { [0.6, 0.0, 0.8] },
+                footprint: 1.0,
+                samples: 1.0,
+                variance: albedo * albedo * noise * noise / 12.0,
+                ..Pixel::EMPTY
+            };
+        }
+        picture
+    }
+
+    /// Root mean square of the difference from the picture without noise.
+    fn error(light: &[[f32; 3]]) -> f32 {
+        let right = noisy(0.0);
+        let squares = light.iter().zip(&right.pixels).map(|(a, b)| (a[0] - b.color[0]).powi(2));
+        (squares.sum::<f32>() / light.len() as f32).sqrt()
+    }
+
+    #[test]
+    fn noise_goes_and_edges_stay() {
+        let picture = noisy(0.6);
+        let before: Vec<[f32; 3]> = picture.pixels.iter().map(|p| p.color).collect();
+        let after = denoise(&picture);
+        assert!(error(&after) < 0.25 * error(&before), "{} {}", error(&after), error(&before));
+        // Across the edge of the wall light is mixed no more than within a half.
+        let row: Vec<f32> = (0..SIDE).map(|x| after[(4 * SIDE + x) as usize][0]).collect();
+        let half = SIDE as usize / 2;
+        assert!(row[half] - row[half - 1] > 0.3, "{row:?}");
+    }
+
+    #[test]
+    fn what_has_no_noise_stays() {
+        let picture = noisy(0.0);
+        for (pixel, light) in picture.pixels.iter().zip(denoise(&picture)) {
+            assert!((pixel.color[0] - light[0]).abs() < 1e-4);
+        }
+    }
+}

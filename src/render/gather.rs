@@ -1,0 +1,141 @@
+//! What pixels gather from their samples, and when they have enough of them.
+
+use super::Pixel;
+use super::surface::Patch;
+use super::tone;
+use crate::scene::Tone;
+use glam::DVec3;
+
+/// Samples after which a pixel is asked for the first time whether it has enough: too few agree by chance.
+pub(super) const PILOT: u32 = 8;
+
+/// Light of one sample, by what it did last before it came towards the eye.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Light {
+    /// Given off by the solid, or reflected by it straight from a light.
+    pub direct: DVec3,
+    /// Reflected from the sky and from elsewhere on the solid.
+    pub indirect: DVec3,
+    /// From the air, and from what is behind everything.
+    pub sky: DVec3,
+}
+
+impl Light {
+    /// All of it.
+    pub fn total(&self) -> DVec3 {
+        self.direct + self.indirect + self.sky
+    }
+
+    /// A share of it, by channel.
+    pub fn times(self, share: DVec3) -> Light {
+        Light { direct: self.direct * share, indirect: self.indirect * share, sky: self.sky * share }
+    }
+}
+
+/// What a pixel has gathered so far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sum {
+    light: Light,
+    alpha: f64,
+    albedo: DVec3,
+    nearest: f64,
+    position: DVec3,
+    normal: DVec3,
+    footprint: f64,
+    /// Evaluations of the field.
+    pub evaluations: f64,
+    count: u32,
+    /// Sums of luminances and of their squares.
+    luminance: [f64; 2],
+}
+
+/// Weights of red, green and blue in luminance (Rec. 709).
+const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+
+impl Sum {
+    /// Nothing yet.
+    pub const NONE: Sum = Sum {
+        light: Light { direct: DVec3::ZERO, indirect: DVec3::ZERO, sky: DVec3::ZERO },
+        alpha: 0.0,
+        albedo: DVec3::ZERO,
+        nearest: f64::INFINITY,
+        position: DVec3::ZERO,
+        normal: DVec3::ZERO,
+        footprint: 0.0,
+        evaluations: 0.0,
+        count: 0,
+        luminance: [0.0; 2],
+    };
+
+    /// Adds light to a sample that is counted by [`end`](Sum::end).
+    pub fn add(&mut self, light: Light) {
+        let Light { direct, indirect, sky } = &mut self.light;
+        *direct += light.direct;
+        *indirect += light.indirect;
+        *sky += light.sky;
+    }
+
+    /// What a sample has met first, if anything, and the distance between pixels there.
+    pub fn see(&mut self, patch: &Patch, distance: f64, footprint: f64) {
+        self.albedo += patch.albedo;
+        if distance < self.nearest {
+            (self.nearest, self.position, self.normal) = (distance, patch.position, patch.normal);
+            self.footprint = footprint;
+        }
+    }
+
+    /// Ends a sample: counts it, with the share of the background that it covers and all the light that it brought.
+    pub fn end(&mut self, alpha: f64, light: DVec3) {
+        self.alpha += alpha;
+        self.count += 1;
+        let luminance = light.dot(LUMINANCE);
+        self.luminance[0] += luminance;
+        self.luminance[1] += luminance * luminance;
+    }
+
+    /// Whether the standard error of the mean, as a screen shows it, is below a share of white.
+    pub fn is_enough(&self, noise: f64, (gain, tone): (f64, Tone), background: DVec3) -> bool {
+        if self.count < PILOT {
+            return false;
+        }
+        let n = f64::from(self.count);
+        let mean = self.luminance[0] / n;
+        let (error, behind) = (self.variance().sqrt(), (1.0 - self.alpha / n) * background.dot(LUMINANCE));
+        // Covered or not is a matter of chance as well, in front of a bright background.
+        let cover = self.alpha / n;
+        let error = error + (cover * (1.0 - cover) / n).sqrt() * background.dot(LUMINANCE);
+        let shown = |luminance: f64| tone::brightness(gain * luminance.max(0.0), tone);
+        shown(mean + behind + error) - shown(mean + behind - error) < 2.0 * noise
+    }
+
+    /// Square of the standard error of the mean luminance. One sample says nothing of it: then it is taken to be as wrong as
+    /// it is bright.
+    fn variance(&self) -> f64 {
+        let n = f64::from(self.count.max(1));
+        let mean = self.luminance[0] / n;
+        let spread = (self.luminance[1] / n - mean * mean).max(0.0);
+        if self.count > 1 { spread / (n - 1.0) } else { mean * mean }
+    }
+
+    /// The pixel.
+    pub fn resolve(&self) -> Pixel {
+        let share = 1.0 / f64::from(self.count.max(1));
+        let Light { direct, indirect, sky } = self.light;
+        let channels = |sum: DVec3| (sum * share).as_vec3().to_array();
+        Pixel {
+            color: channels(self.light.total()),
+            direct: channels(direct),
+            indirect: channels(indirect),
+            sky: channels(sky),
+            albedo: channels(self.albedo),
+            alpha: (self.alpha * share) as f32,
+            depth: self.nearest as f32,
+            position: self.position.as_vec3().to_array(),
+            normal: self.normal.as_vec3().to_array(),
+            footprint: self.footprint as f32,
+            samples: self.count as f32,
+            variance: self.variance() as f32,
+            evaluations: self.evaluations as f32,
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Workers: threads with a caster and memory of their own, which render tiles.
+//!
+//! A pixel takes its samples in rounds, until it has all of them or enough. In each round the samples of a tile go
+//! together from stage to stage ([`path`](super::path)), many rays at once, those of one moment after those of
+//! another: a picture of what moves is made of several [`Shot`]s.
+
+use super::air::Atmosphere;
+use super::gather::{PILOT, Sum};
+use super::path::Paths;
+use super::sample::{Sample, Strata};
+use super::surface::Surface;
+use super::tile::places;
+use super::{Job, Pixel, Prepared, Rect, Stats};
+use crate::cast::Caster;
+
+/// Rays that a stage handles at once, about: enough for full batches, few enough that their state
+/// stays in the cache and a cancelled job stops soon.
+const GROUP: u32 = 4096;
+
+/// A scene at one moment, and a caster made for its field.
+#[derive(Clone, Copy)]
+pub struct Shot<'a> {
+    /// The scene.
+    pub scene: &'a Prepared,
+    /// The caster.
+    pub caster: &'a dyn Caster,
+}
+
+/// What a thread needs to see a shot.
+pub(super) struct Seer<'a> {
+    pub scene: &'a Prepared,
+    pub air: Option<Atmosphere>,
+    pub caster: Box<dyn Caster>,
+    pub surface: Surface,
+}
+
+/// One thread.
+pub(super) struct Worker<'a> {
+    /// One for each moment.
+    seers: Vec<Seer<'a>>,
+    strata: Strata,
+    pub(super) stats: Stats,
+    sums: Vec<Sum>,
+    samples: Vec<Sample>,
+    paths: Paths,
+    pixels: Vec<Pixel>,
+}
+
+impl<'a> Worker<'a> {
+    pub(super) fn new(shots: &[Shot<'a>]) -> Self {
+        let seers = shots.iter().map(|shot| Seer {
+            scene: shot.scene,
+            air: shot.scene.sky.air.as_ref().and_then(Atmosphere::new),
+            caster: shot.caster.clone_box(),
+            surface: Surface::new(shot.scene),
+        });
+        let settings = &shots[0].scene.settings;
+        Worker {
+            seers: seers.collect(),
+            strata: Strata::new(settings.samples),
+            stats: Stats::default(),
+            sums: Vec::new(),
+            samples: Vec::new(),
+            paths: Paths::default(),
+            pixels: Vec::new(),
+        }
+    }
+
+    /// Renders a tile; `None` when the job was cancelled before it was finished.
+    pub(super) fn tile(&mut self, rect: &Rect, job: &Job<'_>) -> Option<&[Pixel]> {
+        let area = rect.width * rect.height;
+        self.sums.clear();
+        self.sums.resize(area as usize, Sum::NONE);
+        let settings = self.seers[0].scene.settings;
+        let mut pixels: Vec<(u32, u32)> = places(rect).collect();
+        let at_once = (GROUP / area).max(self.seers.len() as u32).max(1);
+        let (mut first, mut asked) = (0, PILOT);
+        while first < settings.samples && !pixels.is_empty() {
+            let mut end = settings.samples.min(first + at_once);
+            if settings.noise > 0.0 {
+                end = end.min(asked);
+            }
+            for moment in 0..self.seers.len() {
+                self.samples(rect, &pixels, first..end, moment);
+                let seer = &mut self.seers[moment];
+                self.paths.trace(seer, &self.samples, &mut self.sums, &mut self.stats, job)?;
+            }
+            self.stats.samples += pixels.len() as u64 * u64::from(end - first);
+            first = end;
+            if settings.noise > 0.0 && first == asked {
+                let is_done = |x: u32, y: u32| self.is_done((y * rect.width + x) as usize);
+                pixels.retain(|&(x, y)| !is_done(x, y));
+                asked = asked.saturating_mul(2);
+            }
+        }
+        self.stats.pixels += u64::from(area);
+        self.pixels.clear();
+        self.pixels.extend(self.sums.iter().map(Sum::resolve));
+        Some(&self.pixels)
+    }
+
+    /// Whether a pixel has enough samples.
+    fn is_done(&self, pixel: usize) -> bool {
+        let Prepared { settings, sky, .. } = self.seers[0].scene;
+        let shown = (libm::exp2(settings.exposure), settings.tone);
+        self.sums[pixel].is_enough(settings.noise, shown, sky.background)
+    }
+
+    /// Lists samples of pixels, as far as they belong to a moment.
+    fn samples(&mut self, rect: &Rect, pixels: &[(u32, u32)], range: std::ops::Range<u32>, moment: usize) {
+        let seed = self.seers[0].scene.settings.seed;
+        self.samples.clear();
+        for &(column, row) in pixels {
+            let (x, y) = (rect.x + column, rect.y + row);
+            let in_tile = (row * rect.width + column) as usize;
+            for sample in range.clone() {
+                let one = Sample::new([x, y], sample, seed, in_tile);
+                if one.moment(self.seers.len()) == moment {
+                    self.samples.push(one.placed(&self.strata));
+                }
+            }
+        }
+    }
+}
