@@ -61,6 +61,8 @@ fn whole_picture(root: NodeId, b: common::Build) {
         sun: Sun { direction: direction(140.0, 35.0), ..Sun::default() },
         lights: Vec::new(),
         sky: Sky::default(),
+        moon: None,
+        sea: None,
         film: Film { width: 800, height: 800, samples: 1, ..Film::default() },
         bounds: None,
         params: Vec::new(),

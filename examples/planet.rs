@@ -64,6 +64,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         },
         lights: Vec::new(),
         sky: Sky { up: None, background: DVec3::ZERO, air: Some(air), ..Sky::default() },
+        moon: None,
+        sea: None,
         film: Film { width: 480, height: 360, samples: 4, ..Film::default() },
         bounds: Some(Aabb::cube(1.1)),
         params: Vec::new(),

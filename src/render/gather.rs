@@ -32,6 +32,68 @@ impl Light {
     }
 }
 
+/// What a sample met first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Met {
+    pub patch: Patch,
+    /// From the eye.
+    pub distance: f64,
+    /// Distance between neighbouring pixels there.
+    pub footprint: f64,
+}
+
+/// What comes of a sample.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Outcome {
+    light: Light,
+    /// What it met, if anything.
+    met: Option<Met>,
+    /// Share of light from beyond everything that gets through.
+    through: DVec3,
+    /// Share of the background that is covered by a moon.
+    moon: f64,
+    /// Evaluations of the field.
+    pub evaluations: f64,
+}
+
+impl Outcome {
+    /// What it met first, if anything, and the share of light that gets through to there.
+    pub fn see(&mut self, met: Option<Met>, through: DVec3) {
+        self.met = met;
+        self.through = if met.is_some() { DVec3::ZERO } else { through };
+    }
+
+    /// Adds light that the path has brought at some step.
+    pub fn add(&mut self, light: Light, step: u32) {
+        match step {
+            0 => self.light = light,
+            _ => self.light.indirect += light.total(),
+        }
+    }
+
+    /// Whether there is anything behind the air.
+    pub fn is_open(&self) -> bool {
+        self.met.is_none()
+    }
+
+    /// Puts what another sample saw behind it, as a moon.
+    pub fn put_behind(&mut self, other: &Outcome) {
+        self.light.sky += self.through * other.light.total();
+        self.moon = other.alpha();
+        self.evaluations += other.evaluations;
+    }
+
+    /// Puts light from beyond everything behind it.
+    pub fn put_beyond(&mut self, radiance: DVec3) {
+        self.light.sky += self.through * radiance * (1.0 - self.moon);
+    }
+
+    /// Share of the background that is covered.
+    fn alpha(&self) -> f64 {
+        1.0 - self.through.element_sum() / 3.0 * (1.0 - self.moon)
+    }
+}
+
 /// What a pixel has gathered so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sum {
@@ -42,8 +104,7 @@ pub(super) struct Sum {
     position: DVec3,
     normal: DVec3,
     footprint: f64,
-    /// Evaluations of the field.
-    pub evaluations: f64,
+    evaluations: f64,
     count: u32,
     /// Sums of luminances and of their squares.
     luminance: [f64; 2],
@@ -67,28 +128,24 @@ impl Sum {
         luminance: [0.0; 2],
     };
 
-    /// Adds light to a sample that is counted by [`end`](Sum::end).
-    pub fn add(&mut self, light: Light) {
+    /// Adds a sample.
+    pub fn add(&mut self, outcome: &Outcome) {
+        let Outcome { light, met, evaluations, .. } = outcome;
         let Light { direct, indirect, sky } = &mut self.light;
         *direct += light.direct;
         *indirect += light.indirect;
         *sky += light.sky;
-    }
-
-    /// What a sample has met first, if anything, and the distance between pixels there.
-    pub fn see(&mut self, patch: &Patch, distance: f64, footprint: f64) {
-        self.albedo += patch.albedo;
-        if distance < self.nearest {
-            (self.nearest, self.position, self.normal) = (distance, patch.position, patch.normal);
-            self.footprint = footprint;
+        if let Some(Met { patch, distance, footprint }) = met {
+            self.albedo += patch.albedo;
+            if *distance < self.nearest {
+                (self.nearest, self.position, self.normal) = (*distance, patch.position, patch.normal);
+                self.footprint = *footprint;
+            }
         }
-    }
-
-    /// Ends a sample: counts it, with the share of the background that it covers and all the light that it brought.
-    pub fn end(&mut self, alpha: f64, light: DVec3) {
-        self.alpha += alpha;
+        self.alpha += outcome.alpha();
+        self.evaluations += evaluations;
         self.count += 1;
-        let luminance = light.dot(LUMINANCE);
+        let luminance = light.total().dot(LUMINANCE);
         self.luminance[0] += luminance;
         self.luminance[1] += luminance * luminance;
     }

@@ -75,6 +75,20 @@ fn in_cone(axis: DVec3, cosine: f64, around: f64) -> DVec3 {
     (cosine * axis + sine * (libm::cos(turn) * a + libm::sin(turn) * b)).normalize()
 }
 
+/// Radiance from beyond everything: that of the discs of suns.
+pub(super) fn beyond(lights: &[Light], direction: DVec3) -> DVec3 {
+    let disc = |light: &Light| match light {
+        Light::Sun(sun) if sun.size > 0.0 => {
+            let edge = libm::cos(0.5 * sun.size.to_radians());
+            // The solid angle of the disc, seen slantwise at its rim as irradiance is.
+            let angle = PI * (1.0 - edge) * (1.0 + edge);
+            if direction.dot(sun.direction) >= edge { sun.irradiance / angle } else { DVec3::ZERO }
+        }
+        _ => DVec3::ZERO,
+    };
+    lights.iter().map(disc).sum()
+}
+
 /// Light from all around.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surroundings<'a> {
@@ -97,6 +111,14 @@ impl Surroundings<'_> {
         let above = direction.dot(self.up(p)) > 0.0;
         let own = if above { self.sky.zenith } else { self.sky.nadir };
         own + self.air.map_or(DVec3::ZERO, |air| air.sky(p, direction, self.suns))
+    }
+
+    /// What the air does to light that comes along a piece of a line, given by its beginning, its direction and its length: the
+    /// share that gets through, and what it adds. `sunny` says where along it the sun shines.
+    pub fn along(&self, ray: (DVec3, DVec3, f64), jitter: f64, sunny: &[f64]) -> (DVec3, DVec3) {
+        let Some(air) = self.air else { return (DVec3::ONE, DVec3::ZERO) };
+        let seen = air.along(ray.0, ray.1, ray.2, self.suns, jitter, sunny);
+        (seen.transmittance, seen.scattered)
     }
 
     /// Mean radiance over the hemisphere that a patch faces, weighted as a matt surface does.

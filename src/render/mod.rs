@@ -42,6 +42,7 @@ mod surface;
 mod tile;
 mod tone;
 mod view;
+mod water;
 mod worker;
 
 #[cfg(test)]

@@ -11,40 +11,54 @@
 //! is drawn as the material reflects, so that these shares are close to its colour. Suns and lamps are asked for at every place
 //! and never found by chance, the sky is found by paths that escape and never asked for: each kind of light comes in
 //! once, and the mean over all samples is right for the bounces that are allowed.
+//!
+//! On the surface of a sea a path parts in two: one is reflected, and one goes down ([`water`](super::water)).
 
 use super::air::Atmosphere;
-use super::gather::{Light, Sum};
+use super::gather::{Light, Met, Outcome};
 use super::light::{self, Surroundings};
 use super::reflect::Reflector;
 use super::sample::{Purpose, Sample};
-use super::surface::Patch;
+use super::surface::{Patch, Surface};
+use super::water::Water;
 use super::worker::Seer;
-use super::{Job, Prepared, Stats};
+use super::{Prepared, Stats};
 use crate::cast::{Hit, Ray, Tolerance};
 use crate::noise;
 use crate::scene;
 use glam::DVec3;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
+
+/// How often a path may be reflected by water, beside its bounces.
+const REFLECTIONS: u32 = 2;
 
 /// A path on its way.
 #[derive(Clone, Copy)]
-struct Path {
+pub(super) struct Path {
     sample: usize,
     origin: DVec3,
     direction: DVec3,
     /// Share of light that gets from here to the eye, by channel.
     weight: DVec3,
-    /// Distance to the solid, and the number of the patch there; infinite for a miss.
+    /// How often it has been reflected by the solid.
+    bounce: u32,
+    /// Light that comes back from all around, where it is under water.
+    under: Option<DVec3>,
+    /// Distance to what is met next; infinite for a miss.
     distance: f64,
+    /// Whether that is water.
+    is_water: bool,
+    /// The number of the patch there.
     patch: usize,
 }
 
-/// A ray to a light, and what it would bring.
+/// A ray to a light, and what it would bring to a patch: reflected by it, and by what is below it.
 #[derive(Clone, Copy)]
 struct Errand {
     patch: usize,
     brings: DVec3,
+    below: DVec3,
     is_sky: bool,
 }
 
@@ -56,50 +70,57 @@ pub(super) struct Paths {
     /// Whose the rays are.
     owners: Vec<usize>,
     hits: Vec<Hit>,
+    /// Of the solid first, then of water.
     patches: Vec<Patch>,
-    /// The sample of each patch, and the direction towards where it is seen from.
-    seen: Vec<(usize, DVec3)>,
+    /// How many of them are of the solid.
+    dry: usize,
+    /// The path of each patch.
+    seen: Vec<Path>,
     /// What leaves each patch on the way back.
     shine: Vec<Light>,
+    /// What comes back from the water below it.
+    glow: Vec<DVec3>,
+    /// Share of light that reaches each patch of the solid through the water above it.
+    dim: Vec<DVec3>,
     errands: Vec<Errand>,
-    /// Light that each sample has brought.
-    brought: Vec<DVec3>,
     /// Whether the sun shines at places in the air.
     sunny: Vec<f64>,
     /// How many of these places belong to each path.
     nodes: Vec<usize>,
-    /// Share of the background that each sample covers.
-    alphas: Vec<f64>,
+    /// What comes of each sample.
+    pub outcomes: Vec<Outcome>,
+}
+
+/// What the stages of a trace have in common.
+pub(super) struct Trace<'a> {
+    pub samples: &'a [Sample],
+    pub stats: &'a mut Stats,
+    pub cancel: &'a AtomicBool,
+}
+
+impl Trace<'_> {
+    fn go_on(&self) -> Option<()> {
+        (!self.cancel.load(Ordering::Relaxed)).then_some(())
+    }
 }
 
 impl Paths {
-    /// Follows samples until they end, and adds what they bring to their pixels; `None` when the job was cancelled.
-    pub fn trace(
-        &mut self,
-        seer: &mut Seer<'_>,
-        samples: &[Sample],
-        sums: &mut [Sum],
-        stats: &mut Stats,
-        job: &Job<'_>,
-    ) -> Option<()> {
-        let on = |job: &Job<'_>| (!job.is_cancelled()).then_some(());
-        let mut to = Tally { samples, sums, stats, cancel: job.cancel };
-        self.begin(seer.scene, samples);
-        for bounce in 0..=seer.scene.settings.bounces {
-            self.cast(seer, bounce, &mut to);
-            self.meet(seer, &mut to);
-            on(job)?;
-            self.ask_lights(seer, bounce, &mut to);
-            on(job)?;
-            self.gather(seer, bounce, &mut to);
-            on(job)?;
-            if bounce == seer.scene.settings.bounces || self.patches.is_empty() {
+    /// Follows samples until they end; `None` when the job was cancelled. What comes of them is in `outcomes`.
+    pub fn follow(&mut self, seer: &mut Seer<'_>, to: &mut Trace<'_>) -> Option<()> {
+        self.begin(seer.scene, to.samples);
+        let most = seer.scene.settings.bounces + if seer.sea.is_some() { REFLECTIONS } else { 0 };
+        for step in 0..=most {
+            self.cast(seer, step, to);
+            self.meet(seer, to);
+            to.go_on()?;
+            self.ask_lights(seer, step, to);
+            to.go_on()?;
+            self.gather(seer, step, to);
+            to.go_on()?;
+            if step == most || self.patches.is_empty() {
                 break;
             }
-            self.go_on(seer.scene, bounce, samples);
-        }
-        for (i, sample) in samples.iter().enumerate() {
-            to.sums[sample.in_tile].end(self.alphas[i], self.brought[i]);
+            self.go_on(seer, step, to);
         }
         Some(())
     }
@@ -107,29 +128,55 @@ impl Paths {
     /// Starts a path for each sample.
     fn begin(&mut self, scene: &Prepared, samples: &[Sample]) {
         let Prepared { view, .. } = scene;
-        self.brought.clear();
-        self.brought.resize(samples.len(), DVec3::ZERO);
-        self.alphas.clear();
-        self.alphas.resize(samples.len(), 0.0);
+        self.outcomes.clear();
+        self.outcomes.resize(samples.len(), Outcome::default());
         self.paths.clear();
         self.paths.extend(samples.iter().enumerate().map(|(i, sample)| Path {
             sample: i,
             origin: view.eye,
             direction: view.direction(sample.place[0], sample.place[1]),
             weight: DVec3::ONE,
+            bounce: 0,
+            under: None,
             distance: f64::INFINITY,
+            is_water: false,
             patch: 0,
         }));
     }
 
-    /// Casts the rays of all paths.
-    fn cast(&mut self, seer: &mut Seer<'_>, bounce: u32, to: &mut Tally<'_>) {
+    /// Finds what all paths meet next: the solid, or water before it.
+    fn cast(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
         let stage = Stage::begin();
+        self.cast_at(seer, step, to, |_| true);
+        if let Some(sea) = &mut seer.sea {
+            let solid: Vec<f64> = self.paths.iter().map(|path| path.distance).collect();
+            self.cast_at(sea, step, to, |path| path.under.is_none());
+            for (path, solid) in self.paths.iter_mut().zip(solid) {
+                path.is_water = path.under.is_none() && path.distance < solid;
+                path.distance = path.distance.min(solid);
+            }
+        }
+        let Stats { seconds, octaves, .. } = to.stats;
+        match step {
+            0 => stage.end(&mut seconds.primary, &mut octaves.primary),
+            _ => stage.end(&mut seconds.bounced, &mut octaves.bounced),
+        }
+    }
+
+    /// Distances of paths to one solid; those not chosen keep theirs.
+    fn cast_at(
+        &mut self,
+        seer: &mut Seer<'_>,
+        step: u32,
+        to: &mut Trace<'_>,
+        chosen: impl Fn(&Path) -> bool,
+    ) {
         let scene = seer.scene;
         self.rays.clear();
         self.owners.clear();
-        for (i, path) in self.paths.iter().enumerate() {
-            let ray = match bounce {
+        for (i, path) in self.paths.iter_mut().enumerate().filter(|(_, path)| chosen(path)) {
+            path.distance = f64::INFINITY;
+            let ray = match step {
                 0 => scene.view.ray(path.direction, &scene.settings.bounds, scene.tolerance),
                 _ => scene.onward_ray(path.origin, path.direction, f64::INFINITY),
             };
@@ -140,117 +187,176 @@ impl Paths {
         }
         self.hits.clear();
         self.hits.resize(self.rays.len(), Hit::MISS);
-        let cast = if bounce == 0 { &mut to.stats.primary } else { &mut to.stats.bounced };
+        let cast = if step == 0 { &mut to.stats.primary } else { &mut to.stats.bounced };
         seer.caster.first_hits(&self.rays, &mut self.hits, cast, to.cancel);
         for ((owner, hit), cost) in self.owners.iter().zip(&self.hits).zip(seer.caster.costs()) {
             let path = &mut self.paths[*owner];
             path.distance = hit.t;
-            to.sum(path.sample).evaluations += cost;
-        }
-        let Stats { seconds, octaves, .. } = to.stats;
-        match bounce {
-            0 => stage.end(&mut seconds.primary, &mut octaves.primary),
-            _ => stage.end(&mut seconds.bounced, &mut octaves.bounced),
+            self.outcomes[path.sample].evaluations += cost;
         }
     }
 
-    /// Finds normals and colours where rays met the solid.
-    fn meet(&mut self, seer: &mut Seer<'_>, to: &mut Tally<'_>) {
+    /// Finds normals and colours where paths met something.
+    fn meet(&mut self, seer: &mut Seer<'_>, to: &mut Trace<'_>) {
         let stage = Stage::begin();
-        let mut seen = Vec::new();
         self.seen.clear();
-        for path in self.paths.iter_mut().filter(|p| p.distance.is_finite()) {
-            path.patch = seen.len();
-            self.seen.push((path.sample, -path.direction));
-            seen.push((path.origin + path.distance * path.direction, path.direction));
+        self.patches.clear();
+        self.meet_one(&mut seer.surface, false, to);
+        self.dry = self.patches.len();
+        if let Some(sea) = &mut seer.sea {
+            self.meet_one(&mut sea.surface, true, to);
         }
-        seer.surface.patches(&seen, &mut self.patches, to.cancel);
-        to.stats.undefined += self.patches.iter().filter(|p| p.undefined).count() as u64;
         stage.end(&mut to.stats.seconds.surface, &mut to.stats.octaves.surface);
     }
 
+    /// The same for those that met water, or those that did not.
+    fn meet_one(&mut self, surface: &mut Surface, is_water: bool, to: &mut Trace<'_>) {
+        let mut places = Vec::new();
+        let met = |path: &&mut Path| path.distance.is_finite() && path.is_water == is_water;
+        for path in self.paths.iter_mut().filter(met) {
+            path.patch = self.seen.len();
+            self.seen.push(*path);
+            places.push((path.origin + path.distance * path.direction, path.direction));
+        }
+        let mut patches = Vec::new();
+        surface.patches(&places, &mut patches, to.cancel);
+        to.stats.undefined += patches.iter().filter(|p| p.undefined).count() as u64;
+        self.patches.append(&mut patches);
+    }
+
     /// Finds the light that comes to all patches straight, and leaves them towards the eye.
-    fn ask_lights(&mut self, seer: &mut Seer<'_>, bounce: u32, to: &mut Tally<'_>) {
+    fn ask_lights(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
         let stage = Stage::begin();
-        let scene = seer.scene;
-        let air = seer.air.as_ref();
+        let (scene, air) = (seer.scene, seer.air.as_ref());
+        let water = seer.water();
         self.shine.clear();
         self.shine.extend(self.patches.iter().map(|p| Light { direct: p.emission, ..Light::default() }));
+        self.glow.clear();
+        self.glow.resize(self.patches.len(), DVec3::ZERO);
         self.rays.clear();
         self.errands.clear();
         for (number, light) in (0u32..).zip(&scene.lights) {
             for i in 0..self.patches.len() {
-                let (patch, (sample, to_eye)) = (&self.patches[i], self.seen[i]);
-                let u = to.samples[sample].pair(Purpose::Light { bounce, number });
+                let (patch, path) = (&self.patches[i], self.seen[i]);
+                let u = to.samples[path.sample].pair(Purpose::Light { step, number });
                 let arriving = light::arriving(light, patch.position, u, air);
                 let facing = patch.shading.dot(arriving.from);
                 if facing <= 0.0 || patch.normal.dot(arriving.from) <= 0.0 {
                     continue;
                 }
-                let value = Reflector::new(patch, scene.material.as_ref()).value(to_eye, arriving.from);
-                let errand = Errand { patch: i, brings: value * arriving.irradiance * facing, is_sky: false };
+                let irradiance = arriving.irradiance * facing;
+                let reflector = self.reflector(i, scene, water.as_ref());
+                let brings = irradiance * reflector.value(-path.direction, arriving.from);
+                let below = water.as_ref().map_or(DVec3::ZERO, |water| water.glow(irradiance));
+                let errand = Errand { patch: i, brings, below, is_sky: false };
                 self.send(scene, errand, arriving.from, arriving.distance, light::has_shadows(light));
             }
         }
-        if scene.settings.bounces == 0 {
-            self.ask_sky(scene, air, to);
-        }
+        self.ask_sky(scene, air, water.as_ref(), step, to);
         self.return_errands(seer, to);
+        self.drown(seer);
         stage.end(&mut to.stats.seconds.shadow, &mut to.stats.octaves.shadow);
     }
 
+    /// How a patch reflects.
+    fn reflector(&self, patch: usize, scene: &Prepared, water: Option<&Water>) -> Reflector {
+        match water {
+            Some(water) if patch >= self.dry => Reflector::new(&self.patches[patch], Some(&water.material)),
+            _ => Reflector::new(&self.patches[patch], scene.material.as_ref()),
+        }
+    }
+
     /// The light of the sky, where it is not found by paths that escape.
-    fn ask_sky(&mut self, scene: &Prepared, air: Option<&Atmosphere>, to: &Tally<'_>) {
+    fn ask_sky(
+        &mut self,
+        scene: &Prepared,
+        air: Option<&Atmosphere>,
+        water: Option<&Water>,
+        step: u32,
+        to: &Trace<'_>,
+    ) {
         let around = Surroundings { sky: &scene.sky, air, suns: &scene.suns };
         let reach = scene.settings.occlusion;
         for i in 0..self.patches.len() {
-            let (patch, (sample, to_eye)) = (self.patches[i], self.seen[i]);
-            let reflector = Reflector::new(&patch, scene.material.as_ref());
-            if reach == 0.0 {
-                self.shine[i].indirect += reflector.ambient(to_eye, &around, &patch);
+            let (patch, path) = (self.patches[i], self.seen[i]);
+            if i >= self.dry {
+                let light = around.ambient(&patch) * std::f64::consts::PI;
+                self.glow[i] += water.map_or(DVec3::ZERO, |water| water.glow(light));
                 continue;
             }
-            let purpose = Purpose::Onward { bounce: 0 };
-            let (choice, u) = (to.samples[sample].number(purpose), to.samples[sample].pair(purpose));
-            let Some((direction, share)) = reflector.sample(choice, u, to_eye) else { continue };
+            // A path that is followed on finds the sky by itself.
+            if scene.settings.bounces > 0 {
+                continue;
+            }
+            let reflector = self.reflector(i, scene, water);
+            if reach == 0.0 {
+                self.shine[i].indirect += reflector.ambient(-path.direction, &around, &patch);
+                continue;
+            }
+            let sample = &to.samples[path.sample];
+            let purpose = Purpose::Onward { step };
+            let drawn = reflector.sample(sample.number(purpose), sample.pair(purpose), -path.direction);
+            let Some((direction, share)) = drawn.filter(|(direction, _)| patch.normal.dot(*direction) > 0.0)
+            else {
+                continue;
+            };
             let brings = share * around.radiance(patch.position, direction);
-            self.send(scene, Errand { patch: i, brings, is_sky: true }, direction, reach, true);
+            self.send(
+                scene,
+                Errand { patch: i, brings, below: DVec3::ZERO, is_sky: true },
+                direction,
+                reach,
+                true,
+            );
         }
     }
 
     /// Sends out a ray, or takes what it would bring at once where nothing can be in its way.
     fn send(&mut self, scene: &Prepared, errand: Errand, direction: DVec3, distance: f64, shadows: bool) {
-        let origin = scene.lifted(&self.patches[errand.patch]);
+        let origin = scene.lifted(&self.patches[errand.patch], 1.0);
         match scene.onward_ray(origin, direction, distance).filter(|_| shadows) {
             Some(ray) => {
                 self.errands.push(errand);
                 self.rays.push(ray);
             }
-            None => errand.deliver(&mut self.shine),
+            None => errand.deliver(&mut self.shine, &mut self.glow),
         }
     }
 
     /// Casts the rays that were sent out, and takes what those bring that met nothing.
-    fn return_errands(&mut self, seer: &mut Seer<'_>, to: &mut Tally<'_>) {
+    fn return_errands(&mut self, seer: &mut Seer<'_>, to: &mut Trace<'_>) {
         self.hits.clear();
         self.hits.resize(self.rays.len(), Hit::MISS);
         seer.caster.any_hits(&self.rays, &mut self.hits, &mut to.stats.shadow, to.cancel);
         for ((errand, hit), cost) in self.errands.iter().zip(&self.hits).zip(seer.caster.costs()) {
             if !hit.is_hit() {
-                errand.deliver(&mut self.shine);
+                errand.deliver(&mut self.shine, &mut self.glow);
             }
-            to.sum(self.seen[errand.patch].0).evaluations += cost;
+            self.outcomes[self.seen[errand.patch].sample].evaluations += cost;
+        }
+    }
+
+    /// Takes from what lies under water the light that the water above takes away.
+    fn drown(&mut self, seer: &mut Seer<'_>) {
+        self.dim.clear();
+        self.dim.resize(self.dry, DVec3::ONE);
+        let (Some(water), Some(sea)) = (seer.water(), &mut seer.sea) else { return };
+        let which: Vec<usize> = (0..self.dry).filter(|&i| self.seen[i].under.is_some()).collect();
+        let places: Vec<DVec3> = which.iter().map(|&i| self.patches[i].position).collect();
+        for (i, depth) in which.into_iter().zip(sea.surface.depths(&places)) {
+            self.dim[i] = water.through(depth);
+            self.shine[i] = self.shine[i].times(self.dim[i]);
         }
     }
 
     /// Finds out where in the air the sun shines, for shafts of light between shadows of the ground.
-    fn look_for_sun(&mut self, seer: &mut Seer<'_>, bounce: u32, to: &mut Tally<'_>) {
+    fn look_for_sun(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
         self.nodes.clear();
         self.sunny.clear();
         let (Some(air), Some(scene::Light::Sun(sun))) = (&seer.air, seer.scene.lights.first()) else {
             return;
         };
-        if bounce > 0 || !seer.scene.has_shafts() {
+        if step > 0 || !seer.scene.has_shafts() {
             return;
         }
         let stage = Stage::begin();
@@ -259,10 +365,10 @@ impl Paths {
         let mut places = Vec::new();
         for path in &self.paths {
             let sample = &to.samples[path.sample];
-            let jitter = sample.number(Purpose::Air { bounce });
+            let jitter = sample.number(Purpose::Air { step });
             places.clear();
             air.nodes(path.origin, path.direction, path.distance, jitter, &mut places);
-            let towards = light::on_disc(sun, sample.pair(Purpose::Light { bounce, number: 0 }));
+            let towards = light::on_disc(sun, sample.pair(Purpose::Light { step, number: 0 }));
             for place in &places {
                 if let Some(ray) = seer.scene.onward_ray(*place, towards, f64::INFINITY) {
                     self.owners.push(self.sunny.len());
@@ -281,102 +387,103 @@ impl Paths {
         stage.end(&mut to.stats.seconds.shadow, &mut to.stats.octaves.shadow);
     }
 
-    /// Adds what the paths bring from here to their pixels, through the air.
-    fn gather(&mut self, seer: &mut Seer<'_>, bounce: u32, to: &mut Tally<'_>) {
-        self.look_for_sun(seer, bounce, to);
+    /// Adds what paths bring from here to their samples, through the air or the water.
+    fn gather(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
+        self.look_for_sun(seer, step, to);
         let start = Instant::now();
-        let scene = seer.scene;
+        let (scene, water) = (seer.scene, seer.water());
         let around = Surroundings { sky: &scene.sky, air: seer.air.as_ref(), suns: &scene.suns };
         let mut sunny = self.sunny.as_slice();
         for (i, path) in self.paths.iter_mut().enumerate() {
-            let sample = &to.samples[path.sample];
-            let patch =
-                path.distance.is_finite().then(|| (&self.patches[path.patch], self.shine[path.patch]));
-            let own = sunny.split_off(..self.nodes.get(i).copied().unwrap_or(0)).unwrap_or_default();
-            if bounce > 0 && patch.is_none() {
-                let radiance = path.weight * around.radiance(path.origin, path.direction);
-                to.bring(path.sample, &mut self.brought, Light { indirect: radiance, ..Light::default() });
-                continue;
+            let (lit, others) = sunny.split_at(self.nodes.get(i).copied().unwrap_or(0));
+            sunny = others;
+            let patch = path.distance.is_finite().then(|| &self.patches[path.patch]);
+            let mut brought = patch.map_or(Light::default(), |_| self.shine[path.patch]);
+            let through = match (path.under, &water) {
+                (Some(glow), Some(water)) => {
+                    let through = water.through(path.distance);
+                    brought = brought.times(through);
+                    brought.indirect += glow * (DVec3::ONE - through);
+                    through
+                }
+                _ if step > 0 && patch.is_none() => {
+                    brought.indirect = around.radiance(path.origin, path.direction);
+                    DVec3::ONE
+                }
+                _ => {
+                    let jitter = to.samples[path.sample].number(Purpose::Air { step });
+                    let (through, scattered) = around.along(path.ray(), jitter, lit);
+                    brought = brought.times(through);
+                    brought.sky += scattered;
+                    through
+                }
+            };
+            let outcome = &mut self.outcomes[path.sample];
+            if step == 0 {
+                let footprint = scene.view.pixel() * path.distance;
+                outcome.see(
+                    patch.map(|patch| Met { patch: *patch, distance: path.distance, footprint }),
+                    through,
+                );
             }
-            let jitter = sample.number(Purpose::Air { bounce });
-            let (through, scattered) = path.air(around.air, &scene.suns, jitter, own);
-            let mut brought = patch.map_or(Light::default(), |(_, shine)| shine).times(through);
-            brought.sky += scattered;
-            if bounce > 0 {
-                brought = Light { indirect: path.weight * brought.total(), ..Light::default() };
-            } else if let Some((patch, _)) = patch {
-                self.alphas[path.sample] = 1.0;
-                to.sum(path.sample).see(patch, path.distance, scene.view.pixel() * path.distance);
-            } else {
-                self.alphas[path.sample] = 1.0 - through.element_sum() / 3.0;
-            }
+            outcome.add(brought.times(path.weight), step);
             path.weight *= through;
-            to.bring(path.sample, &mut self.brought, brought);
         }
         to.stats.seconds.shading += start.elapsed().as_secs_f64();
     }
 
-    /// Goes on from where paths met the solid, in directions drawn as its material reflects.
-    fn go_on(&mut self, scene: &Prepared, bounce: u32, samples: &[Sample]) {
-        let (patches, seen) = (&self.patches, &self.seen);
-        let onward = |path: Path| {
-            let patch = path.distance.is_finite().then(|| &patches[path.patch])?;
-            let (sample, to_eye) = seen[path.patch];
-            let purpose = Purpose::Onward { bounce };
-            let (choice, u) = (samples[sample].number(purpose), samples[sample].pair(purpose));
-            let reflector = Reflector::new(patch, scene.material.as_ref());
-            let (direction, share) = reflector.sample(choice, u, to_eye)?;
-            let weight = path.weight * share;
-            let goes = patch.normal.dot(direction) > 0.0 && weight.max_element() > 0.0;
-            let origin = scene.lifted(patch);
-            goes.then_some(Path { origin, direction, weight, distance: f64::INFINITY, ..path })
-        };
-        let paths: Vec<Path> = self.paths.drain(..).filter_map(onward).collect();
-        self.paths = paths;
+    /// Goes on from what paths met: from the solid in a direction drawn as its material reflects, from water in two.
+    fn go_on(&mut self, seer: &Seer<'_>, step: u32, to: &Trace<'_>) {
+        let (scene, water) = (seer.scene, seer.water());
+        let mut onward = Vec::new();
+        for path in self.paths.drain(..).filter(|path| path.distance.is_finite()) {
+            let patch = &self.patches[path.patch];
+            match &water {
+                Some(water) if path.is_water => {
+                    let ways = water.ways(patch, path.direction);
+                    for way in ways {
+                        let weight = path.weight * way.share;
+                        let under = way.is_down.then(|| self.glow[path.patch]);
+                        let origin = scene.lifted(patch, if way.is_down { -1.0 } else { 1.0 });
+                        onward.push(Path { origin, direction: way.direction, weight, under, ..path });
+                    }
+                }
+                _ if path.bounce < scene.settings.bounces => {
+                    let (sample, purpose) = (&to.samples[path.sample], Purpose::Onward { step });
+                    let reflector = Reflector::new(patch, scene.material.as_ref());
+                    let drawn =
+                        reflector.sample(sample.number(purpose), sample.pair(purpose), -path.direction);
+                    let Some((direction, share)) = drawn else { continue };
+                    let weight = path.weight * share * self.dim[path.patch];
+                    if patch.normal.dot(direction) > 0.0 && weight.max_element() > 0.0 {
+                        let (origin, bounce) = (scene.lifted(patch, 1.0), path.bounce + 1);
+                        onward.push(Path { origin, direction, weight, bounce, under: None, ..path });
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.paths = onward;
     }
 }
 
 impl Path {
-    /// What the air does to light that comes along the last piece of the path: the share that gets through, and what it adds.
-    fn air(
-        &self,
-        air: Option<&Atmosphere>,
-        suns: &[(DVec3, DVec3)],
-        jitter: f64,
-        sunny: &[f64],
-    ) -> (DVec3, DVec3) {
-        let Some(air) = air else { return (DVec3::ONE, DVec3::ZERO) };
-        let seen = air.along(self.origin, self.direction, self.distance, suns, jitter, sunny);
-        (seen.transmittance, seen.scattered)
+    /// Its last piece: where it begins, in which direction, and how long it is.
+    fn ray(&self) -> (DVec3, DVec3, f64) {
+        (self.origin, self.direction, self.distance)
     }
 }
 
 impl Errand {
     /// Adds what it brings to what leaves its patch.
-    fn deliver(&self, shine: &mut [Light]) {
+    fn deliver(&self, shine: &mut [Light], glow: &mut [DVec3]) {
         let shine = &mut shine[self.patch];
-        if self.is_sky { shine.indirect += self.brings } else { shine.direct += self.brings }
-    }
-}
-
-/// Where results of stages go.
-struct Tally<'a> {
-    samples: &'a [Sample],
-    sums: &'a mut [Sum],
-    stats: &'a mut Stats,
-    cancel: &'a AtomicBool,
-}
-
-impl Tally<'_> {
-    /// What the pixel of a sample has gathered.
-    fn sum(&mut self, sample: usize) -> &mut Sum {
-        &mut self.sums[self.samples[sample].in_tile]
-    }
-
-    /// Adds light to a sample.
-    fn bring(&mut self, sample: usize, brought: &mut [DVec3], light: Light) {
-        brought[sample] += light.total();
-        self.sum(sample).add(light);
+        if self.is_sky {
+            shine.indirect += self.brings
+        } else {
+            shine.direct += self.brings
+        }
+        glow[self.patch] += self.below;
     }
 }
 
@@ -405,10 +512,10 @@ impl Prepared {
         self.tolerance.at(p.distance(self.view.eye))
     }
 
-    /// A point a few tolerances above a patch, where rays begin that are not to meet it.
-    fn lifted(&self, patch: &Patch) -> DVec3 {
+    /// A point a few tolerances above a patch, or below, on a `side` of 1 or -1, where rays begin that are not to meet it.
+    fn lifted(&self, patch: &Patch, side: f64) -> DVec3 {
         let rounding = 64.0 * f64::EPSILON * patch.position.abs().max_element();
-        patch.position + (4.0 * self.tolerance_from(patch.position) + rounding) * patch.normal
+        patch.position + side * (4.0 * self.tolerance_from(patch.position) + rounding) * patch.normal
     }
 
     /// A ray from a point onwards, so far or as far as the bounds go.

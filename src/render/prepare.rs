@@ -5,7 +5,7 @@ use super::{Painter, Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId};
-use crate::scene::{Light, Material, Scene, Sky, Spacing, Sun, Surface};
+use crate::scene::{Light, Material, Scene, Sea, Sky, Spacing, Sun, Surface};
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
 use std::sync::Arc;
@@ -43,6 +43,8 @@ pub struct Prepared {
     pub suns: Vec<(DVec3, DVec3)>,
     /// Light from everywhere else.
     pub sky: Sky,
+    /// Water that the solid stands in.
+    pub sea: Option<Sea>,
     /// What samples of the field say.
     pub probe: Probe,
     /// What is odd about the scene, though it can be rendered.
@@ -92,6 +94,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
         suns: suns.collect(),
         lights,
         sky: scene.sky,
+        sea: scene.sea,
         probe,
         warnings,
         graph,

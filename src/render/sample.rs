@@ -11,11 +11,11 @@ pub(super) enum Purpose {
     /// Place in the pixel.
     Place,
     /// Place within a step through the air.
-    Air { bounce: u32 },
+    Air { step: u32 },
     /// Point of a light's disc.
-    Light { bounce: u32, number: u32 },
+    Light { step: u32, number: u32 },
     /// Direction in which a path goes on.
-    Onward { bounce: u32 },
+    Onward { step: u32 },
     /// Moment.
     Moment { round: u32 },
     /// Rounding to eight bits, by channel.
@@ -25,14 +25,13 @@ pub(super) enum Purpose {
 impl Purpose {
     /// A number that no other purpose has; two of them are used up.
     fn code(self) -> u64 {
-        let one =
-            |kind: u64, bounce: u32, number: u32| kind | u64::from(bounce) << 8 | u64::from(number) << 16;
+        let one = |kind: u64, step: u32, number: u32| kind | u64::from(step) << 8 | u64::from(number) << 16;
         2 * match self {
             Purpose::Place => 0,
             Purpose::Dither(channel) => one(1, 0, channel.into()),
-            Purpose::Air { bounce } => one(2, bounce, 0),
-            Purpose::Light { bounce, number } => one(3, bounce, number),
-            Purpose::Onward { bounce } => one(4, bounce, 0),
+            Purpose::Air { step } => one(2, step, 0),
+            Purpose::Light { step, number } => one(3, step, number),
+            Purpose::Onward { step } => one(4, step, 0),
             Purpose::Moment { round } => one(5, 0, round),
         }
     }

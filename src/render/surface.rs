@@ -86,6 +86,21 @@ impl Surface {
         }
     }
 
+    /// How deep points lie below the surface, along the gradient.
+    pub(super) fn depths(&mut self, places: &[DVec3]) -> Vec<f64> {
+        let mut depths = Vec::with_capacity(places.len());
+        for batch in places.chunks(LANES) {
+            let at = |i: usize| batch[i.min(batch.len() - 1)];
+            let dual = |axis: usize| Many(std::array::from_fn(|i| Dual::coordinate(at(i)[axis], axis)));
+            let field = self.field.eval(&std::array::from_fn(dual));
+            depths.extend(field.0[..batch.len()].iter().map(|dual| {
+                let slope = DVec3::from_array(dual.grad).length();
+                if slope > 0.0 { (-dual.value / slope).max(0.0) } else { 0.0 }
+            }));
+        }
+        depths
+    }
+
     /// The same by the expressions alone.
     fn describe(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>) {
         out.clear();

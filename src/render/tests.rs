@@ -105,6 +105,8 @@ impl Build {
             sun: Sun { direction: DVec3::X, ..Sun::default() },
             lights: Vec::new(),
             sky: Sky { background: DVec3::ZERO, ..Sky::default() },
+            moon: None,
+            sea: None,
             film: Film { width: 48, height: 40, samples: 4, ..Film::default() },
             bounds: Some(Aabb::cube(1.5)),
             params: Vec::new(),

@@ -5,11 +5,13 @@
 //! another: a picture of what moves is made of several [`Shot`]s.
 
 use super::air::Atmosphere;
-use super::gather::{PILOT, Sum};
-use super::path::Paths;
+use super::gather::{Outcome, PILOT, Sum};
+use super::light;
+use super::path::{Paths, Trace};
 use super::sample::{Sample, Strata};
 use super::surface::Surface;
 use super::tile::places;
+use super::water::Water;
 use super::{Job, Pixel, Prepared, Rect, Stats};
 use crate::cast::Caster;
 
@@ -24,6 +26,10 @@ pub struct Shot<'a> {
     pub scene: &'a Prepared,
     /// The caster.
     pub caster: &'a dyn Caster,
+    /// Its moon, in a space of its own.
+    pub moon: Option<&'a Shot<'a>>,
+    /// The surface of its water.
+    pub sea: Option<&'a Shot<'a>>,
 }
 
 /// What a thread needs to see a shot.
@@ -32,6 +38,26 @@ pub(super) struct Seer<'a> {
     pub air: Option<Atmosphere>,
     pub caster: Box<dyn Caster>,
     pub surface: Surface,
+    pub moon: Option<Box<Seer<'a>>>,
+    pub sea: Option<Box<Seer<'a>>>,
+}
+
+impl<'a> Seer<'a> {
+    fn new(shot: &Shot<'a>) -> Seer<'a> {
+        Seer {
+            scene: shot.scene,
+            air: shot.scene.sky.air.as_ref().and_then(Atmosphere::new),
+            caster: shot.caster.clone_box(),
+            surface: Surface::new(shot.scene),
+            moon: shot.moon.map(|moon| Box::new(Seer::new(moon))),
+            sea: shot.sea.map(|sea| Box::new(Seer::new(sea))),
+        }
+    }
+
+    /// The water, if there is any.
+    pub fn water(&self) -> Option<Water> {
+        self.sea.as_ref().and(self.scene.sea.as_ref()).map(Water::new)
+    }
 }
 
 /// One thread.
@@ -43,25 +69,24 @@ pub(super) struct Worker<'a> {
     sums: Vec<Sum>,
     samples: Vec<Sample>,
     paths: Paths,
+    /// Those that go past everything, to the moon.
+    passing: Vec<Sample>,
+    moon_paths: Paths,
     pixels: Vec<Pixel>,
 }
 
 impl<'a> Worker<'a> {
     pub(super) fn new(shots: &[Shot<'a>]) -> Self {
-        let seers = shots.iter().map(|shot| Seer {
-            scene: shot.scene,
-            air: shot.scene.sky.air.as_ref().and_then(Atmosphere::new),
-            caster: shot.caster.clone_box(),
-            surface: Surface::new(shot.scene),
-        });
         let settings = &shots[0].scene.settings;
         Worker {
-            seers: seers.collect(),
+            seers: shots.iter().map(Seer::new).collect(),
             strata: Strata::new(settings.samples),
             stats: Stats::default(),
             sums: Vec::new(),
             samples: Vec::new(),
             paths: Paths::default(),
+            passing: Vec::new(),
+            moon_paths: Paths::default(),
             pixels: Vec::new(),
         }
     }
@@ -82,8 +107,7 @@ impl<'a> Worker<'a> {
             }
             for moment in 0..self.seers.len() {
                 self.samples(rect, &pixels, first..end, moment);
-                let seer = &mut self.seers[moment];
-                self.paths.trace(seer, &self.samples, &mut self.sums, &mut self.stats, job)?;
+                self.trace(moment, job)?;
             }
             self.stats.samples += pixels.len() as u64 * u64::from(end - first);
             first = end;
@@ -97,6 +121,31 @@ impl<'a> Worker<'a> {
         self.pixels.clear();
         self.pixels.extend(self.sums.iter().map(Sum::resolve));
         Some(&self.pixels)
+    }
+
+    /// Follows the samples of a moment, and adds what comes of them to their pixels.
+    fn trace(&mut self, moment: usize, job: &Job<'_>) -> Option<()> {
+        let seer = &mut self.seers[moment];
+        let mut trace = Trace { samples: &self.samples, stats: &mut self.stats, cancel: job.cancel };
+        self.paths.follow(seer, &mut trace)?;
+        let outcomes = &mut self.paths.outcomes;
+        if let Some(moon) = &mut seer.moon {
+            let is_open = |(sample, outcome): (&Sample, &Outcome)| outcome.is_open().then_some(*sample);
+            self.passing.clear();
+            self.passing.extend(self.samples.iter().zip(&*outcomes).filter_map(is_open));
+            let mut trace = Trace { samples: &self.passing, stats: &mut self.stats, cancel: job.cancel };
+            self.moon_paths.follow(moon, &mut trace)?;
+            let open = outcomes.iter_mut().filter(|outcome| outcome.is_open());
+            open.zip(&self.moon_paths.outcomes).for_each(|(outcome, behind)| outcome.put_behind(behind));
+        }
+        for (sample, outcome) in self.samples.iter().zip(outcomes) {
+            if outcome.is_open() {
+                let direction = seer.scene.view.direction(sample.place[0], sample.place[1]);
+                outcome.put_beyond(light::beyond(&seer.scene.lights, direction));
+            }
+            self.sums[sample.in_tile].add(outcome);
+        }
+        Some(())
     }
 
     /// Whether a pixel has enough samples.

@@ -8,12 +8,16 @@ mod ensemble;
 mod film;
 mod light;
 mod material;
+mod moon;
+mod sea;
 
 pub use detail::Spacing;
 pub use ensemble::{Ensemble, Member, period};
 pub use film::{Film, Filter, Shutter, Tone};
 pub use light::{Lamp, Light, Sun};
 pub use material::{Finish, Material, Matt};
+pub use moon::Moon;
+pub use sea::Sea;
 
 use crate::expr::{Graph, NodeId};
 use crate::num::Interval;
@@ -35,6 +39,10 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Light from everywhere else, and what is behind the solid.
     pub sky: Sky,
+    /// A moon.
+    pub moon: Option<Moon>,
+    /// Water that the solid stands in.
+    pub sea: Option<Sea>,
     /// Picture size, sampling and exposure.
     pub film: Film,
     /// The box outside of which nothing is looked for; found from the field where it is `None`.

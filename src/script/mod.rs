@@ -42,12 +42,12 @@ pub use repl::Interpreter;
 use crate::diag::{Diagnostic, Sources};
 use crate::expr::{Input, Node, NodeId};
 use crate::num::Class;
-use crate::scene::{Scene, Surface};
+use crate::scene::{Keep, Material, Moon, Scene, Sea, Surface};
 use crate::world::World;
 use diagnose::Explainer;
 use engine::Setup;
 use host::Host;
-use library::{Corrected, SceneValue};
+use library::{Corrected, MoonValue, SceneValue};
 use rhai::{Dynamic, EvalAltResult};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -276,17 +276,35 @@ fn no_scene(value: &Dynamic) -> Diagnostic {
 fn finish(host: &Host, value: &SceneValue) -> fault::Outcome<Scene> {
     let time = host.constant(host.time)?;
     let still = |node: NodeId| host.substitute(node, &[(Input::Time, time)]);
-    let field = still(value.surface.node)?;
-    let color = value.surface.color.map(|[r, g, b]| Ok::<_, fault::Fault>([still(r)?, still(g)?, still(b)?]));
-    let color = color.transpose()?;
-    let material = value.material.map(|m| m.changed(still)).transpose()?;
+    let solid = |of: &Field, material: &Option<Material>, keep: Option<Keep>| {
+        let color = match of.color {
+            Some([r, g, b]) => Some([still(r)?, still(g)?, still(b)?]),
+            None => None,
+        };
+        let material = material.map(|m| m.changed(still)).transpose()?;
+        Ok::<_, fault::Fault>(Surface { field: still(of.node)?, color, material, keep })
+    };
+    let moon = match &value.moon {
+        Some(MoonValue { surface, material, bounds, position, radius }) => {
+            let surface = solid(surface, material, None)?;
+            Some(Moon { surface, bounds: *bounds, position: *position, radius: *radius })
+        }
+        None => None,
+    };
+    let sea = match value.sea {
+        Some(sea) => Some(Sea { field: still(sea.field)?, material: sea.material.changed(still)?, ..sea }),
+        None => None,
+    };
+    let surface = solid(&value.surface, &value.material, value.keep)?;
     Ok(Scene {
         graph: Arc::new(host.graph.borrow().clone()),
-        surface: Surface { field, color, material, keep: value.keep },
+        surface,
         camera: value.camera,
         sun: value.sun,
         lights: value.lights.clone(),
         sky: value.sky,
+        moon,
+        sea,
         film: value.film,
         bounds: value.bounds,
         params: host.params.borrow().clone(),

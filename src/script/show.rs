@@ -64,7 +64,8 @@ pub fn dynamic(host: &Host, v: &Dynamic) -> String {
         return format!("#{{ {} }}", parts.collect::<Vec<_>>().join(", "));
     }
     match type_name(v) {
-        "Camera" | "Sun" | "Lamp" | "Material" | "Sky" | "Film" | "Air" | "corrected solid" | "value" => {
+        "Camera" | "Sun" | "Lamp" | "Material" | "Moon" | "Sea" | "Sky" | "Film" | "Air"
+        | "corrected solid" | "value" => {
             format!("<{}>", type_name(v))
         }
         _ => v.to_string(),

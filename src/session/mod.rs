@@ -14,6 +14,7 @@
 //! their pictures through it.
 
 pub mod heights;
+mod moments;
 mod preview;
 mod reads;
 mod samples;
@@ -24,7 +25,7 @@ pub mod topology;
 pub use preview::{COARSENESS, preview};
 pub use samples::Lattice;
 pub use solid::polygonise;
-pub use stage::{Order, bounds, on_threads, render, settings, stopped};
+pub use stage::{Order, bounds, on_threads, render, render_moments, settings, stopped};
 
 use crate::diag::{Diagnostic, Place, Sources};
 use crate::scene::Scene;
@@ -84,7 +85,7 @@ impl Session {
         match &self.loaded {
             Some(loaded) if !loaded.reads.changed_in(self.world.as_ref()) => loaded.clone(),
             _ => {
-                let loaded = Arc::new(self.compile(cancel));
+                let loaded = Arc::new(self.compile(self.time, cancel));
                 self.loaded = Some(loaded.clone());
                 loaded
             }
@@ -105,11 +106,11 @@ impl Session {
         files
     }
 
-    fn compile(&self, cancel: &Arc<AtomicBool>) -> Loaded {
+    fn compile(&self, time: f64, cancel: &Arc<AtomicBool>) -> Loaded {
         let world = Arc::new(Recorder::new(self.world.clone()));
         let request = Request {
             params: self.params.clone(),
-            time: self.time,
+            time,
             cancel: Some(cancel.clone()),
             ..Request::new(Script::File(self.script.clone()), world.clone())
         };

@@ -4,7 +4,7 @@ use super::topology;
 use crate::cast::{self, Judge, Kind, Sifted};
 use crate::diag::Diagnostic;
 use crate::field::{self, Extent, Field, Watch};
-use crate::render::{self, Job, Painter, Picture, Settings, View};
+use crate::render::{self, Job, Painter, Picture, Settings, Shot, View};
 use crate::scene::{Aabb, Scene};
 use std::num::NonZeroUsize;
 
@@ -46,14 +46,28 @@ pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic
 /// # Errors
 /// A diagnostic where no picture can be made, before any ray is cast.
 pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
+    render_moments(&[scene], order, job)
+}
+
+/// Renders a scene that moves while the shutter is open, from [moments](super::Session::moments) of it.
+///
+/// # Errors
+/// As for [`render`].
+pub fn render_moments(moments: &[&Scene], order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
     let watch = Watch { cancel: job.cancel, progress: &|_| () };
-    let Some(keep) = &scene.surface.keep else {
-        return Ok(render_touched(scene, order, Touch::default(), job)?.0);
-    };
-    let correction = topology::correction(scene, keep, order.threads, &watch)?;
-    let touch = Touch { judge: Some(correction.judge.clone_box()), painter: None };
-    let mut picture = render_touched(scene, order, touch, job)?.0;
-    picture.warnings.extend(correction.warnings());
+    let mut warnings = Vec::new();
+    let mut shots = Vec::new();
+    for scene in moments {
+        let mut touch = Touch::default();
+        if let Some(keep) = &scene.surface.keep {
+            let correction = topology::correction(scene, keep, order.threads, &watch)?;
+            touch.judge = Some(correction.judge.clone_box());
+            warnings = correction.warnings();
+        }
+        shots.push(Taken::new(scene, order, touch)?);
+    }
+    let mut picture = picture(shots, order, job)?;
+    picture.warnings.extend(warnings);
     Ok(picture)
 }
 
@@ -73,20 +87,55 @@ pub(super) fn render_touched(
     touch: Touch,
     job: &Job<'_>,
 ) -> Result<(Picture, View), Box<Diagnostic>> {
-    let mut prepared =
-        render::prepare(scene, &settings(scene, order)?).map_err(|e| Box::new(e.diagnostic()))?;
-    prepared.painter = touch.painter;
-    let view = prepared.view;
-    let mut field = Field::new(&prepared.graph, prepared.field);
-    let Settings { bounds, .. } = prepared.settings;
-    let mut caster =
-        cast::caster_in(order.caster, &mut field, &bounds, &prepared.cells, &prepared.typical_rays())
-            .map_err(no_caster)?;
-    if let Some(judge) = touch.judge {
-        caster = Box::new(Sifted::new(caster, &prepared.cells, &bounds, judge));
+    let shot = Taken::new(scene, order, touch)?;
+    let view = shot.scene.view;
+    Ok((picture(vec![shot], order, job)?, view))
+}
+
+/// A scene at one moment with its caster, and the same of what is beside its solid.
+struct Taken {
+    scene: render::Prepared,
+    caster: Box<dyn cast::Caster>,
+    moon: Option<Box<Taken>>,
+    sea: Option<Box<Taken>>,
+}
+
+impl Taken {
+    fn new(scene: &Scene, order: &Order, touch: Touch) -> Result<Taken, Box<Diagnostic>> {
+        let mut prepared =
+            render::prepare(scene, &settings(scene, order)?).map_err(|e| Box::new(e.diagnostic()))?;
+        prepared.painter = touch.painter;
+        let mut field = Field::new(&prepared.graph, prepared.field);
+        let Settings { bounds, .. } = prepared.settings;
+        let mut caster =
+            cast::caster_in(order.caster, &mut field, &bounds, &prepared.cells, &prepared.typical_rays())
+                .map_err(no_caster)?;
+        if let Some(judge) = touch.judge {
+            caster = Box::new(Sifted::new(caster, &prepared.cells, &bounds, judge));
+        }
+        let alone = |scene: Scene| Taken::new(&scene, order, Touch::default()).map(Box::new);
+        let moon = scene.moon.as_ref().map(|moon| alone(moon.scene(scene))).transpose()?;
+        let sea = scene.sea.as_ref().map(|sea| alone(sea.scene(scene))).transpose()?;
+        Ok(Taken { scene: prepared, caster, moon, sea })
     }
-    let work = move || render::render(&prepared, caster.as_ref(), job).map_err(|e| Box::new(e.diagnostic()));
-    Ok((on_threads(order.threads, work)??, view))
+
+    /// What is rendered, without what is beside it.
+    fn shot(&self) -> Shot<'_> {
+        Shot { scene: &self.scene, caster: self.caster.as_ref(), moon: None, sea: None }
+    }
+}
+
+/// The picture of what was taken.
+fn picture(taken: Vec<Taken>, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
+    let work = move || {
+        let beside = |of: &Option<Box<Taken>>| of.as_ref().map(|taken| taken.shot());
+        let beside: Vec<_> = taken.iter().map(|t| (beside(&t.moon), beside(&t.sea))).collect();
+        let shots = taken.iter().zip(&beside);
+        let shots = shots.map(|(t, (moon, sea))| Shot { moon: moon.as_ref(), sea: sea.as_ref(), ..t.shot() });
+        let shots: Vec<Shot<'_>> = shots.collect();
+        render::render_moments(&shots, job).map_err(|e| Box::new(e.diagnostic()))
+    };
+    on_threads(order.threads, work)?
 }
 
 /// Does something on so many threads; as many as there are cores where `None`.

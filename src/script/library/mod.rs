@@ -22,6 +22,7 @@ mod numbers;
 mod polynomial;
 mod scene;
 mod shape;
+mod surroundings;
 mod vectors;
 
 pub use components::Corrected;
@@ -29,6 +30,7 @@ pub use grid::GridValue;
 pub use mesh::MeshValue;
 pub use numbers::unused;
 pub use scene::SceneValue;
+pub use surroundings::MoonValue;
 
 use super::fault::{Fault, Outcome};
 use super::host::Host;
@@ -75,7 +77,7 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 19] = [
+    let groups: [(&'static str, Group); 20] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -94,6 +96,7 @@ pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<
         ("Light and materials", light::register),
         ("Light and materials", material::register),
         ("Scenes", film::register),
+        ("Scenes", surroundings::register),
         ("Scenes", scene::register),
     ];
     for (name, group) in groups {

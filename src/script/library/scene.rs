@@ -1,6 +1,7 @@
 //! Sky, and the scene that holds everything.
 
 use super::components::Corrected;
+use super::surroundings::{MoonValue, SeaValue};
 use super::{Call, Library, fields, light};
 use crate::scene::{Aabb, Air, Camera, Film, Keep, Light, Material, Sky, Sun};
 use crate::script::fault::{Fault, Outcome};
@@ -24,6 +25,10 @@ pub struct SceneValue {
     pub lights: Vec<Light>,
     /// Everything around it.
     pub sky: Sky,
+    /// A moon.
+    pub moon: Option<MoonValue>,
+    /// Water that the solid stands in.
+    pub sea: Option<SeaValue>,
     /// Picture size and exposure.
     pub film: Film,
     /// Where it is, if the script says.
@@ -43,6 +48,8 @@ impl SceneValue {
             sun,
             lights: Vec::new(),
             sky,
+            moon: None,
+            sea: None,
             film,
             bounds: None,
             keep: None,
@@ -58,7 +65,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.def("sky(options)", sentence, "sky(#{ zenith: \"#8090a0\", background: \"#000\" })", sky);
     let sentence = "Clear air around a planet. Options: radius, height (over which it thins by a factor e), scattering (per unit of length).";
     lib.def("air(options)", sentence, "air(#{ radius: 1.0, height: metres(8000) })", air);
-    let sentence = "What a picture shows. Options: surface (needed), material, camera, sun, lights (an array of more suns, and lamps), sky, film, bounds (half the size of a cube, or [min, max]).";
+    let sentence = "What a picture shows. Options: surface (needed), material, camera, sun, lights (an array of more suns, and lamps), sky, moon, sea, film, bounds (half the size of a cube, or [min, max]).";
     lib.def(
         "scene(options)",
         sentence,
@@ -104,6 +111,8 @@ fn build(c: &Call<'_>) -> Outcome<Dynamic> {
         sky: o.typed("sky", "sky(#{ ... })", default.sky)?,
         material: o.given("material", "material(#{ ... })")?,
         lights: light::lights(&mut o)?,
+        moon: o.given("moon", "moon(#{ ... })")?,
+        sea: o.given("sea", "sea(#{ ... })")?,
         film: o.typed("film", "film(#{ ... })", default.film)?,
         bounds: o.get("bounds").map(|v| bounds(c, &v)).transpose()?,
         ..default
@@ -112,7 +121,7 @@ fn build(c: &Call<'_>) -> Outcome<Dynamic> {
     Ok(Dynamic::from(scene))
 }
 
-fn bounds(c: &Call<'_>, v: &Dynamic) -> Outcome<Aabb> {
+pub(super) fn bounds(c: &Call<'_>, v: &Dynamic) -> Outcome<Aabb> {
     let wrong = || {
         Fault::new("`bounds` of `scene` must be half the size of a cube, or two corners [min, max]")
             .key("bounds")
