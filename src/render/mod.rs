@@ -20,9 +20,11 @@
 
 mod air;
 mod error;
+mod filter;
 mod heatmap;
 mod job;
 mod light;
+pub mod material;
 mod openexr;
 mod overlay;
 mod painter;
@@ -32,6 +34,7 @@ mod prepare;
 mod probe;
 mod sample;
 mod save;
+pub mod sequence;
 mod settings;
 mod stats;
 mod surface;
@@ -43,6 +46,7 @@ mod view;
 mod tests;
 
 pub use error::{CameraError, RenderError};
+pub use filter::{Filter, OrderError, Shutter};
 pub use heatmap::Heatmap;
 pub use job::{Job, Progress, render};
 pub use overlay::Overlay;
