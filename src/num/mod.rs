@@ -22,7 +22,7 @@
 //! one jet for what is a whole expression to the others, such as a sum of octaves.
 //!
 //! Beside the numbers stand what several modules compute with: hashes, B-splines ([`cubic`],
-//! [`quadratic`]), the Fourier transform ([`transform`]) and the code of colours ([`srgb`]).
+//! [`quadratic`]), the same as densities to sample ([`BSpline`]), the Fourier transform ([`transform`]) and the code of colours ([`srgb`]).
 
 mod affine;
 mod bspline;
@@ -41,6 +41,7 @@ mod real;
 mod reduced;
 mod simd;
 mod slope;
+mod smoothing;
 pub mod srgb;
 mod taylor;
 mod turn;
@@ -62,6 +63,7 @@ pub use real::{Real, power};
 pub use reduced::Reduced;
 pub use simd::{Level, fetch, limit_simd, simd_level, widest};
 pub use slope::Slope;
+pub use smoothing::{BSpline, Quantiles, Radial};
 pub use taylor::{Taylor, Taylors};
 pub use turn::{TURN_ERROR, cos_turns, sin_turns};
 

@@ -21,6 +21,7 @@
 mod air;
 mod denoise;
 mod error;
+mod filter;
 mod gather;
 mod heatmap;
 mod job;
@@ -36,6 +37,7 @@ mod probe;
 mod reflect;
 mod sample;
 mod save;
+pub mod sequence;
 mod settings;
 mod stats;
 mod surface;
@@ -50,6 +52,7 @@ mod tests;
 
 pub use denoise::denoise;
 pub use error::{CameraError, RenderError};
+pub use filter::{Filter, OrderError, Shutter};
 pub use heatmap::Heatmap;
 pub use job::{Job, Progress, render, render_moments};
 pub use overlay::Overlay;

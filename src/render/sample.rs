@@ -3,7 +3,8 @@
 //! Every such number is a hash of the pixel, the sample, a purpose and the seed. So a picture does
 //! not depend on the order in which its pixels are made.
 
-use crate::num::{mix, uniform as from_bits};
+use super::{Filter, sequence};
+use crate::num::{mix, uniform};
 
 /// What a number is for; numbers for different purposes are independent.
 #[derive(Clone, Copy, Debug)]
@@ -16,36 +17,24 @@ pub(super) enum Purpose {
     Light { step: u32, number: u32 },
     /// Direction in which a path goes on.
     Onward { step: u32 },
-    /// Moment.
-    Moment { round: u32 },
-    /// Rounding to eight bits, by channel.
-    Dither(u8),
 }
 
 impl Purpose {
-    /// A number that no other purpose has; two of them are used up.
-    fn code(self) -> u64 {
-        let one = |kind: u64, step: u32, number: u32| kind | u64::from(step) << 8 | u64::from(number) << 16;
-        2 * match self {
+    /// A number that no other purpose has.
+    fn code(self) -> u32 {
+        let one = |kind: u32, step: u32, number: u32| kind | step << 3 | number << 10;
+        match self {
             Purpose::Place => 0,
-            Purpose::Dither(channel) => one(1, 0, channel.into()),
-            Purpose::Air { step } => one(2, step, 0),
-            Purpose::Light { step, number } => one(3, step, number),
-            Purpose::Onward { step } => one(4, step, 0),
-            Purpose::Moment { round } => one(5, 0, round),
+            Purpose::Air { step } => one(1, step, 0),
+            Purpose::Light { step, number } => one(2, step, number),
+            Purpose::Onward { step } => one(3, step, 0),
         }
     }
 }
 
-/// Bits that a pixel's sample has for a purpose, or for the second number of it.
-fn bits(pixel: u64, sample: u32, purpose: Purpose, second: bool, seed: u64) -> u64 {
-    let key = u64::from(sample) << 40 ^ (purpose.code() | u64::from(second));
-    mix(mix(mix(seed) ^ pixel) ^ key)
-}
-
-/// A number in [0, 1) of a pixel as a whole.
-pub(super) fn uniform(pixel: u64, purpose: Purpose) -> f64 {
-    from_bits(bits(pixel, 0, purpose, false, 0))
+/// A number in [0, 1) for rounding a channel of a pixel.
+pub(super) fn dither(pixel: u64, channel: u64) -> f64 {
+    uniform(mix(mix(pixel) ^ channel))
 }
 
 /// A sample of a pixel.
@@ -67,28 +56,33 @@ impl Sample {
         Sample { in_tile, place, pixel: u64::from(y) << 32 | u64::from(x), index, seed }
     }
 
-    /// The same at its place.
-    pub fn placed(mut self, strata: &Strata) -> Sample {
-        let [x, y] = strata.place(&self);
+    /// The same at its place, as a filter has it.
+    pub fn placed(mut self, filter: &Filter) -> Sample {
+        let [x, y] = filter.place(self.pair(Purpose::Place));
         self.place = [self.place[0] + x, self.place[1] + y];
         self
     }
 
-    /// A number in [0, 1).
+    /// A number in [0, 1); those of all samples are spread evenly.
     pub fn number(&self, purpose: Purpose) -> f64 {
-        from_bits(bits(self.pixel, self.index, purpose, false, self.seed))
+        sequence::point(self.key(), self.index, 2 * purpose.code() + 1)[0]
     }
 
-    /// Two numbers in [0, 1).
+    /// A point of the unit square; those of all samples are spread evenly.
     pub fn pair(&self, purpose: Purpose) -> [f64; 2] {
-        [false, true].map(|second| from_bits(bits(self.pixel, self.index, purpose, second, self.seed)))
+        sequence::point(self.key(), self.index, 2 * purpose.code())
+    }
+
+    /// What the numbers of its pixel come from.
+    fn key(&self) -> u64 {
+        mix(mix(self.seed) ^ self.pixel)
     }
 
     /// The moment that it is taken at, out of so many. All moments have their turn, before any has its second one; in which
     /// order is another matter in each pixel, so that no pattern shows.
     pub fn moment(&self, count: usize) -> usize {
         let (round, turn) = (self.index as usize / count, self.index as usize % count);
-        permuted(turn, count, bits(self.pixel, 0, Purpose::Moment { round: round as u32 }, false, self.seed))
+        permuted(turn, count, mix(self.key() ^ round as u64))
     }
 }
 
@@ -111,45 +105,6 @@ fn permuted(i: usize, count: usize, key: u64) -> usize {
     }
 }
 
-/// Cuts a pixel into as many parts of equal area as there are samples, each nearly square.
-///
-/// The parts lie in about `sqrt(n)` rows. A row of `k` parts is `k / n` high, so that a number of
-/// samples that is no square leaves no part of the pixel under-represented.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Strata {
-    samples: u32,
-    rows: u32,
-}
-
-impl Strata {
-    pub(super) fn new(samples: u32) -> Self {
-        let samples = samples.max(1);
-        Strata { samples, rows: (samples.isqrt()).max(1) }
-    }
-
-    /// Left, top, width and height of a part, in pixels.
-    fn part(self, sample: u32) -> [f64; 4] {
-        // Row r holds the samples from r n / rows on.
-        let (n, rows) = (u64::from(self.samples), u64::from(self.rows));
-        let start = |row: u64| (row * n).div_ceil(rows);
-        let row = u64::from(sample) * rows / n;
-        let (first, end) = (start(row), start(row + 1));
-        let width = 1.0 / (end - first) as f64;
-        let left = (u64::from(sample) - first) as f64 * width;
-        [left, first as f64 / n as f64, width, (end - first) as f64 / n as f64]
-    }
-
-    /// Where a sample lies, in pixels from the middle of its own. A lone sample is there: jitter would only fray its edges.
-    fn place(self, sample: &Sample) -> [f64; 2] {
-        if self.samples == 1 {
-            return [0.0, 0.0];
-        }
-        let [left, top, width, height] = self.part(sample.index);
-        let [x, y] = sample.pair(Purpose::Place);
-        [left + width * x - 0.5, top + height * y - 0.5]
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,27 +122,6 @@ mod tests {
                 assert!(turns.iter().copied().eq(0..count), "{count}");
             }
             assert!(count < 7 || order(0, 0) != order(1, 0) && order(0, 0) != order(0, 1));
-        }
-    }
-
-    #[test]
-    fn strata_tile_the_pixel() {
-        for n in 1..=70 {
-            let strata = Strata::new(n);
-            let mut area = 0.0;
-            for s in 0..n {
-                let [left, top, width, height] = strata.part(s);
-                area += width * height;
-                assert!((width * height * f64::from(n) - 1.0).abs() < 1e-12, "{n}: equal areas");
-                assert!(left >= 0.0 && left + width < 1.0 + 1e-12);
-                assert!(top >= 0.0 && top + height < 1.0 + 1e-12);
-                assert!(width < 4.5 * height && height < 4.5 * width, "{n}: {width} x {height}");
-                let [x, y] = strata.place(&Sample::new([7, 0], s, 1, 0)).map(|c| c + 0.5);
-                if n > 1 {
-                    assert!((left..left + width).contains(&x) && (top..top + height).contains(&y));
-                }
-            }
-            assert!((area - 1.0).abs() < 1e-12);
         }
     }
 

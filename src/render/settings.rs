@@ -59,6 +59,13 @@ impl Settings {
         }
     }
 
+    /// The filter. A lone sample is in the middle of its pixel: jitter would only fray its edges.
+    pub(super) fn filter(&self) -> super::Filter {
+        let Filter { order, isotropic } = self.filter;
+        let order = if self.samples == 1 { 0 } else { order };
+        super::Filter::new(order, isotropic).unwrap_or_default()
+    }
+
     /// Bytes that the pixels of the picture take.
     pub fn memory_needed(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height) * size_of::<super::Pixel>() as u64
@@ -80,6 +87,14 @@ impl Settings {
         }
         if !(1..=Film::MAX_SAMPLES).contains(&self.samples) {
             return Err(RenderError::Samples(self.samples));
+        }
+        if super::Filter::new(self.filter.order, self.filter.isotropic).is_err() {
+            let value = f64::from(self.filter.order);
+            return Err(RenderError::Setting {
+                name: "filter",
+                value,
+                range: "an order of a B-spline, up to 32",
+            });
         }
         if !(-64.0..=64.0).contains(&self.exposure) {
             let range = "from -64 to 64 stops";

@@ -9,7 +9,7 @@
 //!
 //! Two other curves are there for those who ask: one with the toe and the contrast of film, and none.
 
-use super::sample::{Purpose, uniform};
+use super::sample::dither;
 use crate::num::srgb;
 use crate::scene::Tone;
 
@@ -69,7 +69,7 @@ pub(super) fn brightness(light: f64, tone: Tone) -> f64 {
 pub(super) fn bytes(light: [f64; 3], (gain, tone): (f64, Tone), pixel: u64) -> [u8; 3] {
     let shown = tone_map(light.map(|c| c * gain), tone);
     std::array::from_fn(|channel| {
-        let noise = 0.98 * (uniform(pixel, Purpose::Dither(channel as u8)) - 0.5);
+        let noise = 0.98 * (dither(pixel, channel as u64) - 0.5);
         (255.0 * srgb::encode(shown[channel]) + noise).round().clamp(0.0, 255.0) as u8
     })
 }

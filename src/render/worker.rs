@@ -8,11 +8,11 @@ use super::air::Atmosphere;
 use super::gather::{Outcome, PILOT, Sum};
 use super::light;
 use super::path::{Paths, Trace};
-use super::sample::{Sample, Strata};
+use super::sample::Sample;
 use super::surface::Surface;
 use super::tile::places;
 use super::water::Water;
-use super::{Job, Pixel, Prepared, Rect, Stats};
+use super::{Filter, Job, Pixel, Prepared, Rect, Stats};
 use crate::cast::Caster;
 
 /// Rays that a stage handles at once, about: enough for full batches, few enough that their state
@@ -64,7 +64,7 @@ impl<'a> Seer<'a> {
 pub(super) struct Worker<'a> {
     /// One for each moment.
     seers: Vec<Seer<'a>>,
-    strata: Strata,
+    filter: Filter,
     pub(super) stats: Stats,
     sums: Vec<Sum>,
     samples: Vec<Sample>,
@@ -80,7 +80,7 @@ impl<'a> Worker<'a> {
         let settings = &shots[0].scene.settings;
         Worker {
             seers: shots.iter().map(Seer::new).collect(),
-            strata: Strata::new(settings.samples),
+            filter: settings.filter(),
             stats: Stats::default(),
             sums: Vec::new(),
             samples: Vec::new(),
@@ -165,7 +165,7 @@ impl<'a> Worker<'a> {
             for sample in range.clone() {
                 let one = Sample::new([x, y], sample, seed, in_tile);
                 if one.moment(self.seers.len()) == moment {
-                    self.samples.push(one.placed(&self.strata));
+                    self.samples.push(one.placed(&self.filter));
                 }
             }
         }

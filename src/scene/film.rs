@@ -1,5 +1,7 @@
 //! Film: the size of a picture, how its pixels gather light, and how that is shown.
 
+use crate::num::BSpline;
+
 /// Picture size, sampling and exposure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Film {
@@ -63,7 +65,7 @@ pub struct Filter {
 
 impl Filter {
     /// Highest order: pixels are as wide as the order, and blurred beyond use long before.
-    pub const MAX_ORDER: u32 = 32;
+    pub const MAX_ORDER: u32 = BSpline::MAX_ORDER;
 }
 
 impl Default for Filter {

@@ -4,7 +4,7 @@
 //! shutter's density; each pixel takes its samples at them in an order of its own.
 
 use super::{Loaded, Session};
-use crate::render::filter;
+use crate::render;
 use crate::scene::{Scene, Shutter};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -28,7 +28,7 @@ impl Session {
         let times: Vec<f64> = match scene.film.shutter {
             Shutter::Still => return Ok(vec![scene.clone()]),
             Shutter::Open(open) => middles.map(|u| open * u).collect(),
-            Shutter::Spline { order, spacing } => match filter::Shutter::spline(order) {
+            Shutter::Spline { order, spacing } => match render::Shutter::spline(order) {
                 Ok(spline) => middles.map(|u| spacing * spline.place(u)).collect(),
                 Err(_) => return Ok(vec![scene.clone()]),
             },

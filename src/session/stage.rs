@@ -119,6 +119,11 @@ impl Taken {
         Ok(Taken { scene: prepared, caster, moon, sea })
     }
 
+    /// Its moon and its sea.
+    fn beside(&self) -> [Option<Shot<'_>>; 2] {
+        [&self.moon, &self.sea].map(|beside| beside.as_deref().map(Taken::shot))
+    }
+
     /// What is rendered, without what is beside it.
     fn shot(&self) -> Shot<'_> {
         Shot { scene: &self.scene, caster: self.caster.as_ref(), moon: None, sea: None }
@@ -128,10 +133,9 @@ impl Taken {
 /// The picture of what was taken.
 fn picture(taken: Vec<Taken>, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
     let work = move || {
-        let beside = |of: &Option<Box<Taken>>| of.as_ref().map(|taken| taken.shot());
-        let beside: Vec<_> = taken.iter().map(|t| (beside(&t.moon), beside(&t.sea))).collect();
+        let beside: Vec<_> = taken.iter().map(Taken::beside).collect();
         let shots = taken.iter().zip(&beside);
-        let shots = shots.map(|(t, (moon, sea))| Shot { moon: moon.as_ref(), sea: sea.as_ref(), ..t.shot() });
+        let shots = shots.map(|(t, [moon, sea])| Shot { moon: moon.as_ref(), sea: sea.as_ref(), ..t.shot() });
         let shots: Vec<Shot<'_>> = shots.collect();
         render::render_moments(&shots, job).map_err(|e| Box::new(e.diagnostic()))
     };
