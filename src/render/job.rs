@@ -35,10 +35,6 @@ impl<'a> Job<'a> {
     pub fn unwatched(cancel: &'a AtomicBool) -> Self {
         Job { cancel, progress: &|_| (), tile: &|_, _| () }
     }
-
-    pub(super) fn is_cancelled(&self) -> bool {
-        self.cancel.load(Ordering::Relaxed)
-    }
 }
 
 impl std::fmt::Debug for Job<'_> {
