@@ -1,0 +1,128 @@
+//! Dust: loose particles that hide one another (Lommel and Seeliger; Blinn 1982, *Light reflection
+//! functions for simulation of clouds and dusty surfaces*).
+//!
+//! A deep layer of particles with the albedo `w` and the phase function `p` attenuates light on its way
+//! in and out. Light that is scattered once leaves with the radiance
+//!
+//! ```text
+//! L = int_0^inf (w p / 4 pi) E e^(-t / mu0) e^(-t / mu) dt / mu = w p / (4 pi) E mu0 / (mu0 + mu)
+//! ```
+//!
+//! for the cosines `mu0` to the light and `mu` to the eye: `f = w p(a) / (4 pi (mu0 + mu))`. With the sun
+//! behind the viewer both are equal, and a ball looks flat like the full moon. Scattering more than once
+//! is left out, which is right for dark dust: up to a `w` of about 0.4.
+//!
+//! Seen from the light, particles hide their own shadows, and the layer is brighter by
+//! `1 + B / (1 + tan(a/2) / h)`: the *opposition surge* (Hapke 1986).
+
+use super::frame::around_z;
+use super::{Bounce, Frame, Phase, Reflectance, bounce, choose, cosines, uniform_hemisphere};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// How much brighter dust is that is lit from behind the viewer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surge {
+    /// Excess of brightness at the phase angle 0, from 0 for none to 1.
+    pub strength: f64,
+    /// Tangent of half the phase angle at which the excess has fallen to half, above 0; some 0.05 for
+    /// the moon.
+    pub width: f64,
+}
+
+/// A deep layer of dust.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dust {
+    /// Share of light that a particle scatters, from 0 to 1 by channel; 0.1 to 0.3 on the moon. The
+    /// layer reflects much less.
+    pub albedo: DVec3,
+    /// Where particles scatter light to.
+    pub phase: Phase,
+    /// The brightening of dust that is lit from behind the viewer.
+    pub surge: Surge,
+}
+
+impl Dust {
+    /// Probability of a sample in proportion to the phase function, which may have a peak.
+    fn peak_share(&self) -> f64 {
+        match self.phase {
+            Phase::HenyeyGreenstein { g } => g.abs(),
+            Phase::Constant | Phase::Ball => 0.0,
+        }
+    }
+}
+
+impl Surge {
+    /// No brightening.
+    pub const NONE: Surge = Surge { strength: 0.0, width: 1.0 };
+
+    /// The factor for the cosine of a phase angle.
+    pub fn at(self, cos: f64) -> f64 {
+        let cos = cos.clamp(-1.0, 1.0);
+        let tan_half = ((1.0 - cos) / (1.0 + cos)).sqrt();
+        1.0 + self.strength / (1.0 + tan_half / self.width)
+    }
+}
+
+impl Reflectance for Dust {
+    fn value(&self, normal: DVec3, to_eye: DVec3, to_light: DVec3) -> DVec3 {
+        let Some([eye, light]) = cosines(normal, to_eye, to_light) else { return DVec3::ZERO };
+        let cos = to_eye.dot(to_light);
+        self.albedo * (self.phase.at(cos) * self.surge.at(cos) / (4.0 * PI * (eye + light)))
+    }
+
+    fn sample(&self, u: [f64; 2], normal: DVec3, to_eye: DVec3) -> Option<Bounce> {
+        let (peak, u) = choose(u, self.peak_share());
+        let direction = if peak {
+            Frame::around(to_eye).to_world(around_z(self.phase.sample(u[0]), u[1]))
+        } else {
+            Frame::around(normal).to_world(uniform_hemisphere(u))
+        };
+        bounce(self, normal, to_eye, direction)
+    }
+
+    fn pdf(&self, normal: DVec3, to_eye: DVec3, to_light: DVec3) -> f64 {
+        if cosines(normal, to_eye, to_light).is_none() {
+            return 0.0;
+        }
+        let peak = self.peak_share();
+        (1.0 - peak) / (2.0 * PI) + peak * self.phase.at(to_eye.dot(to_light)) / (4.0 * PI)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{albedo, tilted};
+    use super::*;
+
+    #[test]
+    fn the_full_moon_is_flat() {
+        for phase in [Phase::Constant, Phase::Ball, Phase::HenyeyGreenstein { g: -0.3 }] {
+            let surge = Surge { strength: 1.0, width: 0.05 };
+            let dust = Dust { albedo: DVec3::splat(0.2), phase, surge };
+            let radiance = |mu: f64| dust.value(DVec3::Z, tilted(mu), tilted(mu)).x * mu;
+            let middle = radiance(1.0);
+            assert!((middle - 0.2 * phase.at(1.0) * 2.0 / (8.0 * PI)).abs() < 1e-12);
+            for mu in [0.01, 0.1, 0.5, 0.9] {
+                assert!((radiance(mu) / middle - 1.0).abs() < 1e-6, "{phase:?} {mu}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_albedo_of_even_particles_has_a_closed_form() {
+        let dust = Dust { albedo: DVec3::ONE, phase: Phase::Constant, surge: Surge::NONE };
+        for mu in [0.05, 0.3, 0.7, 1.0] {
+            let known = 0.5 * (1.0 - mu * libm::log((1.0 + mu) / mu));
+            assert!((albedo(&dust, DVec3::Z, tilted(mu)).x - known).abs() < 1e-4, "{mu}");
+        }
+    }
+
+    #[test]
+    fn a_surge_falls_to_half_at_its_width() {
+        let surge = Surge { strength: 0.8, width: 0.05 };
+        let angle = 2.0 * libm::atan(0.05);
+        assert_eq!([surge.at(1.0), surge.at(-1.0)], [1.8, 1.0]);
+        assert!((surge.at(libm::cos(angle)) - 1.4).abs() < 1e-12);
+    }
+}
