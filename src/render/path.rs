@@ -12,7 +12,7 @@
 //! and never found by chance, the sky is found by paths that escape and never asked for: each kind of light comes in
 //! once, and the mean over all samples is right for the bounces that are allowed.
 //!
-//! On the surface of a sea a path parts in two: one is reflected, and one goes down ([`water`](super::water)).
+//! On the surface of a sea a path parts in two: one is reflected, and one goes down.
 
 use super::air::Atmosphere;
 use super::gather::{Light, Met, Outcome};
@@ -245,10 +245,16 @@ impl Paths {
                     continue;
                 }
                 let irradiance = arriving.irradiance * facing;
-                let reflector = self.reflector(i, scene, water.as_ref());
-                let brings = irradiance * reflector.value(-path.direction, arriving.from);
-                let below = water.as_ref().map_or(DVec3::ZERO, |water| water.glow(irradiance));
-                let errand = Errand { patch: i, brings, below, is_sky: false };
+                let (value, below) = match &water {
+                    Some(water) if i >= self.dry => {
+                        (water.value(patch, -path.direction, arriving.from), water.glow(irradiance))
+                    }
+                    _ => {
+                        let reflector = Reflector::new(patch, scene.reflecting.as_ref());
+                        (reflector.value(-path.direction, arriving.from), DVec3::ZERO)
+                    }
+                };
+                let errand = Errand { patch: i, brings: value * irradiance, below, is_sky: false };
                 self.send(scene, errand, arriving.from, arriving.distance, light::has_shadows(light));
             }
         }
@@ -256,14 +262,6 @@ impl Paths {
         self.return_errands(seer, to);
         self.drown(seer);
         stage.end(&mut to.stats.seconds.shadow, &mut to.stats.octaves.shadow);
-    }
-
-    /// How a patch reflects.
-    fn reflector(&self, patch: usize, scene: &Prepared, water: Option<&Water>) -> Reflector {
-        match water {
-            Some(water) if patch >= self.dry => Reflector::new(&self.patches[patch], Some(&water.material)),
-            _ => Reflector::new(&self.patches[patch], scene.material.as_ref()),
-        }
     }
 
     /// The light of the sky, where it is not found by paths that escape.
@@ -288,9 +286,9 @@ impl Paths {
             if scene.settings.bounces > 0 {
                 continue;
             }
-            let reflector = self.reflector(i, scene, water);
+            let reflector = Reflector::new(&patch, scene.reflecting.as_ref());
             if reach == 0.0 {
-                self.shine[i].indirect += reflector.ambient(-path.direction, &around, &patch);
+                self.shine[i].indirect += reflector.ambient(-path.direction, &around);
                 continue;
             }
             let sample = &to.samples[path.sample];
@@ -440,8 +438,7 @@ impl Paths {
             let patch = &self.patches[path.patch];
             match &water {
                 Some(water) if path.is_water => {
-                    let ways = water.ways(patch, path.direction);
-                    for way in ways {
+                    for way in water.ways(patch, -path.direction).into_iter().flatten() {
                         let weight = path.weight * way.share;
                         let under = way.is_down.then(|| self.glow[path.patch]);
                         let origin = scene.lifted(patch, if way.is_down { -1.0 } else { 1.0 });
@@ -450,7 +447,7 @@ impl Paths {
                 }
                 _ if path.bounce < scene.settings.bounces => {
                     let (sample, purpose) = (&to.samples[path.sample], Purpose::Onward { step });
-                    let reflector = Reflector::new(patch, scene.material.as_ref());
+                    let reflector = Reflector::new(patch, scene.reflecting.as_ref());
                     let drawn =
                         reflector.sample(sample.number(purpose), sample.pair(purpose), -path.direction);
                     let Some((direction, share)) = drawn else { continue };

@@ -1,11 +1,12 @@
 //! Everything that can be done, and can go wrong, before the first ray.
 
+use super::reflect::Reflecting;
 use super::view::{View, tolerance};
 use super::{Painter, Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId};
-use crate::scene::{Light, Material, Scene, Sea, Sky, Spacing, Sun, Surface};
+use crate::scene::{Light, Scene, Sea, Sky, Spacing, Sun, Surface};
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
 use std::sync::Arc;
@@ -26,7 +27,9 @@ pub struct Prepared {
     /// Code of the three colour channels; the solid is grey without it.
     pub color: Option<Arc<Tape>>,
     /// How the solid reflects; matt without it.
-    pub material: Option<Material>,
+    pub reflecting: Option<Reflecting>,
+    /// Whether it gives off light.
+    pub is_shining: bool,
     /// Code of what varies of the material from place to place.
     pub looks: Option<Arc<Tape>>,
     /// Code of the height that is added to the solid for the sake of its normals.
@@ -85,7 +88,8 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
         cells: Arc::new(Cells::new(tape.clone(), &settings.bounds.intervals())),
         tape,
         color: code(&roots[1..colors]),
-        material: *material,
+        reflecting: material.as_ref().map(Reflecting::new),
+        is_shining: material.is_some_and(|m| m.emission.is_some()),
         looks: code(&roots[colors..looks]),
         bump: code(&roots[looks..]),
         painter: None,

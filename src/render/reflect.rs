@@ -1,40 +1,103 @@
-//! How much of the light that comes from one direction leaves a patch in another.
+//! How much of the light that comes from one direction leaves a patch in another: the laws of
+//! [`material`](super::material), mixed as the material of the scene says.
 
 use super::light::Surroundings;
+use super::material::{Bounce, Dust, Film, Fresnel, Gloss, Lambert, OrenNayar, Phase, Reflectance, Surge};
 use super::surface::Patch;
-use crate::scene::Material;
+use crate::scene::{Finish, Material, Matt};
 use glam::DVec3;
-use std::f64::consts::PI;
+
+/// The moon's surge: its dust is twice as bright with the sun behind the viewer, and half of that is gone at 6 degrees
+/// (Hapke 1986).
+const SURGE: Surge = Surge { strength: 1.0, width: 0.05 };
+
+/// A material with the tables that it needs.
+#[derive(Clone, Debug)]
+pub struct Reflecting {
+    material: Material,
+    film: Film,
+}
+
+impl Reflecting {
+    /// Makes the tables.
+    pub(super) fn new(material: &Material) -> Reflecting {
+        Reflecting { material: *material, film: Film::new(material.ior) }
+    }
+}
 
 /// How a patch reflects.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reflector {
-    normal: DVec3,
-    albedo: DVec3,
+pub(super) struct Reflector<'a> {
+    patch: &'a Patch,
+    /// The material; matt without it.
+    of: Option<&'a Reflecting>,
 }
 
-impl Reflector {
+impl<'a> Reflector<'a> {
     /// That of a patch of a material.
-    pub fn new(patch: &Patch, _material: Option<&Material>) -> Reflector {
-        Reflector { normal: patch.shading, albedo: patch.albedo }
+    pub fn new(patch: &'a Patch, of: Option<&'a Reflecting>) -> Reflector<'a> {
+        Reflector { patch, of }
+    }
+
+    /// A property of the patch.
+    fn finish(&self, finish: Finish) -> f64 {
+        self.patch.finish[finish as usize]
+    }
+
+    /// Shares of the patch that are metal, coated, and neither.
+    fn shares(&self) -> [f64; 3] {
+        let (metal, coat) = (self.finish(Finish::Metal), self.finish(Finish::Coat));
+        [metal, (1.0 - metal) * coat, (1.0 - metal) * (1.0 - coat)]
+    }
+
+    /// Asks the law of one share.
+    fn ask<T>(&self, which: usize, question: impl Fn(&dyn Reflectance) -> T) -> T {
+        let Patch { albedo, .. } = *self.patch;
+        let Some(Reflecting { material, film }) = self.of else {
+            return question(&Lambert { albedo });
+        };
+        let roughness = self.finish(Finish::Roughness);
+        match (which, material.matt) {
+            (0, _) => question(&Gloss::new(roughness, Fresnel::Metal { facing: albedo })),
+            (1, _) => question(&film.on(albedo, roughness)),
+            (_, Matt::Lambert) => question(&Lambert { albedo }),
+            (_, Matt::Rough) => question(&OrenNayar { albedo, roughness: self.finish(Finish::Grain) }),
+            (_, Matt::Dust) => question(&Dust { albedo, phase: Phase::Ball, surge: SURGE }),
+        }
     }
 
     /// The reflectance function, per steradian.
-    pub fn value(&self, _to_eye: DVec3, _to_light: DVec3) -> DVec3 {
-        self.albedo / PI
+    pub fn value(&self, to_eye: DVec3, to_light: DVec3) -> DVec3 {
+        let normal = self.patch.shading;
+        let shares = self.shares().into_iter().enumerate().filter(|(_, share)| *share > 0.0);
+        shares.map(|(i, share)| share * self.ask(i, |law| law.value(normal, to_eye, to_light))).sum()
     }
 
     /// A direction to look for light in, and the share of it that is reflected; with numbers in [0, 1).
-    pub fn sample(&self, _choice: f64, u: [f64; 2], _to_eye: DVec3) -> Option<(DVec3, DVec3)> {
-        let (radius, turn) = (u[0].sqrt(), 2.0 * PI * u[1]);
-        let (a, b) = self.normal.any_orthonormal_pair();
-        let direction =
-            radius * (libm::cos(turn) * a + libm::sin(turn) * b) + (1.0 - u[0]).sqrt() * self.normal;
-        Some((direction.normalize(), self.albedo))
+    pub fn sample(&self, choice: f64, u: [f64; 2], to_eye: DVec3) -> Option<(DVec3, DVec3)> {
+        let [metal, coat, _] = self.shares();
+        // Each law is chosen as often as its share says, which therefore does not weigh what it finds.
+        let which = usize::from(choice >= metal) + usize::from(choice >= metal + coat);
+        let bounce = self.ask(which, |law| law.sample(u, self.patch.shading, to_eye));
+        bounce.map(|Bounce { direction, weight }| (direction, weight))
     }
 
-    /// Light of the sky that is reflected, as if nothing stood in its way.
-    pub fn ambient(&self, _to_eye: DVec3, around: &Surroundings<'_>, patch: &Patch) -> DVec3 {
-        self.albedo * around.ambient(patch)
+    /// Light of the sky that is reflected, as if nothing stood in its way: by what is matt from all around, by what mirrors
+    /// from one direction, or the rougher it is, from more of them.
+    pub fn ambient(&self, to_eye: DVec3, around: &Surroundings<'_>) -> DVec3 {
+        let Patch { shading, albedo, position, .. } = *self.patch;
+        let [metal, coat, matt] = self.shares();
+        let all_around = around.ambient(self.patch);
+        if metal + coat == 0.0 {
+            return albedo * all_around;
+        }
+        let cosine = shading.dot(to_eye).clamp(0.0, 1.0);
+        let ior = self.of.map_or(1.0, |of| of.material.ior);
+        let of_metal = Fresnel::Metal { facing: albedo }.at(cosine);
+        let of_coat = Fresnel::Dielectric { ior }.at(cosine);
+        let mirrored = (2.0 * cosine * shading - to_eye).normalize_or(shading);
+        let sky = around.radiance(position, mirrored).lerp(all_around, self.finish(Finish::Roughness));
+        let matt = (matt + coat * (DVec3::ONE - of_coat)) * albedo;
+        matt * all_around + (metal * of_metal + coat * of_coat) * sky
     }
 }

@@ -69,7 +69,7 @@ impl Surface {
             field: Evaluator::new(scene.tape.clone()),
             color: scene.color.clone().map(Evaluator::new),
             looks: scene.looks.clone().map(Evaluator::new),
-            is_shining: scene.material.is_some_and(|m| m.emission.is_some()),
+            is_shining: scene.is_shining,
             bump: scene.bump.clone().map(Evaluator::new),
             painter: scene.painter.clone(),
         }

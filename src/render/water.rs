@@ -1,21 +1,18 @@
-//! Water: what its surface does to light, and its depth.
+//! Seas: water with waves, for paths of light.
 //!
-//! A smooth surface reflects the share of light that Fresnel's equations say, and lets the rest down, bent as Snell says.
-//! On its way light is taken away, `exp(-a s)` of it being left after a distance `s` (Beer and Lambert). What deep water
-//! sends back from all around is like light of a matt surface; of what is seen through a distance `s`, it makes up what
-//! is missing.
+//! What its surface does is in [`material::Water`]. What deep water sends back from all around is like light of a matt
+//! surface; of what is seen through a distance `s` of water, it makes up what has been taken away.
 
+use super::material::{self, Fresnel, Gloss, Reflectance, Split};
 use super::surface::Patch;
-use crate::scene::{Material, Sea};
+use crate::scene::{Finish, Sea};
 use glam::DVec3;
 use std::f64::consts::PI;
 
 /// The water of a sea.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Water {
-    /// How its surface reflects lights.
-    pub material: Material,
-    absorption: DVec3,
+    law: material::Water,
     color: DVec3,
 }
 
@@ -33,7 +30,14 @@ pub(super) struct Way {
 impl Water {
     /// That of a sea.
     pub fn new(sea: &Sea) -> Water {
-        Water { material: sea.material, absorption: sea.absorption, color: sea.color }
+        let law = material::Water { ior: sea.material.ior, absorption: sea.absorption };
+        Water { law, color: sea.color }
+    }
+
+    /// How its surface reflects lights, per steradian: a sharper image of them would be seen by chance only.
+    pub fn value(&self, patch: &Patch, to_eye: DVec3, to_light: DVec3) -> DVec3 {
+        let fresnel = Fresnel::Dielectric { ior: self.law.ior };
+        Gloss::new(patch.finish[Finish::Roughness as usize], fresnel).value(patch.shading, to_eye, to_light)
     }
 
     /// Radiance that deep water sends back of light that falls on its surface.
@@ -43,34 +47,19 @@ impl Water {
 
     /// Share of light that is left after a distance, which may be infinite.
     pub fn through(&self, distance: f64) -> DVec3 {
-        DVec3::from_array(
-            self.absorption.to_array().map(|a| if a > 0.0 { libm::exp(-a * distance) } else { 1.0 }),
-        )
+        self.law.transmittance(distance.min(f64::MAX))
     }
 
-    /// The ways on which light comes that leaves the surface against a direction, which comes from above.
-    pub fn ways(&self, patch: &Patch, direction: DVec3) -> [Way; 2] {
+    /// The ways on which light comes that leaves the surface towards the eye, above it.
+    pub fn ways(&self, patch: &Patch, to_eye: DVec3) -> [Option<Way>; 2] {
         // Waves that face away from the eye are seen from their backs only by mistake.
-        let normal = if patch.shading.dot(direction) < 0.0 { patch.shading } else { patch.normal };
-        let cosine = -normal.dot(direction);
-        let mirrored = direction + 2.0 * cosine * normal;
+        let normal = if patch.shading.dot(to_eye) > 0.0 { patch.shading } else { patch.normal };
+        let Split { reflectance, reflected, refracted } = self.law.split(normal, to_eye);
         // What is mirrored into the water meets the next wave, about as if it came along the surface.
-        let rising = mirrored.dot(patch.normal);
-        let mirrored = if rising > 0.0 { mirrored } else { mirrored - 1.01 * rising * patch.normal };
-        let eta = 1.0 / self.material.ior;
-        let below = (1.0 - eta * eta * (1.0 - cosine * cosine)).max(0.0).sqrt();
-        let bent = eta * direction + (eta * cosine - below) * normal;
-        let reflected = fresnel(cosine, below, self.material.ior);
-        [
-            Way { direction: mirrored.normalize_or(patch.normal), share: reflected, is_down: false },
-            Way { direction: bent.normalize_or(-patch.normal), share: 1.0 - reflected, is_down: true },
-        ]
+        let rising = reflected.dot(patch.normal);
+        let along = reflected + (1e-3 - rising) * patch.normal;
+        let up = if rising > 0.0 { reflected } else { along.normalize_or(patch.normal) };
+        let down = |direction: DVec3| Way { direction, share: 1.0 - reflectance, is_down: true };
+        [Some(Way { direction: up, share: reflectance, is_down: false }), refracted.map(down)]
     }
-}
-
-/// Fresnel's reflectance of unpolarised light from the cosines above and below.
-fn fresnel(above: f64, below: f64, ior: f64) -> f64 {
-    let parallel = (ior * above - below) / (ior * above + below);
-    let perpendicular = (above - ior * below) / (above + ior * below);
-    0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
