@@ -19,6 +19,7 @@
 //! the number of threads.
 
 mod air;
+mod disc;
 mod error;
 mod heatmap;
 mod job;

@@ -12,6 +12,8 @@ pub(super) enum Purpose {
     Y,
     /// Place within a step through the air.
     Air,
+    /// Place on the lens, by axis of the unit square.
+    Lens(u8),
     /// Rounding to eight bits, by channel.
     Dither(u8),
 }
@@ -23,9 +25,15 @@ pub(super) fn uniform(pixel: u64, sample: u32, purpose: Purpose, seed: u64) -> f
         Purpose::Y => 1,
         Purpose::Air => 2,
         Purpose::Dither(channel) => 3 + u64::from(channel),
+        Purpose::Lens(axis) => 16 + u64::from(axis),
     };
     let bits = mix(mix(mix(seed ^ 0x9E37_79B9_7F4A_7C15) ^ pixel) ^ (u64::from(sample) << 8 | purpose));
     (bits >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+}
+
+/// A place in the unit square that stands for one on the lens.
+pub(super) fn on_lens(pixel: u64, sample: u32, seed: u64) -> [f64; 2] {
+    [0, 1].map(|axis| uniform(pixel, sample, Purpose::Lens(axis), seed))
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood, 2014): every input bit turns over half of

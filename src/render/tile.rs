@@ -2,8 +2,9 @@
 //! rays at once.
 
 use super::air::Atmosphere;
-use super::sample::{Purpose, Strata, uniform};
+use super::sample::{Purpose, Strata, on_lens, uniform};
 use super::surface::{Patch, Surface};
+use super::view::piece;
 use super::{Job, Pixel, Prepared, Rect, Stats, light};
 use crate::cast::{Caster, Hit, Ray, Tolerance};
 use crate::noise;
@@ -34,6 +35,7 @@ pub fn tiles(width: u32, height: u32) -> Vec<Rect> {
 struct Sample {
     /// Number of the pixel in the tile.
     pixel: usize,
+    origin: DVec3,
     direction: DVec3,
     /// Random number for the air.
     jitter: f64,
@@ -138,13 +140,15 @@ impl<'a> Worker<'a> {
             let id = u64::from(y) << 32 | u64::from(x);
             for s in samples.clone() {
                 let [u, v] = self.strata.place(id, s, settings.seed);
-                let direction = view.direction(f64::from(x) + u, f64::from(y) + v);
-                if let Some(ray) = view.ray(direction, &settings.bounds, *tolerance) {
+                let lens = on_lens(id, s, settings.seed);
+                let (origin, direction) = view.ray(f64::from(x) + u, f64::from(y) + v, lens);
+                if let Some(ray) = piece((origin, direction), &settings.bounds, *tolerance) {
                     owners.push(self.samples.len());
                     self.rays.push(ray);
                 }
                 self.samples.push(Sample {
                     pixel: (row * rect.width + column) as usize,
+                    origin,
                     direction,
                     jitter: uniform(id, s, Purpose::Air, settings.seed),
                     distance: f64::INFINITY,
@@ -166,13 +170,12 @@ impl<'a> Worker<'a> {
     /// Finds normals and colours where rays met the solid.
     fn surface(&mut self, cancel: &AtomicBool) {
         let stage = Stage::begin();
-        let eye = self.scene.view.eye;
         let mut seen = Vec::new();
         self.patch_pixels.clear();
         for sample in self.samples.iter_mut().filter(|s| s.distance.is_finite()) {
             sample.patch = seen.len();
             self.patch_pixels.push(sample.pixel);
-            seen.push((eye + sample.distance * sample.direction, sample.direction));
+            seen.push((sample.origin + sample.distance * sample.direction, sample.direction));
         }
         self.surface.patches(&seen, &mut self.patches, cancel);
         self.stats.undefined += self.patches.iter().filter(|p| p.undefined).count() as u64;
@@ -208,7 +211,7 @@ impl<'a> Worker<'a> {
     /// Adds the light of all samples to their pixels.
     fn shade(&mut self) {
         let start = Instant::now();
-        let Prepared { sun, sky, view, .. } = self.scene;
+        let Prepared { sun, sky, .. } = self.scene;
         let air = self.air.as_ref();
         for sample in &self.samples {
             let sum = &mut self.sums[sample.pixel];
@@ -223,7 +226,7 @@ impl<'a> Worker<'a> {
                 }
             }
             if let Some(air) = air {
-                let seen = air.along(view.eye, sample.direction, sample.distance, sun, sample.jitter);
+                let seen = air.along(sample.origin, sample.direction, sample.distance, sun, sample.jitter);
                 color = color * seen.transmittance + seen.scattered;
                 if !hit {
                     alpha = 1.0 - seen.transmittance.element_sum() / 3.0;
