@@ -13,6 +13,7 @@ mod files;
 mod flow;
 mod grid;
 mod grid_files;
+mod keyframes;
 mod mesh;
 mod noise;
 mod numbers;
@@ -20,6 +21,7 @@ mod polynomial;
 mod scene;
 mod shape;
 mod vectors;
+mod walk;
 
 pub use components::Corrected;
 pub use grid::GridValue;
@@ -72,7 +74,7 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 16] = [
+    let groups: [(&'static str, Group); 18] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -88,6 +90,8 @@ pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<
         ("Colour", color::register),
         ("Components", components::register),
         ("Cameras", camera::register),
+        ("Cameras", walk::register),
+        ("Cameras", keyframes::register),
         ("Scenes", scene::register),
     ];
     for (name, group) in groups {
