@@ -53,7 +53,7 @@ fn main() {
 }
 
 fn whole_picture(root: NodeId, b: common::Build) {
-    let camera = Camera { eye: DVec3::new(0.0, 0.0, -4.0), target: DVec3::ZERO, up: DVec3::Y, fov: 47.2 };
+    let camera = Camera::look_at(DVec3::new(0.0, 0.0, -4.0), DVec3::ZERO).with_fov(47.2);
     let scene = Scene {
         graph: Arc::new(b.0),
         surface: Surface { field: root, color: None, material: None, keep: None },

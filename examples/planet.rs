@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scene = Scene {
         graph: Arc::new(graph),
         surface,
-        camera: Camera::orbit(DVec3::ZERO, 3.6, 20.0, 15.0, 38.0),
+        camera: Camera::orbit(DVec3::ZERO, 3.6, 20.0, 15.0).with_fov(38.0),
         sun: Sun {
             direction: orogen::scene::direction(85.0, 25.0),
             irradiance: DVec3::splat(3.4),

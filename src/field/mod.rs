@@ -4,11 +4,13 @@
 //! a box come from enclosures, never from guesses: the Lipschitz bound of a region is the largest
 //! gradient norm that [`Slope`] arithmetic admits there, made tighter by cutting the region up.
 
+mod line;
 mod moments;
 mod region;
 mod smooth;
 mod watch;
 
+pub use line::{Unknown, first_inside};
 pub use moments::{Moments, Survey, survey};
 pub use region::{Extent, extent, lipschitz_outside};
 pub use smooth::{blame, smooth};

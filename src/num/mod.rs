@@ -22,7 +22,8 @@
 //! one jet for what is a whole expression to the others, such as a sum of octaves.
 //!
 //! Beside the numbers stand what several modules compute with: hashes, B-splines ([`cubic`],
-//! [`quadratic`]), the same as densities to sample ([`BSpline`]), the Fourier transform ([`transform`]) and the code of colours ([`srgb`]).
+//! [`quadratic`]), the same as densities to sample ([`BSpline`]), curves through keyframes ([`interpolate`]), the
+//! Fourier transform ([`transform`]) and the code of colours ([`srgb`]).
 
 mod affine;
 mod bspline;
@@ -32,6 +33,7 @@ mod function;
 mod hash;
 mod interval;
 mod jet;
+mod keyframes;
 mod local;
 mod many;
 mod number;
@@ -54,6 +56,7 @@ pub use function::{Class, Combine, Form, Function};
 pub use hash::{mix, uniform};
 pub use interval::Interval;
 pub use jet::{Jet, PAIRS};
+pub use keyframes::{Curve, interpolate};
 pub use local::{Bounds, Local};
 pub use many::Many;
 pub use number::{Centred, Growing, Jets, Kernel, Number, Order, Plain, Point};

@@ -69,6 +69,17 @@ pub enum CameraError {
     /// Not an angle of view.
     #[error("the camera's field of view is {0} degrees; it must lie between 0 and 180")]
     Fov(f64),
+    /// Not a height of what is seen.
+    #[error("the camera shows a height of {0}; it must be positive")]
+    Height(f64),
+    /// Not a lens.
+    #[error("the camera's lens has a radius of {radius} and is focused at {focus}: no lens can be like that")]
+    Lens {
+        /// Its radius.
+        radius: f64,
+        /// Distance of the plane of focus.
+        focus: f64,
+    },
 }
 
 impl RenderError {
@@ -83,7 +94,15 @@ impl RenderError {
             RenderError::Samples(_) => message.hint("4 samples are a good preview, 16 to 64 a final picture"),
             RenderError::Setting { name, .. } => message.hint(format!("change {name}")),
             RenderError::Camera(CameraError::Fov(_)) => message.hint("35 degrees suit most scenes"),
-            RenderError::Camera(_) => message.hint("move the camera's eye or its target"),
+            RenderError::Camera(CameraError::Height(_)) => {
+                message.hint("give the height of what the picture shows, in units of length")
+            }
+            RenderError::Camera(CameraError::Lens { .. }) => {
+                message.hint("the radius is zero or more, the distance of what is sharp more than zero")
+            }
+            RenderError::Camera(CameraError::NotFinite | CameraError::EyeIsTarget) => {
+                message.hint("move the camera's eye or its target")
+            }
             RenderError::Bounds => message.hint("give bounds whose max exceeds their min on every axis"),
             RenderError::Undefined { place } => message
                 .at(place.clone())

@@ -20,6 +20,7 @@
 
 mod air;
 mod denoise;
+mod disc;
 mod error;
 mod filter;
 mod gather;

@@ -17,21 +17,19 @@ impl Overlay {
     /// Draws everything, the farthest first, fainter the farther it is. The picture must be one that the
     /// view sees.
     pub fn draw(&self, picture: &mut Picture, view: &View) {
-        let depth = |p: DVec3| (p - view.eye).dot(view.forward);
         let segments = self.lines.iter().flat_map(|(points, color, width)| {
             points.windows(2).map(move |pair| ([pair[0], pair[1]], *color, *width))
         });
         let dots = self.dots.iter().map(|(p, color, size)| ([*p, *p], *color, *size));
         let mut marks: Vec<_> = segments.chain(dots).collect();
-        let far = |mark: &([DVec3; 2], [f32; 3], f64)| depth(0.5 * (mark.0[0] + mark.0[1]));
+        let far = |mark: &([DVec3; 2], [f32; 3], f64)| view.depth(0.5 * (mark.0[0] + mark.0[1]));
         marks.sort_by(|a, b| far(b).total_cmp(&far(a)));
         let (Some(last), Some(first)) = (marks.first().map(far), marks.last().map(far)) else { return };
         for mark in &marks {
             let nearness = (last - far(mark)) / (last - first).max(1e-300);
-            let ends = mark.0.map(|p| view.project(p).map(DVec2::from_array));
-            if let [Some(a), Some(b)] = ends {
+            if let Some(ends) = view.project_line(mark.0) {
                 let width = 1e-3 * f64::from(picture.height) * mark.2;
-                stroke(picture, [a, b], mark.1, width, 0.25 + 0.75 * nearness);
+                stroke(picture, ends.map(DVec2::from_array), mark.1, width, 0.25 + 0.75 * nearness);
             }
         }
     }

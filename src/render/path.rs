@@ -20,6 +20,7 @@ use super::light::{self, Surroundings};
 use super::reflect::Reflector;
 use super::sample::{Purpose, Sample};
 use super::surface::{Patch, Surface};
+use super::view::piece;
 use super::water::Water;
 use super::worker::Seer;
 use super::{Prepared, Stats};
@@ -127,20 +128,22 @@ impl Paths {
 
     /// Starts a path for each sample.
     fn begin(&mut self, scene: &Prepared, samples: &[Sample]) {
-        let Prepared { view, .. } = scene;
         self.outcomes.clear();
         self.outcomes.resize(samples.len(), Outcome::default());
         self.paths.clear();
-        self.paths.extend(samples.iter().enumerate().map(|(i, sample)| Path {
-            sample: i,
-            origin: view.eye,
-            direction: view.direction(sample.place[0], sample.place[1]),
-            weight: DVec3::ONE,
-            bounce: 0,
-            under: None,
-            distance: f64::INFINITY,
-            is_water: false,
-            patch: 0,
+        self.paths.extend(samples.iter().enumerate().map(|(i, sample)| {
+            let (origin, direction) = sample.line(&scene.view);
+            Path {
+                sample: i,
+                origin,
+                direction,
+                weight: DVec3::ONE,
+                bounce: 0,
+                under: None,
+                distance: f64::INFINITY,
+                is_water: false,
+                patch: 0,
+            }
         }));
     }
 
@@ -177,7 +180,7 @@ impl Paths {
         for (i, path) in self.paths.iter_mut().enumerate().filter(|(_, path)| chosen(path)) {
             path.distance = f64::INFINITY;
             let ray = match step {
-                0 => scene.view.ray(path.direction, &scene.settings.bounds, scene.tolerance),
+                0 => piece((path.origin, path.direction), &scene.settings.bounds, scene.tolerance),
                 _ => scene.onward_ray(path.origin, path.direction, f64::INFINITY),
             };
             if let Some(ray) = ray {
@@ -418,7 +421,7 @@ impl Paths {
             };
             let outcome = &mut self.outcomes[path.sample];
             if step == 0 {
-                let footprint = scene.view.pixel() * path.distance;
+                let footprint = scene.view.footprint(path.distance);
                 outcome.see(
                     patch.map(|patch| Met { patch: *patch, distance: path.distance, footprint }),
                     through,

@@ -1,12 +1,13 @@
 //! Everything that can be done, and can go wrong, before the first ray.
 
 use super::reflect::Reflecting;
-use super::view::{View, tolerance};
+use super::sample::{Purpose, Sample};
+use super::view::{View, piece, tolerance};
 use super::{Painter, Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId};
-use crate::scene::{Light, Scene, Sea, Sky, Spacing, Sun, Surface};
+use crate::scene::{Light, Scene, Sea, Sky, Sun, Surface};
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
 use std::sync::Arc;
@@ -61,21 +62,19 @@ pub struct Prepared {
 pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderError> {
     settings.check()?;
     let view = View::new(&scene.camera, settings.width, settings.height).map_err(RenderError::Camera)?;
-    // Samples are as far apart as pixels, over the root of how many there are in each.
-    let angle = view.pixel() / f64::from(settings.samples).sqrt();
-    let spacing = Spacing::Angle { from: view.eye, angle };
     let Surface { material, .. } = &scene.surface;
     let mut roots = scene.surface.roots();
     let colors = roots.len();
     roots.extend(material.iter().flat_map(|m| m.looks()));
     let looks = roots.len();
     roots.extend(material.iter().filter_map(|m| m.bump));
-    let (graph, roots) = spacing.limit(&scene.graph, &roots)?;
+    let (graph, roots) = view.spacing(settings.samples).limit(&scene.graph, &roots)?;
     let code = |roots: &[NodeId]| (!roots.is_empty()).then(|| Arc::new(Tape::new(&graph, roots)));
     let tape = Arc::new(Tape::new(&graph, &roots[..1]));
     let probe = Probe::new(&tape, &settings.bounds, view.eye);
     let place = graph.place(scene.surface.field).cloned();
-    let warnings = probe.judge(place)?;
+    let mut warnings = probe.judge(place)?;
+    warnings.extend(stretched(&view));
     let lights: Vec<Light> = [Light::Sun(scene.sun)].iter().chain(&scene.lights).map(upright).collect();
     let suns = lights.iter().filter_map(|light| match light {
         Light::Sun(sun) => Some((sun.direction, sun.irradiance)),
@@ -115,6 +114,14 @@ fn upright(light: &Light) -> Light {
     }
 }
 
+/// A warning where pixels are not square though they could be.
+fn stretched(view: &View) -> Option<Diagnostic> {
+    let shape = view.wanted_shape()?;
+    let warning =
+        Diagnostic::warning("the picture is stretched: it does not have the shape of what the camera sees");
+    Some(warning.hint(format!("make it {shape} times as wide as high")))
+}
+
 impl Prepared {
     /// Bundles of neighbouring lines of sight all over the picture, for choosing a caster.
     pub fn typical_rays(&self) -> Vec<Vec<Ray>> {
@@ -125,8 +132,11 @@ impl Prepared {
         let corner = |i: u32, size: u32| (f64::from(i) + 0.5) / f64::from(ACROSS) * f64::from(size);
         let bundle = |i: u32| {
             let (x, y) = (corner(i % ACROSS, width), corner(i / ACROSS, height));
-            let through = |j: u32| self.view.direction(x + f64::from(j % WITHIN), y + f64::from(j / WITHIN));
-            (0..WITHIN * WITHIN).filter_map(|j| self.view.ray(through(j), &bounds, self.tolerance)).collect()
+            let through = |j: u32| {
+                let lens = Sample::new([i, i], j, self.settings.seed, 0).pair(Purpose::Lens);
+                self.view.ray(x + f64::from(j % WITHIN), y + f64::from(j / WITHIN), lens)
+            };
+            (0..WITHIN * WITHIN).filter_map(|j| piece(through(j), &bounds, self.tolerance)).collect()
         };
         (0..ACROSS * ACROSS).map(bundle).collect()
     }

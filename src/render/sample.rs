@@ -3,14 +3,17 @@
 //! Every such number is a hash of the pixel, the sample, a purpose and the seed. So a picture does
 //! not depend on the order in which its pixels are made.
 
-use super::{Filter, sequence};
+use super::{Filter, View, sequence};
 use crate::num::{mix, uniform};
+use glam::DVec3;
 
 /// What a number is for; numbers for different purposes are independent.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Purpose {
     /// Place in the pixel.
     Place,
+    /// Place on the lens.
+    Lens,
     /// Place within a step through the air.
     Air { step: u32 },
     /// Point of a light's disc.
@@ -25,6 +28,7 @@ impl Purpose {
         let one = |kind: u32, step: u32, number: u32| kind | step << 3 | number << 10;
         match self {
             Purpose::Place => 0,
+            Purpose::Lens => one(4, 0, 0),
             Purpose::Air { step } => one(1, step, 0),
             Purpose::Light { step, number } => one(2, step, number),
             Purpose::Onward { step } => one(3, step, 0),
@@ -61,6 +65,11 @@ impl Sample {
         let [x, y] = filter.place(self.pair(Purpose::Place));
         self.place = [self.place[0] + x, self.place[1] + y];
         self
+    }
+
+    /// Origin and direction of its line of sight.
+    pub fn line(&self, view: &View) -> (DVec3, DVec3) {
+        view.ray(self.place[0], self.place[1], self.pair(Purpose::Lens))
     }
 
     /// A number in [0, 1); those of all samples are spread evenly.

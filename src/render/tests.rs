@@ -101,7 +101,7 @@ impl Build {
         Scene {
             graph: Arc::new(self.0),
             surface: Surface { field, color: None, material: None, keep: None },
-            camera: Camera { eye: DVec3::new(0.0, 0.0, 4.0), target: DVec3::ZERO, up: DVec3::Y, fov: 35.0 },
+            camera: Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO),
             sun: Sun { direction: DVec3::X, ..Sun::default() },
             lights: Vec::new(),
             sky: Sky { background: DVec3::ZERO, ..Sky::default() },
@@ -211,7 +211,7 @@ fn air_has_a_blue_rim_by_day_and_none_by_night() {
     let rim = |x: f64| {
         let mut scene = planet();
         scene.camera.target = DVec3::new(x, 0.0, 0.25);
-        scene.camera.fov = 3.0;
+        scene.camera = scene.camera.with_fov(3.0);
         let picture = shoot(&scene);
         assert!(picture.pixels.iter().all(|p| p.color.iter().all(|c| c.is_finite() && *c >= 0.0)));
         let seen = pixel_of(&picture, &scene, scene.camera.target);

@@ -140,7 +140,7 @@ impl<'a> Worker<'a> {
         }
         for (sample, outcome) in self.samples.iter().zip(outcomes) {
             if outcome.is_open() {
-                let direction = seer.scene.view.direction(sample.place[0], sample.place[1]);
+                let (_, direction) = sample.line(&seer.scene.view);
                 outcome.put_beyond(light::beyond(&seer.scene.lights, direction));
             }
             self.sums[sample.in_tile].add(outcome);

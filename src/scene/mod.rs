@@ -3,6 +3,8 @@
 //! Units: a planet's radius is 1 unless the script says otherwise. Right-handed axes, y up. Angles
 //! in degrees, where scripts and people meet them. Colours are linear RGB with Rec. 709 primaries.
 
+mod camera;
+mod cube;
 mod detail;
 mod ensemble;
 mod film;
@@ -11,6 +13,8 @@ mod material;
 mod moon;
 mod sea;
 
+pub use camera::{Camera, Lens, Projection};
+pub use cube::{FACES, Face};
 pub use detail::Spacing;
 pub use ensemble::{Ensemble, Member, period};
 pub use film::{Film, Filter, Shutter, Tone};
@@ -144,37 +148,6 @@ impl Aabb {
     /// Length of the diagonal.
     pub fn diagonal(&self) -> f64 {
         (self.max - self.min).length()
-    }
-}
-
-/// A pinhole camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
-    /// Position.
-    pub eye: DVec3,
-    /// The point in the middle of the picture.
-    pub target: DVec3,
-    /// Direction that points up in the picture; need not be perpendicular to the view.
-    pub up: DVec3,
-    /// Vertical field of view in degrees, between 0 and 180.
-    pub fov: f64,
-}
-
-impl Default for Camera {
-    fn default() -> Self {
-        Camera::orbit(DVec3::ZERO, 4.0, 30.0, 20.0, 35.0)
-    }
-}
-
-impl Camera {
-    /// A camera on a sphere of radius `distance` around `target`. Azimuth 0 looks along -z; it grows
-    /// eastwards (towards +x); elevation grows upwards. Angles in degrees.
-    pub fn orbit(target: DVec3, distance: f64, azimuth: f64, elevation: f64, fov: f64) -> Self {
-        let eye = target + distance * direction(azimuth, elevation);
-        // Straight above or below the target "up" would be the line of sight.
-        let up =
-            if elevation.abs() > 89.9 { direction(azimuth, 0.0) * -elevation.signum() } else { DVec3::Y };
-        Camera { eye, target, up, fov }
     }
 }
 

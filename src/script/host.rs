@@ -178,6 +178,16 @@ impl Host {
         Ok(tape)
     }
 
+    /// The names of what an expression depends on, other than the time.
+    pub fn places(&self, node: NodeId) -> Vec<&'static str> {
+        let inputs = [(Input::X, "x"), (Input::Y, "y"), (Input::Z, "z"), (Input::Footprint, "footprint")];
+        inputs
+            .into_iter()
+            .filter(|(input, _)| self.depends_on(node, &[*input]))
+            .map(|(_, name)| name)
+            .collect()
+    }
+
     /// Whether an expression reads an input.
     pub fn depends_on(&self, node: NodeId, inputs: &[Input]) -> bool {
         let graph = self.graph.borrow();

@@ -1,10 +1,13 @@
 //! Options in object maps: each is declared where it is read, and a key that nobody declared is an
 //! error that names the nearest one that was.
+//!
+//! Where a number is wanted, a function of time alone is one too: what it is at the time of the run.
 
 use super::fault::{Fault, Outcome};
 use super::library::Call;
-use super::value::{Field, number, type_name};
+use super::value::{Field, Value, Vec3, VectorField, number, type_name};
 use crate::diag;
+use crate::expr::NodeId;
 use crate::noise::{Allowed, Parameter, Setting};
 use glam::DVec3;
 use rhai::{Array, Dynamic, INT, Map};
@@ -45,9 +48,50 @@ impl<'a, 'b> Options<'a, 'b> {
             .label(format!("from {:?} to {:?} allowed", range.start(), range.end()))
     }
 
+    /// The value with numbers in place of functions of time alone, as they are at the time of the run.
+    ///
+    /// # Errors
+    /// If such a function also depends on the place.
+    pub fn still(&self, key: &str, wanted: &str, given: &Dynamic) -> Outcome<Dynamic> {
+        let now = |node: NodeId| {
+            let host = self.call.host;
+            let places = host.places(node);
+            if places.is_empty() {
+                return host.eval(node, &[0.0; 3]);
+            }
+            let message = format!(
+                "`{key}` of `{}` must be {wanted}, not a field of {}",
+                self.call.name,
+                places.join(", ")
+            );
+            let fault = Fault::new(message).key(key).label(format!("{wanted} expected"));
+            Err(fault.hint("functions of time alone are possible, such as 10.0 * time"))
+        };
+        if let Some(field) = given.read_lock::<Field>() {
+            return now(field.node).map(Dynamic::from_float);
+        }
+        if let Some(VectorField([x, y, z])) = given.read_lock::<VectorField>().map(|v| *v) {
+            return Ok(Dynamic::from(Vec3([now(x)?, now(y)?, now(z)?])));
+        }
+        let Some(list) = given.read_lock::<Array>().map(|list| list.clone()) else {
+            return Ok(given.clone());
+        };
+        let entry = |v: Dynamic| match v.read_lock::<Field>().map(|field| field.node) {
+            Some(node) => now(node).map(Dynamic::from_float),
+            None => Ok(v),
+        };
+        list.into_iter().map(entry).collect::<Outcome<Array>>().map(Dynamic::from)
+    }
+
+    /// A value as arithmetic knows it, if it does.
+    pub fn value(&self, given: &Dynamic) -> Outcome<Option<Value>> {
+        Value::of(self.call.host, given)
+    }
+
     /// A number within a range.
     pub fn number(&mut self, key: &'static str, range: RangeInclusive<f64>, default: f64) -> Outcome<f64> {
         let Some(given) = self.get(key) else { return Ok(default) };
+        let given = self.still(key, "a number", &given)?;
         let value = number(&given).ok_or_else(|| self.wrong(key, "a number", &given))?;
         if range.contains(&value) { Ok(value) } else { Err(self.outside(key, value, &range)) }
     }
@@ -55,6 +99,7 @@ impl<'a, 'b> Options<'a, 'b> {
     /// A whole number within a range.
     pub fn integer(&mut self, key: &'static str, range: RangeInclusive<INT>, default: INT) -> Outcome<INT> {
         let Some(given) = self.get(key) else { return Ok(default) };
+        let given = self.still(key, "a whole number", &given)?;
         let whole = number(&given).filter(|v| v.fract() == 0.0 && v.abs() < 9e15);
         let value = whole.ok_or_else(|| self.wrong(key, "a whole number", &given))? as INT;
         if range.contains(&value) { Ok(value) } else { Err(self.outside(key, value, &range)) }
@@ -68,11 +113,11 @@ impl<'a, 'b> Options<'a, 'b> {
 
     /// A point or direction.
     pub fn vector(&mut self, key: &'static str, default: DVec3) -> Outcome<DVec3> {
+        let wanted = "a vector such as vec3(0, 1, 0) or [0, 1, 0]";
         let Some(given) = self.get(key) else { return Ok(default) };
-        self.call
-            .vec3_of(&given)?
-            .filter(|v| v.is_finite())
-            .ok_or_else(|| self.wrong(key, "a vector such as vec3(0, 1, 0) or [0, 1, 0]", &given))
+        let given = self.still(key, wanted, &given)?;
+        let found = self.call.vec3_of(&given)?.filter(|v| v.is_finite());
+        found.ok_or_else(|| self.wrong(key, wanted, &given))
     }
 
     /// A direction, which has a length.
@@ -88,6 +133,7 @@ impl<'a, 'b> Options<'a, 'b> {
     pub fn color(&mut self, key: &'static str, default: DVec3) -> Outcome<DVec3> {
         let Some(given) = self.get(key) else { return Ok(default) };
         let wanted = "a colour such as \"#ff8800\", rgb(1.0, 0.5, 0.0) or 0.5";
+        let given = self.still(key, wanted, &given)?;
         let color = match self.call.constant_color(&given) {
             Ok(color) => color,
             Err(fault) => return Err(fault.key(key)),

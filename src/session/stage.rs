@@ -198,7 +198,6 @@ pub fn bounds(scene: &Scene, field: &mut Field) -> Aabb {
 
 /// Half side of a cube that holds the camera and what it looks at, with room behind.
 fn reach(scene: &Scene) -> f64 {
-    let camera = &scene.camera;
-    let view = camera.eye.length().max(camera.target.length()) + camera.eye.distance(camera.target);
-    if view.is_finite() { (1.5 * view).max(2.0) } else { 16.0 }
+    let reach = scene.camera.reach();
+    if reach.is_finite() { (1.5 * reach).max(2.0) } else { 16.0 }
 }

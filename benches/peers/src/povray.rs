@@ -70,7 +70,7 @@ fn scene(shadows: bool) -> Scene {
     let compiled = compile(&Request::text(SURFACE));
     let scene = compiled.scene.expect("the script is right");
     // POV-Ray's axes are left-handed.
-    let camera = Camera { eye: DVec3::new(0.0, 0.0, 4.0), target: DVec3::ZERO, up: DVec3::Y, fov: 48.0 };
+    let camera = Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO).with_fov(48.0);
     let sun = Sun { direction: DVec3::new(5.0, 7.0, 9.0), shadows, ..Sun::default() };
     Scene { camera, sun, film: Film { width: SIZE, height: SIZE, samples: 1, ..Film::default() }, ..scene }
 }

@@ -79,7 +79,7 @@ fn found(scene: &Scene) -> Option<Aabb> {
 fn framing(region: &Aabb) -> Camera {
     let usual = Camera::default();
     let radius = 0.5 * region.diagonal();
-    let distance = 0.92 * radius / libm::sin(0.5 * usual.fov.to_radians());
+    let distance = 0.92 * radius / libm::sin(0.5 * Camera::FOV.to_radians());
     let target = 0.5 * (region.min + region.max);
     Camera { eye: target + distance * (usual.eye - usual.target).normalize(), target, ..usual }
 }

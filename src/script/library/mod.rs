@@ -14,6 +14,7 @@ mod film;
 mod flow;
 mod grid;
 mod grid_files;
+mod keyframes;
 mod light;
 mod material;
 mod mesh;
@@ -24,6 +25,7 @@ mod scene;
 mod shape;
 mod surroundings;
 mod vectors;
+mod walk;
 
 pub use components::Corrected;
 pub use grid::GridValue;
@@ -77,7 +79,7 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 20] = [
+    let groups: [(&'static str, Group); 22] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -93,6 +95,8 @@ pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<
         ("Colour", color::register),
         ("Components", components::register),
         ("Cameras", camera::register),
+        ("Cameras", walk::register),
+        ("Cameras", keyframes::register),
         ("Light and materials", light::register),
         ("Light and materials", material::register),
         ("Scenes", film::register),

@@ -8,20 +8,10 @@
 //! edge is the north pole, +y. Pixel centres lie half a pixel within the edges, so no pixel lies on a pole, and
 //! the last column is followed by the first.
 //!
-//! *Cube*: six squares, named by the axis that pierces their middle, in the layout of OpenGL's cube maps. Seen
-//! from outside in a row, `nx pz px nz` go around the equator; `py` is above `pz` and `ny` is below it:
-//!
-//! ```text
-//!       +----+                    right  down
-//!       | py |               px    -z     -y
-//!  +----+----+----+----+     nx    +z     -y
-//!  | nx | pz | px | nz |     py    +x     +z
-//!  +----+----+----+----+     ny    +x     -z
-//!       | ny |               pz    +x     -y
-//!       +----+               nz    -x     -y
-//! ```
+//! *Cube*: six squares, the [faces](scene::FACES) of OpenGL's cube maps, named by the axis that pierces their middle.
+//! Seen from outside in a row, `nx pz px nz` go around the equator; `py` is above `pz` and `ny` is below it.
 
-use crate::scene;
+use crate::scene::{self, FACES};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -42,19 +32,6 @@ pub struct Chart {
     /// Height of each picture in pixels.
     pub size: u32,
 }
-
-/// Name of a face of the cube, its middle, and the directions of its rows and columns.
-type Face = (&'static str, DVec3, DVec3, DVec3);
-
-/// The faces, in the order of OpenGL.
-const FACES: [Face; 6] = [
-    ("px", DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y),
-    ("nx", DVec3::NEG_X, DVec3::Z, DVec3::NEG_Y),
-    ("py", DVec3::Y, DVec3::X, DVec3::Z),
-    ("ny", DVec3::NEG_Y, DVec3::X, DVec3::NEG_Z),
-    ("pz", DVec3::Z, DVec3::X, DVec3::NEG_Y),
-    ("nz", DVec3::NEG_Z, DVec3::NEG_X, DVec3::NEG_Y),
-];
 
 impl Chart {
     /// Number of pictures.
@@ -84,7 +61,7 @@ impl Chart {
             Projection::Equirectangular => vec![path.to_owned()],
             Projection::Cube => {
                 let ending = path.extension().unwrap_or_default().to_string_lossy();
-                FACES.map(|(name, ..)| path.with_extension(format!("{name}.{ending}"))).into()
+                FACES.map(|face| path.with_extension(format!("{}.{ending}", face.name))).into()
             }
         }
     }
@@ -98,9 +75,8 @@ impl Chart {
                 scene::direction(180.0 * x / size - 180.0, 90.0 - 180.0 * y / size)
             }
             Projection::Cube => {
-                let (_, middle, right, down) = FACES[face % FACES.len()];
                 let [across, along] = [x, y].map(|place| 2.0 * place / size - 1.0);
-                (middle + across * right + along * down).normalize()
+                FACES[face % FACES.len()].direction(across, along).normalize()
             }
         }
     }
@@ -147,7 +123,7 @@ mod tests {
     fn faces_meet_at_their_edges_as_they_are_drawn() {
         let cube = chart(Projection::Cube);
         let at = |name: &str, x: f64, y: f64| {
-            let face = FACES.iter().position(|face| face.0 == name).unwrap();
+            let face = FACES.iter().position(|face| face.name == name).unwrap();
             cube.direction(face, x * SIZE, y * SIZE)
         };
         for t in [0.0, 0.25, 0.8, 1.0] {
@@ -166,10 +142,8 @@ mod tests {
     #[test]
     fn the_middles_of_both_maps_agree() {
         let (flat, cube) = (chart(Projection::Equirectangular), chart(Projection::Cube));
-        for (face, (_, middle, right, down)) in FACES.into_iter().enumerate() {
-            close(cube.direction(face, 0.5 * SIZE, 0.5 * SIZE), middle);
-            // Not mirrored, as seen from outside.
-            assert_eq!(right.cross(-down), middle);
+        for (number, face) in FACES.into_iter().enumerate() {
+            close(cube.direction(number, 0.5 * SIZE, 0.5 * SIZE), face.middle);
         }
         close(cube.direction(4, 0.5 * SIZE, 0.5 * SIZE), flat.direction(0, SIZE, 0.5 * SIZE));
     }
