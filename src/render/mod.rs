@@ -18,11 +18,13 @@
 //! Together with tiles that never see one another this makes pictures equal bit for bit, whatever
 //! the number of threads.
 
+mod about;
 mod air;
 mod error;
 mod heatmap;
 mod job;
 mod light;
+mod merge;
 mod openexr;
 mod overlay;
 mod painter;
@@ -32,27 +34,33 @@ mod prepare;
 mod probe;
 mod sample;
 mod save;
+mod saved;
 mod settings;
 mod stats;
 mod surface;
 mod tile;
 mod tone;
 mod view;
+mod window;
 
 #[cfg(test)]
 mod tests;
 
+pub use about::About;
 pub use error::{CameraError, RenderError};
 pub use heatmap::Heatmap;
 pub use job::{Job, Progress, render};
+pub use merge::{MergeError, merge};
 pub use overlay::Overlay;
 pub use painter::Painter;
-pub use picture::{Picture, Pixel, Rect};
+pub use picture::{Picture, Pixel};
 pub use prepare::{Prepared, prepare};
 pub use probe::Probe;
-pub use save::{Format, Metadata, SaveError, can_save, save};
+pub use save::{Format, Metadata, Precision, SOFTWARE, SaveError, can_save, save, save_as};
+pub use saved::{OpenError, Saved};
 pub use settings::Settings;
 pub use stats::{Octaves, Seconds, Stats};
 pub use tile::{places, tiles};
 pub use tone::tone_map;
 pub use view::View;
+pub use window::{Part, PartError, Rect};

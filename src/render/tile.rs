@@ -13,7 +13,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Side of a tile in pixels.
-const SIDE: u32 = 32;
+pub(super) const SIDE: u32 = 32;
 
 /// Rays that a stage handles at once, about: enough for full batches, few enough that their state
 /// stays in the cache and a cancelled job stops soon.
