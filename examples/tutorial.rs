@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let order = Order { size: Some((400, 300)), samples: Some(9), ..Order::default() };
         let picture = render(&scene, &order, &Job::unwatched(&AtomicBool::new(false)))
             .map_err(|diagnostic| diagnostic.message)?;
-        let metadata = Metadata { script: script.to_owned(), params: Vec::new() };
+        let metadata = Metadata { script: script.to_owned(), ..Metadata::default() };
         save(&folder.join(format!("tutorial/{}.png", i + 1)), &picture, &metadata)?;
     }
     Ok(())

@@ -19,6 +19,8 @@ fn every_command_has_help_with_examples() {
     let bench = Bench::new(&[]);
     for command in [
         "render",
+        "merge",
+        "video",
         "watch",
         "check",
         "repl",

@@ -92,7 +92,8 @@ fn every_instruction_set_makes_the_same_pictures() {
         for caster in [Kind::Beam, Kind::Auto] {
             let shoot = |level: Level, threads: usize| {
                 let threads = NonZeroUsize::new(threads);
-                let order = Order { size: Some((40, 24)), samples: Some(1), caster, threads };
+                let order =
+                    Order { size: Some((40, 24)), samples: Some(1), caster, threads, ..Order::default() };
                 let level = limit_simd(level);
                 let never = AtomicBool::new(false);
                 (level, all_of(render(scene, &order, &Job::unwatched(&never)).expect("a picture")))

@@ -219,7 +219,7 @@ fn neither_specks_nor_their_shadows_are_seen() {
              scene(#{{ surface: {surface}, bounds: 2.0, film: film(#{{ width: 48, height: 48, samples: 1 }}), \
              sun: sun(#{{ azimuth: 40.0, elevation: 60.0 }}) }})"
         );
-        let order = Order { size: None, samples: None, caster: Default::default(), threads: None };
+        let order = Order::default();
         let cancel = AtomicBool::new(false);
         let picture = session::render(&scene(&script), &order, &orogen::render::Job::unwatched(&cancel));
         picture.expect("it can be rendered")

@@ -8,12 +8,15 @@
 //! | 1 | the script is wrong, or the picture could not be made or written as asked |
 //! | 2 | the command line is wrong; nothing was read or written |
 
+mod animation;
 mod check;
 mod definitions;
 mod doc;
+mod frames;
 mod grid;
 mod heights;
 mod interrupt;
+mod merge;
 mod mesh;
 mod new;
 mod noise;
@@ -24,6 +27,7 @@ mod repl;
 mod report;
 mod stats;
 mod topology;
+mod video;
 mod watch;
 mod work;
 
@@ -40,6 +44,9 @@ Examples:
   orogen new rock                    a script to start from, rock.rhai
   orogen watch rock.rhai             keeps rock.png right while you edit
   orogen render rock.rhai --size 1920x1080 --samples 16
+  orogen render rock.rhai --frames 1-250
+  orogen video rock.####.png -o rock.mp4
+                                     its frames, and a video of them
   orogen mesh rock.rhai -o rock.glb  a mesh of triangles, for other programs
   orogen heights planet.rhai -o planet.png
                                      a map of its heights
@@ -69,6 +76,8 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Render(render::Args),
+    Merge(merge::Args),
+    Video(video::Args),
     Watch(watch::Args),
     Mesh(mesh::Args),
     Grid(grid::Args),
@@ -109,6 +118,8 @@ impl Command {
     fn run(self, terminal: &Terminal) -> Outcome {
         match self {
             Command::Render(args) => render::run(&args, terminal),
+            Command::Merge(args) => merge::run(&args),
+            Command::Video(args) => video::run(&args, terminal),
             Command::Watch(args) => watch::run(&args, terminal),
             Command::Mesh(args) => mesh::run(&args, terminal),
             Command::Grid(args) => grid::run(&args, terminal),

@@ -2,6 +2,7 @@
 
 use super::report::Failure;
 use crate::cast::Kind;
+use crate::render::{Format, Part, Precision, Rect};
 use crate::scene::Film;
 use clap::builder::PossibleValuesParser;
 use clap::builder::TypedValueParser as _;
@@ -69,6 +70,72 @@ impl PictureOptions {
         let stem = || script.file_stem().unwrap_or("picture".as_ref());
         let path = self.output.clone().unwrap_or_else(|| Path::new(stem()).with_extension(ending));
         picture_path(path)
+    }
+}
+
+/// Which part of a picture is made, and how a file holds it.
+#[derive(clap::Args, Clone, Debug)]
+pub struct FileOptions {
+    /// Renders these pixels only: first column, first row, width and height, in the picture of full size
+    ///
+    /// They are the same, bit for bit, as in the whole picture. A .png is as large as the region; an .exr has it as its
+    /// data window within the picture.
+    #[arg(long, value_name = "X,Y,WxH", conflicts_with = "tile")]
+    pub region: Option<Rect>,
+
+    /// Renders the I-th of N parts of the picture, to NAME.IofN.png; `orogen merge` puts them together
+    #[arg(long, value_name = "I/N", value_parser = tile)]
+    pub tile: Option<Part>,
+
+    /// How closely an .exr holds light: float, or half for half the size; depth, positions and normals are floats always
+    #[arg(long, value_name = "PRECISION", hide_possible_values = true)]
+    pub exr: Option<Light>,
+}
+
+/// How closely an .exr holds light.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub enum Light {
+    /// 32 bits.
+    Float,
+    /// 16 bits.
+    Half,
+}
+
+impl FileOptions {
+    /// The part that is wanted.
+    pub fn part(&self) -> Part {
+        self.region.map(Part::Region).or(self.tile).unwrap_or_default()
+    }
+
+    /// The ending of the file, unless it is named: parts do not go where the whole picture does.
+    pub fn ending(&self) -> String {
+        let format = if self.exr.is_some() { "exr" } else { "png" };
+        match self.part() {
+            Part::Whole => format.to_owned(),
+            Part::Region(_) => format!("region.{format}"),
+            Part::Tile { number, of } => format!("{number}of{of}.{format}"),
+        }
+    }
+
+    /// How closely the file holds light.
+    pub fn precision(&self, file: &Path) -> Result<Precision, Failure> {
+        if self.exr.is_some() && !matches!(Format::of(file), Ok(Format::OpenExr)) {
+            let hint = format!("for example: -o {}", file.with_extension("exr").display());
+            return Err(Failure::usage("--exr is about .exr files", hint));
+        }
+        Ok(if matches!(self.exr, Some(Light::Half)) { Precision::Half } else { Precision::Float })
+    }
+}
+
+/// Parses `I/N`.
+fn tile(text: &str) -> Result<Part, String> {
+    let number = |s: &str| s.trim().parse::<u32>().ok().filter(|n| *n > 0);
+    let numbers = text.split_once('/').and_then(|(i, n)| Some((number(i)?, number(n)?)));
+    let example = "for example the second of four: --tile 2/4";
+    match numbers {
+        Some((number, of)) if number <= of => Ok(Part::Tile { number, of }),
+        Some((number, of)) => Err(format!("there is no part {number} of {of}; {example}")),
+        None => Err(format!("parts count from 1; {example}")),
     }
 }
 
@@ -178,6 +245,14 @@ mod tests {
         assert_eq!("640X480".parse(), Ok(Size { width: 640, height: 480 }));
         for bad in ["", "640", "640x", "x480", "0x4", "4x0", "-1x4", "640x480x2", "99999x1", "a x b"] {
             assert!(bad.parse::<Size>().unwrap_err().contains("1920x1080"), "{bad}");
+        }
+    }
+
+    #[test]
+    fn tiles() {
+        assert_eq!(tile("2/4"), Ok(Part::Tile { number: 2, of: 4 }));
+        for bad in ["", "2", "0/3", "4/3", "1/0", "-1/3", "1/2/3", "a/b"] {
+            assert!(tile(bad).unwrap_err().contains("--tile 2/4"), "{bad}");
         }
     }
 

@@ -57,6 +57,14 @@ impl Progress {
         }
     }
 
+    /// Goes on with another piece of the same job.
+    pub fn rename(&self, message: &str) {
+        self.bar.set_message(message.to_owned());
+        if let Some(lines) = &self.lines {
+            lines.lock().unwrap_or_else(PoisonError::into_inner).message = message.to_owned();
+        }
+    }
+
     /// Moves the bar to a share between 0 and 1.
     pub fn set(&self, share: f64) {
         let share = share.clamp(0.0, 1.0);

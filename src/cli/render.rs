@@ -1,7 +1,9 @@
-//! `orogen render`: one picture of one script.
+//! `orogen render`: one picture of one script, a part of one, or the frames of an animation.
 
+use super::animation::{self, Animation};
+use super::frames::{self, Frames, Pattern};
 use super::interrupt::Interrupt;
-use super::options::{PictureOptions, ScriptOptions, statistics_path};
+use super::options::{FileOptions, PictureOptions, ScriptOptions, statistics_path};
 use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err};
 use super::stats;
@@ -20,6 +22,10 @@ const PLANET: &str = include_str!("../../scripts/planet.rhai");
 /// Without SCRIPT it renders the built-in planet. The picture is written whole or not at all. Ctrl-C
 /// writes what is finished (beside an earlier picture, never over it) and exits with code 1; a
 /// second Ctrl-C quits at once.
+///
+/// With --frames it renders an animation. A frame that is there, whole and made of the same script, files,
+/// parameters and options, is left alone: after Ctrl-C, a power cut or anything else, the same command goes on where it
+/// ended. Several processes that are given the same command share the frames.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   orogen render                            the built-in planet, to planet.png
@@ -27,6 +33,12 @@ const PLANET: &str = include_str!("../../scripts/planet.rhai");
   orogen render rock.rhai -o big.png --size 3840x2160 --samples 16
   orogen render rock.rhai --set relief=0.04 --set seed=3
   orogen render rock.rhai -o light.exr     linear light, with depth, normals and positions
+  orogen render rock.rhai --exr half       light in 16 bits, to rock.exr
+  orogen render rock.rhai --region 320,200,64x48
+                                           a piece of it, to rock.region.png
+  orogen render rock.rhai --tile 2/4       the second of four parts, to rock.2of4.png
+  orogen render rock.rhai --frames 1-250   an animation, to rock.0001.png and so on
+  orogen render rock.rhai --frames 0-90:10 --fps 30 -o frames/rock.###.exr
   orogen render rock.rhai --stats          and what it cost
   orogen render rock.rhai --heatmap evals  where it cost how much, to rock.evals.png")]
 pub struct Args {
@@ -38,7 +50,21 @@ pub struct Args {
     picture: PictureOptions,
 
     #[command(flatten)]
+    file: FileOptions,
+
+    #[command(flatten)]
     scripting: ScriptOptions,
+
+    /// Renders frames: first and last number, and step if it is not 1
+    ///
+    /// The script's `time` is the number over --fps, and --time more. Files are named by a pattern with a row of # for
+    /// the number, NAME.####.png unless -o gives another.
+    #[arg(long, value_name = "A-B[:STEP]", conflicts_with_all = ["stats", "heatmap"])]
+    frames: Option<Frames>,
+
+    /// Frames a second
+    #[arg(long, value_name = "F", default_value = "25", requires = "frames", value_parser = frames::rate)]
+    fps: f64,
 
     /// Says what the picture cost, in a table or to a file: rays, evaluations, octaves, seconds
     ///
@@ -90,8 +116,19 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     if let Some(cost) = args.heatmap {
         options.output = Some(cost.output(&options, session.script())?);
     }
+    let ending = args.file.ending();
+    let ending = if args.frames.is_some() { format!("####.{ending}") } else { ending };
+    let output = options.output(session.script(), &ending)?;
+    let pattern = args.frames.map(|_| Pattern::of(&output)).transpose()?;
+    let precision = args.file.precision(&output)?;
+    options.output = Some(output);
     let file = args.stats.as_ref().and_then(|file| file.as_deref());
-    let work = Work::new(session, &args.scripting, &options, file)?;
+    let mut work = Work::new(session, &args.scripting, &options, file)?;
+    (work.order.part, work.order.precision) = (args.file.part(), precision);
+    if let (Some(frames), Some(pattern)) = (args.frames, pattern) {
+        let (params, offset, rate) = (args.scripting.params()?, args.scripting.time, args.fps);
+        return animation::run(Animation { work, params, frames, rate, offset, pattern, terminal });
+    }
     render(work, args, terminal)?;
     if args.script.is_none() {
         err("\nTry:\n  \

@@ -48,8 +48,8 @@ impl Work {
             atomic::check(stats).map_err(|e| Diagnostic::error(e.to_string()))?;
         }
         let size = picture.size.map(|size| (size.width, size.height));
-        let order =
-            Order { size, samples: picture.samples, caster: picture.caster, threads: picture.threads };
+        let PictureOptions { samples, caster, threads, .. } = *picture;
+        let order = Order { size, samples, caster, threads, ..Order::default() };
         Ok(Work { session, order, output, stats: stats.map(Path::to_path_buf) })
     }
 
@@ -77,13 +77,26 @@ impl Work {
     /// Saves a picture. Returns the file that was written.
     pub fn save(&self, loaded: &Loaded, scene: &Scene, picture: &Picture) -> Result<PathBuf, Failure> {
         let path = self.file(picture);
+        self.save_to(&path, loaded, scene, picture)?;
+        Ok(path)
+    }
+
+    /// Saves a picture to a file.
+    pub fn save_to(
+        &self,
+        path: &Path,
+        loaded: &Loaded,
+        scene: &Scene,
+        picture: &Picture,
+    ) -> Result<(), Failure> {
         let script = loaded.sources.get(&*self.session.script().to_string_lossy());
         let metadata = Metadata {
             script: script.map(|text| text.to_string()).unwrap_or_default(),
             params: scene.params.iter().map(|p| (p.name.clone(), p.value)).collect(),
+            recipe: self.session.recipe(loaded, &self.order),
         };
-        render::save(&path, picture, &metadata).map_err(|e| Diagnostic::error(e.to_string()))?;
-        Ok(path)
+        let saved = render::save_as(path, picture, &metadata, self.order.precision);
+        Ok(saved.map_err(|e| Diagnostic::error(e.to_string()))?)
     }
 
     /// Writes the statistics, if they are wanted.
@@ -155,18 +168,13 @@ pub fn report_warnings(loaded: &Loaded, picture: &Picture, terminal: &Terminal) 
     }
 }
 
-/// `rock.png: 800x600, 1.2 s, 1 234 567 rays`; and how many of them are not certified, if any.
+/// `rock.png: 800x600, 1.2 s, 1 234 567 rays`; of what it is a part, and how many of them are not certified, if any.
 pub fn summary(file: &Path, picture: &Picture, elapsed: f64) -> String {
     let stats = &picture.stats;
     let rays = stats.primary.rays + stats.shadow.rays;
-    let mut line = format!(
-        "{}: {}x{}, {}, {}",
-        file.display(),
-        picture.width,
-        picture.height,
-        seconds(elapsed),
-        plural(rays, "ray"),
-    );
+    let size = format!("{}x{}", picture.width, picture.height);
+    let size = if picture.is_whole() { size } else { format!("{} of {size}", picture.window) };
+    let mut line = format!("{}: {size}, {}, {}", file.display(), seconds(elapsed), plural(rays, "ray"));
     match stats.uncertified() {
         0 => {}
         n => line += &format!(", {} uncertified", count(n)),

@@ -21,12 +21,13 @@
 //! Numbers that stand for points know a third kind of function besides: a [`Pointwise`] one writes
 //! one jet for what is a whole expression to the others, such as a sum of octaves.
 //!
-//! Beside the numbers stand what several modules compute with: hashes, B-splines ([`cubic`],
-//! [`quadratic`]), the same as densities to sample ([`BSpline`]), curves through keyframes ([`interpolate`]), the
+//! Beside the numbers stand what several modules compute with: hashes, fingerprints ([`Digest`]), B-splines
+//! ([`cubic`], [`quadratic`]), the same as densities to sample ([`BSpline`]), curves through keyframes ([`interpolate`]), the
 //! Fourier transform ([`transform`]) and the code of colours ([`srgb`]).
 
 mod affine;
 mod bspline;
+mod digest;
 mod dual;
 mod fft;
 mod function;
@@ -50,6 +51,7 @@ mod turn;
 
 pub use affine::{Affine, Symbol};
 pub use bspline::{CUBIC_POLE, Edge, Weights, cubic, interpolate_cubic, quadratic};
+pub use digest::Digest;
 pub use dual::Dual;
 pub use fft::{Complex, Direction, Fft, Unfit, transform};
 pub use function::{Class, Combine, Form, Function};

@@ -1,5 +1,6 @@
 //! Why there is no picture.
 
+use super::PartError;
 use crate::diag::{Diagnostic, Place};
 use crate::expr::TooLarge;
 use crate::scene::Film;
@@ -27,6 +28,9 @@ pub enum RenderError {
         /// Bytes that they may take.
         limit: u64,
     },
+    /// The part of the picture that is wanted is none.
+    #[error(transparent)]
+    Part(#[from] PartError),
     /// No samples, or more than [`Film::MAX_SAMPLES`].
     #[error("{0} samples per pixel; 1 to {max} are possible", max = Film::MAX_SAMPLES)]
     Samples(u32),
@@ -91,6 +95,7 @@ impl RenderError {
                 message.hint("set width and height in the film, or on the command line")
             }
             RenderError::Memory { .. } => message.hint("render a smaller picture, or raise the memory limit"),
+            RenderError::Part(error) => message.hint(error.hint()),
             RenderError::Samples(_) => message.hint("4 samples are a good preview, 16 to 64 a final picture"),
             RenderError::Setting { name, .. } => message.hint(format!("change {name}")),
             RenderError::Camera(CameraError::Fov(_)) => message.hint("35 degrees suit most scenes"),

@@ -21,7 +21,7 @@ impl Heatmap {
     /// Field evaluations that the rays of each pixel needed.
     pub fn of(picture: &Picture) -> Heatmap {
         let costs = picture.pixels.iter().map(|p| f64::from(p.evaluations)).collect();
-        Heatmap { costs, width: picture.width }
+        Heatmap { costs, width: picture.window.width }
     }
 
     /// The mean of all pixels.

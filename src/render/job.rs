@@ -26,7 +26,7 @@ pub struct Job<'a> {
     pub cancel: &'a AtomicBool,
     /// Told after every tile.
     pub progress: &'a (dyn Fn(Progress) + Sync),
-    /// Given every finished tile, with its pixels row by row.
+    /// Given every finished tile, with its pixels row by row; it may reach beyond the window that is rendered.
     pub tile: &'a (dyn Fn(&Rect, &[Pixel]) + Sync),
 }
 
@@ -60,7 +60,8 @@ pub fn render_moments(shots: &[Shot<'_>], job: &Job<'_>) -> Result<Picture, Rend
     let scene = shots.first().ok_or(RenderError::Samples(0))?.scene;
     let start = Instant::now();
     let mut picture = Picture::new(&scene.settings, scene.sky.background.as_vec3().to_array())?;
-    let tiles = tiles(picture.width, picture.height);
+    let mut tiles = tiles(picture.width, picture.height);
+    tiles.retain(|tile| tile.intersection(&picture.window).is_some());
     let threads = rayon::current_num_threads().min(tiles.len());
     let mut workers: Vec<Worker<'_>> = (0..threads).map(|_| Worker::new(shots)).collect();
     let next = AtomicUsize::new(0);
@@ -94,7 +95,7 @@ pub fn render_moments(shots: &[Shot<'_>], job: &Job<'_>) -> Result<Picture, Rend
 
 fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {
     let mut warnings = scene.warnings.clone();
-    if picture.empty && picture.finished {
+    if picture.empty && picture.finished && picture.is_whole() {
         warnings.push(if scene.probe.inside == 0 {
             Diagnostic::warning(
                 "there is no solid within the bounds: the field is positive wherever it was tried",

@@ -18,6 +18,7 @@
 //! Together with tiles that never see one another this makes pictures equal bit for bit, whatever
 //! the number of threads.
 
+mod about;
 mod air;
 mod denoise;
 mod disc;
@@ -28,6 +29,7 @@ mod heatmap;
 mod job;
 mod light;
 pub mod material;
+mod merge;
 mod openexr;
 mod overlay;
 mod painter;
@@ -40,6 +42,7 @@ mod reflect;
 mod sample;
 mod save;
 pub mod sequence;
+mod saved;
 mod settings;
 mod stats;
 mod surface;
@@ -48,25 +51,30 @@ mod tone;
 mod view;
 mod water;
 mod worker;
+mod window;
 
 #[cfg(test)]
 mod tests;
 
 pub use denoise::denoise;
+pub use about::About;
 pub use error::{CameraError, RenderError};
 pub use filter::{Filter, OrderError, Shutter};
 pub use heatmap::Heatmap;
 pub use job::{Job, Progress, render, render_moments};
+pub use merge::{MergeError, merge};
 pub use overlay::Overlay;
 pub use painter::Painter;
-pub use picture::{Picture, Pixel, Rect};
+pub use picture::{Picture, Pixel};
 pub use prepare::{Prepared, prepare};
 pub use probe::Probe;
 pub use reflect::Reflecting;
-pub use save::{Format, Metadata, SaveError, can_save, save};
+pub use save::{Format, Metadata, Precision, SOFTWARE, SaveError, can_save, save, save_as};
+pub use saved::{OpenError, Saved};
 pub use settings::Settings;
 pub use stats::{Octaves, Seconds, Stats};
 pub use tile::{places, tiles};
 pub use tone::tone_map;
 pub use view::View;
 pub use worker::Shot;
+pub use window::{Part, PartError, Rect};

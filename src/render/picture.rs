@@ -1,6 +1,6 @@
 //! Pictures: light in every pixel, and what was seen there.
 
-use super::{Settings, Stats, tone};
+use super::{Rect, Settings, Stats, tone};
 use crate::diag::Diagnostic;
 use crate::render::RenderError;
 use crate::scene::Tone;
@@ -61,19 +61,6 @@ impl Pixel {
     }
 }
 
-/// A rectangle of pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rect {
-    /// First column.
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
 /// A rendered scene, or as much of it as is finished.
 #[derive(Clone, Debug)]
 pub struct Picture {
@@ -81,7 +68,9 @@ pub struct Picture {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Rows from top to bottom.
+    /// The part of it that is held.
+    pub window: Rect,
+    /// The pixels of the window: rows from top to bottom.
     pub pixels: Vec<Pixel>,
     /// Light behind everything, linear.
     pub background: [f32; 3],
@@ -89,7 +78,7 @@ pub struct Picture {
     pub exposure: f64,
     /// How light becomes brightness on screens.
     pub tone: Tone,
-    /// Whether every tile is there; not so after a cancellation.
+    /// Whether every tile of the window is there; not so after a cancellation.
     pub finished: bool,
     /// Tiles that are there.
     pub tiles: u32,
@@ -105,7 +94,8 @@ impl Picture {
     /// A picture of nothing yet.
     pub(super) fn new(settings: &Settings, background: [f32; 3]) -> Result<Picture, RenderError> {
         let Settings { width, height, .. } = *settings;
-        let count = width as usize * height as usize;
+        let window = settings.window()?;
+        let count = window.width as usize * window.height as usize;
         let mut pixels = Vec::new();
         pixels.try_reserve_exact(count).map_err(|_| {
             let needed = settings.memory_needed();
@@ -115,6 +105,7 @@ impl Picture {
         Ok(Picture {
             width,
             height,
+            window,
             pixels,
             background,
             exposure: settings.exposure,
@@ -127,28 +118,40 @@ impl Picture {
         })
     }
 
-    /// The pixel in a column and row of the picture.
-    pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
-        &self.pixels[y as usize * self.width as usize + x as usize]
+    /// Whether the window is all of the picture.
+    pub fn is_whole(&self) -> bool {
+        self.window == Rect::whole(self.width, self.height)
     }
 
-    /// Puts the pixels of a tile in their place.
-    pub(super) fn put(&mut self, rect: &Rect, pixels: &[Pixel]) {
-        let columns = rect.width as usize;
-        for (row, line) in pixels.chunks_exact(columns).enumerate() {
-            let start = (rect.y as usize + row) * self.width as usize + rect.x as usize;
-            self.pixels[start..start + columns].copy_from_slice(line);
+    /// Where a pixel of the window is held.
+    fn place(&self, x: u32, y: u32) -> usize {
+        let Rect { x: left, y: top, width, .. } = self.window;
+        (y - top) as usize * width as usize + (x - left) as usize
+    }
+
+    /// The pixel in a column and row of the picture, which must be in its window.
+    pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
+        &self.pixels[self.place(x, y)]
+    }
+
+    /// Puts the pixels of a tile in their place, those that the window shows.
+    pub(super) fn put(&mut self, tile: &Rect, pixels: &[Pixel]) {
+        let Some(seen) = tile.intersection(&self.window) else { return };
+        let columns = seen.width as usize;
+        for y in seen.y..seen.bottom() {
+            let from = (y - tile.y) as usize * tile.width as usize + (seen.x - tile.x) as usize;
+            let to = self.place(seen.x, y);
+            self.pixels[to..to + columns].copy_from_slice(&pixels[from..from + columns]);
         }
     }
 
-    /// A row of the picture as screens show it: red, green and blue bytes in sRGB, on the
-    /// background.
+    /// A row of the picture, as far as it is in the window, as screens show it: red, green and blue bytes in sRGB,
+    /// on the background. They are dithered by the place in the picture, whatever the window.
     pub fn row_bytes(&self, y: u32) -> Vec<u8> {
-        let width = self.width as usize;
-        let start = y as usize * width;
+        let start = self.place(self.window.x, y);
+        let number = u64::from(y) * u64::from(self.width) + u64::from(self.window.x);
         let gain = libm::exp2(self.exposure);
-        let row = self.pixels[start..start + width].iter().enumerate();
-        row.flat_map(|(x, p)| tone::bytes(p.over(self.background), (gain, self.tone), (start + x) as u64))
-            .collect()
+        let row = self.pixels[start..start + self.window.width as usize].iter().zip(number..);
+        row.flat_map(|(p, number)| tone::bytes(p.over(self.background), (gain, self.tone), number)).collect()
     }
 }

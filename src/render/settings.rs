@@ -1,6 +1,6 @@
 //! How a scene is to be rendered: what its script says, unless somebody says otherwise.
 
-use super::RenderError;
+use super::{Part, PartError, Rect, RenderError};
 use crate::scene::{Aabb, Film, Filter, Scene, Tone};
 
 /// How a scene is to be rendered.
@@ -10,6 +10,8 @@ pub struct Settings {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
+    /// The part of it that is rendered.
+    pub part: Part,
     /// Samples per pixel.
     pub samples: u32,
     /// Standard error at which a pixel has enough samples, as a share of white; 0 for all of them.
@@ -45,6 +47,7 @@ impl Settings {
         Settings {
             width: film.width,
             height: film.height,
+            part: Part::Whole,
             samples: film.samples,
             noise: film.noise,
             filter: film.filter,
@@ -66,9 +69,17 @@ impl Settings {
         super::Filter::new(order, isotropic).unwrap_or_default()
     }
 
-    /// Bytes that the pixels of the picture take.
+    /// The pixels that are rendered.
+    ///
+    /// # Errors
+    /// [`PartError`] if the picture has no such part.
+    pub fn window(&self) -> Result<Rect, PartError> {
+        self.part.window(self.width, self.height)
+    }
+
+    /// Bytes that those pixels take.
     pub fn memory_needed(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.height) * size_of::<super::Pixel>() as u64
+        self.window().map_or(0, |window| window.area()) * size_of::<super::Pixel>() as u64
     }
 
     /// Whether a picture can be made like that.
@@ -81,6 +92,7 @@ impl Settings {
         if !side.contains(&width) || !side.contains(&height) {
             return Err(RenderError::Size { width, height });
         }
+        self.window()?;
         let needed = self.memory_needed();
         if needed > limit {
             return Err(RenderError::Memory { width, height, needed, limit });
@@ -128,6 +140,10 @@ mod tests {
         assert!(error(Settings { width: 0, ..settings() }).contains("0 x 600"));
         assert!(error(Settings { height: 70_000, ..settings() }).contains("65536"));
         assert!(error(Settings { width: 60_000, height: 60_000, ..settings() }).contains("memory"));
+        let part = Part::Tile { number: 1, of: 4 };
+        assert_eq!(Settings { width: 16_000, height: 16_000, part, ..settings() }.check(), Ok(()));
+        let part = Part::Region(Rect { x: 790, y: 0, width: 20, height: 20 });
+        assert!(error(Settings { part, ..settings() }).contains("800 x 600"));
         assert!(error(Settings { samples: 0, ..settings() }).contains("samples"));
         assert!(error(Settings { exposure: f64::NAN, ..settings() }).contains("exposure"));
         assert!(error(Settings { tolerance: Some(0.0), ..settings() }).contains("tolerance"));

@@ -3,7 +3,7 @@
 use super::Rect;
 
 /// Side of a tile in pixels.
-const SIDE: u32 = 32;
+pub(super) const SIDE: u32 = 32;
 
 /// The tiles of a picture, those in the middle first: that is where people look.
 pub fn tiles(width: u32, height: u32) -> Vec<Rect> {

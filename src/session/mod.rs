@@ -17,12 +17,14 @@ pub mod heights;
 mod moments;
 mod preview;
 mod reads;
+mod recipe;
 mod samples;
 mod solid;
 mod stage;
 pub mod topology;
 
 pub use preview::{COARSENESS, preview};
+pub use recipe::Digests;
 pub use samples::Lattice;
 pub use solid::polygonise;
 pub use stage::{Order, bounds, on_threads, render, render_moments, settings, stopped};

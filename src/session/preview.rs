@@ -2,7 +2,7 @@
 
 use super::{Order, stage};
 use crate::diag::Diagnostic;
-use crate::render::{Job, Picture};
+use crate::render::{Job, Part, Picture, Rect};
 use crate::scene::Scene;
 
 /// Sides of the full picture over those of quick ones, in the order in which they are worth making.
@@ -11,7 +11,7 @@ pub const COARSENESS: [u32; 2] = [16, 4];
 /// Samples of a full picture that is quick enough by itself.
 const QUICK: u64 = 20_000;
 
-/// A picture with one ray for a square of `coarseness` pixels' side, enlarged to full size; `None` if the full one is as quick.
+/// The whole picture with one ray for a square of `coarseness` pixels' side, enlarged to full size; `None` if the full one is as quick.
 ///
 /// # Errors
 /// As for [`render`](super::render).
@@ -28,7 +28,7 @@ pub fn preview(
         return Ok(None);
     }
     let size = Some((width.div_ceil(coarseness), height.div_ceil(coarseness)));
-    let small = stage::render(scene, &Order { size, samples: Some(1), ..*order }, job)?;
+    let small = stage::render(scene, &Order { size, samples: Some(1), part: Part::Whole, ..*order }, job)?;
     Ok(Some(enlarged(&small, coarseness, width, height)))
 }
 
@@ -36,5 +36,6 @@ pub fn preview(
 fn enlarged(small: &Picture, coarseness: u32, width: u32, height: u32) -> Picture {
     let pixel = |x: u32, y: u32| *small.pixel(x / coarseness, y / coarseness);
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| pixel(x, y))).collect();
-    Picture { width, height, pixels, warnings: small.warnings.clone(), ..*small }
+    let window = Rect::whole(width, height);
+    Picture { width, height, window, pixels, warnings: small.warnings.clone(), ..*small }
 }

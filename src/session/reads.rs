@@ -25,6 +25,11 @@ impl Reads {
         })
     }
 
+    /// The files with what they held; `None` for those that could not be read.
+    pub fn contents(&self) -> impl Iterator<Item = (&Path, Option<&[u8]>)> {
+        self.0.iter().map(|(path, outcome)| (path.as_path(), outcome.as_deref().ok()))
+    }
+
     /// The files, whether they could be read or not.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.0.keys().map(PathBuf::as_path)

@@ -4,7 +4,7 @@ use super::topology;
 use crate::cast::{self, Judge, Kind, Sifted};
 use crate::diag::Diagnostic;
 use crate::field::{self, Extent, Field, Watch};
-use crate::render::{self, Job, Painter, Picture, Settings, Shot, View};
+use crate::render::{self, Job, Painter, Part, Picture, Precision, Settings, Shot, View};
 use crate::scene::{Aabb, Scene};
 use std::num::NonZeroUsize;
 
@@ -13,10 +13,14 @@ use std::num::NonZeroUsize;
 pub struct Order {
     /// Width and height in pixels.
     pub size: Option<(u32, u32)>,
+    /// Which part of it.
+    pub part: Part,
     /// Samples per pixel.
     pub samples: Option<u32>,
     /// Which caster.
     pub caster: Kind,
+    /// How closely a file holds its light, where it is a file of floats.
+    pub precision: Precision,
     /// Threads; as many as there are cores where `None`.
     pub threads: Option<NonZeroUsize>,
 }
@@ -34,6 +38,7 @@ pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic
         (settings.width, settings.height) = (width, height);
     }
     settings.samples = order.samples.unwrap_or(settings.samples);
+    settings.part = order.part;
     if scene.bounds.is_none() {
         let shown = render::prepare(scene, &settings).map_err(|e| Box::new(e.diagnostic()))?;
         settings.bounds = bounds(scene, &mut Field::new(&shown.graph, shown.field));

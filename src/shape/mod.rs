@@ -32,7 +32,8 @@ pub use crease::creased;
 pub use distance::{Distance, Unfit};
 pub use mesh::{Flaw, Mesh};
 
-use crate::num::{Kernel, mix};
+pub use crate::num::Digest;
+use crate::num::Kernel;
 use std::fmt::Debug;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -81,34 +82,5 @@ impl Eq for Shape {}
 impl Hash for Shape {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.digest.hash(state);
-    }
-}
-
-/// A fingerprint of data, of 128 bits: as good as the data themselves, since two that meet by chance
-/// are not to be expected in the age of the universe.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
-pub struct Digest([u64; 2]);
-
-impl Digest {
-    /// Takes a whole number in.
-    pub fn whole(&mut self, x: u64) {
-        let [a, b] = self.0;
-        self.0 = [mix(a ^ x), mix(b.wrapping_add(x) ^ 0x5851_f42d_4c95_7f2d)];
-    }
-
-    /// Takes numbers in.
-    pub fn numbers(&mut self, x: impl IntoIterator<Item = f64>) {
-        x.into_iter().for_each(|x| self.whole(x.to_bits()));
-    }
-
-    /// Takes another fingerprint in.
-    pub fn join(&mut self, other: Digest) {
-        other.0.into_iter().for_each(|x| self.whole(x));
-    }
-
-    /// Takes a text in.
-    pub fn text(&mut self, text: &str) {
-        self.whole(text.len() as u64);
-        text.bytes().for_each(|b| self.whole(u64::from(b)));
     }
 }

@@ -61,6 +61,17 @@ pub fn write(
     alone.commit()
 }
 
+/// Has a file written by somebody else, such as another program, atomically: `make` is given the path of an empty
+/// file to write to.
+///
+/// # Errors
+/// [`WriteError`]; what was at `path` before is then still there, and the temporary file is gone.
+pub fn write_by(path: &Path, make: impl FnOnce(&Path) -> io::Result<()>) -> Result<(), WriteError> {
+    let mut alone = FileSet::default();
+    alone.make(path, |temporary| make(temporary.path()))?;
+    alone.commit()
+}
+
 /// Files that appear together: all of them are written out before the first appears, and those of a set that is
 /// dropped never do.
 #[derive(Debug, Default)]
@@ -80,9 +91,21 @@ impl FileSet {
         path: &Path,
         fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
     ) -> Result<(), WriteError> {
+        self.make(path, |temporary| write_through(temporary, fill))
+    }
+
+    /// Adds a file that `make` writes.
+    fn make(
+        &mut self,
+        path: &Path,
+        make: impl FnOnce(&mut NamedTempFile) -> io::Result<()>,
+    ) -> Result<(), WriteError> {
         let path = destination(path)?;
         let mut temporary = create(&path)?;
-        let written = write_through(&mut temporary, fill).and_then(|()| keep_permissions(&path, &temporary));
+        let written = make(&mut temporary).and_then(|()| {
+            temporary.as_file().sync_all()?;
+            keep_permissions(&path, &temporary)
+        });
         written.map_err(|source| failed(&path, source))?;
         self.files.push((path, temporary.into_temp_path()));
         Ok(())
@@ -166,8 +189,7 @@ fn write_through(
     let filled = fill(&mut buffered).and_then(|()| buffered.flush());
     // What is left in the buffer of a failure is not worth writing.
     let (file, _) = buffered.into_parts();
-    filled.map_err(|error| cause(file, error))?;
-    temporary.as_file().sync_all()
+    filled.map_err(|error| cause(file, error))
 }
 
 fn keep_permissions(path: &Path, temporary: &NamedTempFile) -> io::Result<()> {
@@ -232,6 +254,16 @@ mod tests {
         let error = write(&path, full).unwrap_err();
         assert!(matches!(error, WriteError::Full(_)), "{error}");
         assert_eq!(fs::read(&path).unwrap(), b"earlier");
+        assert_eq!(names(folder.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn others_write_to_a_path() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write_by(&path, |beside| fs::write(beside, "one")).unwrap();
+        assert!(write_by(&path, |_| Err(io::ErrorKind::Other.into())).is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"one");
         assert_eq!(names(folder.path()), ["a.txt"]);
     }
 

@@ -4,6 +4,7 @@
 //! without files, and so that what a script touched is known and can be watched.
 
 pub mod atomic;
+pub mod claim;
 pub mod scratch;
 pub mod watch;
 

@@ -83,10 +83,16 @@ impl Bench {
 
     /// Starts the program in the background.
     pub fn start(&self, arguments: &str) -> Running {
+        self.start_with(arguments, &[])
+    }
+
+    /// The same in another environment.
+    pub fn start_with(&self, arguments: &str, environment: &[(&str, &str)]) -> Running {
         let log = self.path("log");
         let file = fs::File::create(&log).unwrap();
         let mut command = self.plain_command(arguments);
         command.stdin(Stdio::null()).stdout(file.try_clone().unwrap()).stderr(file);
+        command.envs(environment.iter().copied());
         Running { child: command.spawn().unwrap(), log }
     }
 
@@ -159,6 +165,12 @@ impl Running {
     pub fn interrupt(&self) {
         let id = self.child.id().to_string();
         assert!(std::process::Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    }
+
+    /// Kills it, as a power cut would.
+    pub fn kill(mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
     }
 
     /// Waits for the end, and gives the exit code and what was said.

@@ -58,7 +58,7 @@ impl<'a> Thumbnail<'a> {
         let order = Order { size: Some((SIDE, SIDE)), samples: Some(4), ..Order::default() };
         let picture = session::render(&self.scene, &order, job).map_err(Failure::Error)?;
         if picture.finished {
-            let metadata = Metadata { script: self.script.clone(), params: Vec::new() };
+            let metadata = Metadata { script: self.script.clone(), ..Metadata::default() };
             render::save(path, &picture, &metadata).map_err(|e| Diagnostic::error(e.to_string()))?;
         }
         Ok(picture.finished)

@@ -257,7 +257,7 @@ fn save(
     let Some(path) = &args.picture.output else { return Ok(()) };
     let PictureOptions { size, samples, caster, threads, .. } = &args.picture;
     let size = size.map(|size| (size.width, size.height));
-    let order = Order { size, samples: *samples, caster: *caster, threads: *threads };
+    let order = Order { size, samples: *samples, caster: *caster, threads: *threads, ..Order::default() };
     let told = |p: render::Progress| progress.set(p.done as f64 / p.total as f64);
     let made = make(&order, &Job { progress: &told, ..Job::unwatched(flag) })?;
     if !made.finished {

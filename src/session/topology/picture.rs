@@ -5,7 +5,7 @@ use super::local::{Apart, Joined};
 use super::{Analysis, Labels, kept};
 use crate::cast::{Judge, Ruling};
 use crate::diag::Diagnostic;
-use crate::render::{Job, Overlay, Painter, Picture, View};
+use crate::render::{Job, Overlay, Painter, Picture, Rect, View};
 use crate::scene::{Keep, Scene};
 use crate::session::stage::{Order, Touch, render_touched};
 use crate::topology::local::{Local, Seeker};
@@ -182,8 +182,10 @@ fn beside(pictures: &[Picture]) -> Picture {
     let row = |y: u32| pictures.iter().flat_map(move |p| (0..width).map(move |x| *p.pixel(x, y)));
     let mut stats = first.stats;
     pictures[1..].iter().for_each(|p| stats += p.stats);
+    let together = width * pictures.len() as u32;
     Picture {
-        width: width * pictures.len() as u32,
+        width: together,
+        window: Rect::whole(together, height),
         pixels: (0..height).flat_map(row).collect(),
         finished: pictures.iter().all(|p| p.finished),
         warnings: first.warnings.clone(),

@@ -1,0 +1,185 @@
+//! `orogen video`: the frames of an animation to a video, by ffmpeg.
+//!
+//! Frames are sRGB. ffmpeg turns them into what players expect: H.264 in blocks of 2x2 colours, with the matrix of
+//! Rec. 709 and a header that says so; a picture of odd size gets a black edge. (Without being told, ffmpeg takes the
+//! older matrix of Rec. 601 and does not say so, and greens and reds shift.)
+
+use super::frames::{self, Pattern};
+use super::interrupt::{Flag, Interrupt};
+use super::progress::Progress;
+use super::report::{Failure, Outcome, Terminal, err, plural};
+use crate::diag::Diagnostic;
+use crate::world::atomic;
+use std::ffi::OsString;
+use std::io::{self, BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::Ordering;
+
+/// Make a video of frames
+///
+/// It needs ffmpeg (https://ffmpeg.org) on the PATH; without it, it says which command to run where there is one. All frames
+/// that match the pattern are taken, and their numbers must follow one another. The frames are kept. The video is
+/// written whole or not at all.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  orogen render rock.rhai --frames 1-250           the frames, rock.0001.png and so on
+  orogen video 'rock.####.png' -o rock.mp4         10 seconds of them
+  orogen video 'out/rock.###.png' -o rock.mkv --fps 30 --quality 14")]
+pub struct Args {
+    /// Frames, .png, with a row of # where the number is, as `orogen render --frames` names them
+    #[arg(value_name = "PATTERN")]
+    pattern: PathBuf,
+
+    /// Video to write, .mp4, .mov or .mkv
+    #[arg(short, long, value_name = "FILE", value_parser = container)]
+    output: Output,
+
+    /// Frames a second
+    #[arg(long, value_name = "F", default_value = "25", value_parser = frames::rate)]
+    fps: f64,
+
+    /// H.264's constant rate factor: smaller is better and larger, 18 looks like the frames
+    #[arg(long, value_name = "CRF", default_value_t = 18, value_parser = clap::value_parser!(u8).range(0..=51))]
+    quality: u8,
+}
+
+/// A file and ffmpeg's name of its format.
+#[derive(Clone, Debug)]
+struct Output {
+    path: PathBuf,
+    format: &'static str,
+}
+
+/// Parses the name of a video.
+fn container(text: &str) -> Result<Output, String> {
+    let path = PathBuf::from(text);
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let format = [("mp4", "mp4"), ("mov", "mov"), ("mkv", "matroska")].into_iter().find(|f| ending == f.0);
+    match format {
+        Some((_, format)) => Ok(Output { path, format }),
+        None => Err("it does not end in .mp4, .mov or .mkv; for example: -o rock.mp4".into()),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
+    if !args.pattern.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+        let hint = format!("for example: {}", args.pattern.with_extension("png").display());
+        return Err(Failure::usage("frames of a video are .png files", hint));
+    }
+    let pattern = Pattern::of(&args.pattern)?;
+    let (first, count) = sequence(&pattern, &args.pattern)?;
+    let progress = Progress::new(terminal, &args.output.path.display().to_string());
+    let flag = Interrupt::stopping(&progress).flag();
+    let mut missing = false;
+    let made = atomic::write_by(&args.output.path, |temporary| {
+        let mut command = Command::new("ffmpeg");
+        command.args(["-progress", "pipe:1"]).args(arguments(args, &pattern, (first, count), temporary));
+        command.stdin(Stdio::null()).stdout(Stdio::piped());
+        let child = command.spawn();
+        missing = child.as_ref().is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
+        follow(child?, &flag, |done| progress.set(done as f64 / count as f64))
+    });
+    progress.finish();
+    match made {
+        Ok(()) => {
+            err(format!(
+                "{}: {} at {} a second",
+                args.output.path.display(),
+                plural(count, "frame"),
+                args.fps
+            ));
+            Ok(())
+        }
+        Err(_) if missing => {
+            let command = line(&arguments(args, &pattern, (first, count), &args.output.path));
+            let hint = format!("install it (https://ffmpeg.org), or run where it is: {command}");
+            Err(Failure::error("there is no ffmpeg on the PATH, which makes the video", hint))
+        }
+        Err(_) if flag.load(Ordering::Relaxed) => Err(Failure::error(
+            "stopped before the video was finished",
+            "no file was written; the frames are there",
+        )),
+        Err(error) => Err(Diagnostic::error(error.to_string()).into()),
+    }
+}
+
+/// The first number of the frames, and how many there are.
+fn sequence(pattern: &Pattern, shown: &Path) -> Result<(u32, u64), Failure> {
+    let numbers = pattern.numbers().map_err(|e| {
+        let message = format!("cannot read the folder of {} ({e})", shown.display());
+        Failure::error(message, "check its name and permissions")
+    })?;
+    let Some(&first) = numbers.first() else {
+        let hint = "make them with: orogen render SCRIPT --frames A-B";
+        return Err(Failure::error(format!("there are no frames called {}", shown.display()), hint));
+    };
+    if let Some((missing, _)) = (first..).zip(&numbers).find(|(expected, number)| expected != *number) {
+        let message = format!("frame {missing} is missing: there is no {}", pattern.path(missing).display());
+        let hint = "render it; for fewer frames a second, render all frames with a smaller --fps";
+        return Err(Failure::error(message, hint));
+    }
+    Ok((first, numbers.len() as u64))
+}
+
+/// What ffmpeg is to do.
+fn arguments(args: &Args, pattern: &Pattern, (first, count): (u32, u64), output: &Path) -> Vec<OsString> {
+    let input = [
+        "-hide_banner -loglevel error -nostdin -y".to_owned(),
+        format!("-framerate {} -start_number {first} -i", args.fps),
+    ];
+    let encoding = [
+        format!("-frames:v {count} -c:v libx264 -preset slow -crf {}", args.quality),
+        "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p"
+            .to_owned(),
+        "-colorspace bt709 -color_primaries bt709 -color_trc bt709 -color_range tv".to_owned(),
+        format!("-f {}", args.output.format),
+    ];
+    let words = |pieces: &[String]| -> Vec<OsString> {
+        pieces.iter().flat_map(|piece| piece.split(' ')).map(OsString::from).collect()
+    };
+    let mut all = words(&input);
+    all.push(pattern.printf().into());
+    all.extend(words(&encoding));
+    all.push(output.into());
+    all
+}
+
+/// Waits for ffmpeg, which says how far it is in lines such as `frame=17`; ends it when the flag is raised.
+fn follow(mut child: Child, flag: &Flag, told: impl Fn(u64)) -> io::Result<()> {
+    if let Some(said) = child.stdout.take() {
+        for line in BufReader::new(said).lines().map_while(Result::ok) {
+            if flag.load(Ordering::Relaxed) {
+                child.kill()?;
+            }
+            line.strip_prefix("frame=").and_then(|n| n.trim().parse().ok()).into_iter().for_each(&told);
+        }
+    }
+    match child.wait()? {
+        status if status.success() => Ok(()),
+        status => Err(io::Error::other(format!("ffmpeg failed with {status}; what it says is above"))),
+    }
+}
+
+/// The command as one types it.
+fn line(arguments: &[OsString]) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=%,".contains(c);
+    let quoted = |word: &OsString| {
+        let word = word.to_string_lossy();
+        if word.chars().all(plain) { word.into_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+    };
+    let words: Vec<String> = arguments.iter().map(quoted).collect();
+    format!("ffmpeg {}", words.join(" "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_can_be_typed() {
+        let words = ["-i", "a b/%04d.png", "it's.mp4"].map(OsString::from);
+        assert_eq!(line(&words), r"ffmpeg -i 'a b/%04d.png' 'it'\''s.mp4'");
+    }
+}
