@@ -11,7 +11,7 @@ use super::report::{Failure, Outcome, Terminal, err, out, plural, seconds};
 use super::work::Work;
 use crate::diag::{self, Diagnostic};
 use crate::render::{self, Job, OpenError, Picture, Saved};
-use crate::session::{self, Digests, Loaded};
+use crate::session::{Digests, Loaded};
 use crate::world::claim::Claim;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -195,7 +195,8 @@ impl Run<'_> {
         let step =
             |p: render::Progress| progress.set((done + p.done as f64 / p.total.max(1) as f64) / wanted);
         let job = Job { progress: &step, ..Job::unwatched(&self.flag) };
-        match session::render(&scene, &self.animation.work.order, &job) {
+        let Work { session, order, .. } = &self.animation.work;
+        match session.render(&scene, order, &job, &self.flag) {
             Ok(Picture { finished: false, .. }) => Ok(Fate::Stopped),
             Ok(picture) => {
                 self.say(&loaded, &picture.warnings, &[]);

@@ -87,6 +87,10 @@ pub struct FileOptions {
     #[arg(long, value_name = "I/N", value_parser = tile)]
     pub tile: Option<Part>,
 
+    /// Smooths noise, a preview of what more samples would give; an .exr has it beside the light as it is
+    #[arg(long, conflicts_with_all = ["region", "tile"])]
+    pub denoise: bool,
+
     /// How closely an .exr holds light: float, or half for half the size; depth, positions and normals are floats always
     #[arg(long, value_name = "PRECISION", hide_possible_values = true)]
     pub exr: Option<Light>,

@@ -9,7 +9,7 @@ use super::report::{Failure, Outcome, Terminal, err};
 use super::stats;
 use super::work::{self, Work};
 use crate::render::{self, Format, Job};
-use crate::session::{self, Session};
+use crate::session::Session;
 use crate::world::{Disk, Memory};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -125,6 +125,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let file = args.stats.as_ref().and_then(|file| file.as_deref());
     let mut work = Work::new(session, &args.scripting, &options, file)?;
     (work.order.part, work.order.precision) = (args.file.part(), precision);
+    work.order.denoise = args.file.denoise;
     if let (Some(frames), Some(pattern)) = (args.frames, pattern) {
         let (params, offset, rate) = (args.scripting.params()?, args.scripting.time, args.fps);
         return animation::run(Animation { work, params, frames, rate, offset, pattern, terminal });
@@ -155,7 +156,7 @@ fn render(mut work: Work, args: &Args, terminal: &Terminal) -> Outcome {
     };
     let flag = interrupt.flag();
     let job = Job { progress: &step, ..Job::unwatched(&flag) };
-    let picture = session::render(&scene, &work.order, &job);
+    let picture = work.session.render(&scene, &work.order, &job, &flag);
     progress.finish();
     let picture = picture.map_err(|error| work::failure(error, &loaded, terminal))?;
     if picture.tiles == 0 {

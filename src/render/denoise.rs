@@ -64,7 +64,7 @@ fn bare(pixel: &Pixel) -> Light {
 
 /// The light of pixel `i`, with that of others `step` and twice as many pixels away that belong to it.
 fn smoothed(picture: &Picture, light: &[Light], i: usize, step: i64) -> Light {
-    let (width, height) = (i64::from(picture.width), i64::from(picture.height));
+    let (width, height) = (i64::from(picture.window.width), i64::from(picture.window.height));
     let (x, y) = (i as i64 % width, i as i64 / width);
     let (own, mine) = (&picture.pixels[i], light[i]);
     if own.depth.is_infinite() {

@@ -41,8 +41,8 @@ mod probe;
 mod reflect;
 mod sample;
 mod save;
-pub mod sequence;
 mod saved;
+pub mod sequence;
 mod settings;
 mod stats;
 mod surface;
@@ -50,14 +50,14 @@ mod tile;
 mod tone;
 mod view;
 mod water;
-mod worker;
 mod window;
+mod worker;
 
 #[cfg(test)]
 mod tests;
 
-pub use denoise::denoise;
 pub use about::About;
+pub use denoise::denoise;
 pub use error::{CameraError, RenderError};
 pub use filter::{Filter, OrderError, Shutter};
 pub use heatmap::Heatmap;
@@ -76,5 +76,5 @@ pub use stats::{Octaves, Seconds, Stats};
 pub use tile::{places, tiles};
 pub use tone::tone_map;
 pub use view::View;
-pub use worker::Shot;
 pub use window::{Part, PartError, Rect};
+pub use worker::Shot;

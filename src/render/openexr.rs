@@ -1,8 +1,17 @@
 //! OpenEXR: linear light and what was seen, in floats, with the script in the header.
 //!
-//! Channels: `R G B A` (premultiplied, without the background, so that "over" composes), `Z`
-//! (distance from the eye), `position.X Y Z` and `normal.X Y Z` (of the nearest sample in the
-//! pixel, never averages, so that they belong together).
+//! Channels, by layers as their names say:
+//!
+//! | channels | |
+//! |---|---|
+//! | `R G B A` | all light, premultiplied, without the background, so that "over" composes |
+//! | `direct` | of that, what the solid gives off, or reflects straight from a light |
+//! | `indirect` | of that, what it reflects from the sky and from elsewhere on the solid |
+//! | `sky` | of that, what comes from the air and from what is behind everything |
+//! | `albedo` | share of light that the solid reflects |
+//! | `denoised` | all light with its noise smoothed, if that was wanted |
+//! | `Z`, `position.X Y Z`, `normal.X Y Z`, `footprint` | distance, place, direction and distance between pixels of the nearest sample, never averages, so that they belong together |
+//! | `samples` | how many samples were taken |
 //!
 //! The display window is the whole picture, the data window the part of it that the file holds.
 
@@ -25,11 +34,25 @@ enum Content {
 }
 
 /// The channels by name.
-const CHANNELS: [(&str, Content, Read); 11] = [
+const CHANNELS: [(&str, Content, Read); 25] = [
     ("R", Content::Light, |p| p.color[0]),
     ("G", Content::Light, |p| p.color[1]),
     ("B", Content::Light, |p| p.color[2]),
     ("A", Content::Light, |p| p.alpha),
+    ("direct.R", Content::Light, |p| p.direct[0]),
+    ("direct.G", Content::Light, |p| p.direct[1]),
+    ("direct.B", Content::Light, |p| p.direct[2]),
+    ("indirect.R", Content::Light, |p| p.indirect[0]),
+    ("indirect.G", Content::Light, |p| p.indirect[1]),
+    ("indirect.B", Content::Light, |p| p.indirect[2]),
+    ("sky.R", Content::Light, |p| p.sky[0]),
+    ("sky.G", Content::Light, |p| p.sky[1]),
+    ("sky.B", Content::Light, |p| p.sky[2]),
+    ("albedo.R", Content::Light, |p| p.albedo[0]),
+    ("albedo.G", Content::Light, |p| p.albedo[1]),
+    ("albedo.B", Content::Light, |p| p.albedo[2]),
+    ("footprint", Content::Geometry, |p| p.footprint),
+    ("samples", Content::Geometry, |p| p.samples),
     ("Z", Content::Geometry, |p| p.depth),
     ("position.X", Content::Geometry, |p| p.position[0]),
     ("position.Y", Content::Geometry, |p| p.position[1]),
@@ -52,14 +75,16 @@ pub(super) struct Sheet {
 /// The channels of a picture.
 pub(super) fn sheet(picture: &Picture, precision: Precision) -> Sheet {
     let channels = CHANNELS.map(|(name, content, read)| {
-        let values = picture.pixels.iter().map(read);
-        let half = precision == Precision::Half && content == Content::Light;
-        let samples = if half {
-            FlatSamples::F16(values.map(half_of).collect())
-        } else {
-            FlatSamples::F32(values.collect())
-        };
-        AnyChannel::new(name, samples)
+        AnyChannel::new(name, samples_of(picture.pixels.iter().map(read), precision, content))
+    });
+    let smoothed = picture.denoised.iter().flat_map(|colors| {
+        ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| {
+            let values = colors.iter().map(|color| color[c]);
+            AnyChannel::new(
+                format!("denoised.{name}").as_str(),
+                samples_of(values, precision, Content::Light),
+            )
+        })
     });
     let [r, g, b] = picture.background;
     let comments = format!(
@@ -68,7 +93,15 @@ pub(super) fn sheet(picture: &Picture, precision: Precision) -> Sheet {
          nearest sample in a pixel.",
         picture.exposure
     );
-    Sheet { channels: AnyChannels::sort(channels.into_iter().collect()), comments }
+    Sheet { channels: AnyChannels::sort(channels.into_iter().chain(smoothed).collect()), comments }
+}
+
+/// Values as a file holds them.
+fn samples_of(values: impl Iterator<Item = f32>, precision: Precision, content: Content) -> FlatSamples {
+    match (precision, content) {
+        (Precision::Half, Content::Light) => FlatSamples::F16(values.map(half_of).collect()),
+        _ => FlatSamples::F32(values.collect()),
+    }
 }
 
 /// The nearest half. What is brighter than all of them becomes the brightest, since infinite light spoils whatever it is

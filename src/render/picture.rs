@@ -72,6 +72,8 @@ pub struct Picture {
     pub window: Rect,
     /// The pixels of the window: rows from top to bottom.
     pub pixels: Vec<Pixel>,
+    /// The colours of these pixels with their noise smoothed, if that is wanted; see [`denoise`](super::denoise).
+    pub denoised: Option<Vec<[f32; 3]>>,
     /// Light behind everything, linear.
     pub background: [f32; 3],
     /// Exposure in stops for screens.
@@ -107,6 +109,7 @@ impl Picture {
             height,
             window,
             pixels,
+            denoised: None,
             background,
             exposure: settings.exposure,
             tone: settings.tone,
@@ -151,7 +154,12 @@ impl Picture {
         let start = self.place(self.window.x, y);
         let number = u64::from(y) * u64::from(self.width) + u64::from(self.window.x);
         let gain = libm::exp2(self.exposure);
-        let row = self.pixels[start..start + self.window.width as usize].iter().zip(number..);
+        let range = start..start + self.window.width as usize;
+        let shown = |i: usize| match &self.denoised {
+            Some(colors) => Pixel { color: colors[i], ..self.pixels[i] },
+            None => self.pixels[i],
+        };
+        let row = range.map(shown).zip(number..);
         row.flat_map(|(p, number)| tone::bytes(p.over(self.background), (gain, self.tone), number)).collect()
     }
 }

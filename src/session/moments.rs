@@ -3,8 +3,9 @@
 //! So whatever depends on time moves: cameras, lights, fields, flows. Moments lie at the middles of equal parts of the
 //! shutter's density; each pixel takes its samples at them in an order of its own.
 
-use super::{Loaded, Session};
-use crate::render;
+use super::{Order, Session, stage};
+use crate::diag::{Diagnostic, Severity};
+use crate::render::{self, Job, Picture};
 use crate::scene::{Scene, Shutter};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -13,16 +14,29 @@ use std::sync::atomic::AtomicBool;
 const MOST: u32 = 64;
 
 impl Session {
-    /// The scene at the moments that make a picture of so many samples: one where the shutter is open for no time.
+    /// Renders a scene that the script came to, while the shutter is open.
     ///
     /// # Errors
-    /// What the script comes to at the first moment at which it has errors.
-    pub fn moments(
+    /// As for [`render`](super::render()); and what is wrong with the script at another moment.
+    pub fn render(
+        &self,
+        scene: &Arc<Scene>,
+        order: &Order,
+        job: &Job<'_>,
+        cancel: &Arc<AtomicBool>,
+    ) -> Result<Picture, Box<Diagnostic>> {
+        let moments = self.moments(scene, order.samples.unwrap_or(scene.film.samples), cancel)?;
+        let moments: Vec<&Scene> = moments.iter().map(Arc::as_ref).collect();
+        stage::render_moments(&moments, order, job)
+    }
+
+    /// The scene at the moments that make a picture of so many samples: one where the shutter is open for no time.
+    fn moments(
         &self,
         scene: &Arc<Scene>,
         samples: u32,
         cancel: &Arc<AtomicBool>,
-    ) -> Result<Vec<Arc<Scene>>, Box<Loaded>> {
+    ) -> Result<Vec<Arc<Scene>>, Box<Diagnostic>> {
         let count = samples.clamp(1, MOST);
         let middles = (0..count).map(|i| (f64::from(i) + 0.5) / f64::from(count));
         let times: Vec<f64> = match scene.film.shutter {
@@ -35,7 +49,10 @@ impl Session {
         };
         let at = |offset: f64| {
             let loaded = self.compile(self.time + offset, cancel);
-            loaded.scene.clone().ok_or_else(|| Box::new(loaded))
+            let is_error = |d: &Diagnostic| d.severity == Severity::Error;
+            let error =
+                || loaded.diagnostics.into_iter().find(is_error).map_or_else(stage::stopped, Box::new);
+            loaded.scene.ok_or_else(error)
         };
         times.into_iter().map(at).collect()
     }

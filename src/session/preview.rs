@@ -37,5 +37,6 @@ fn enlarged(small: &Picture, coarseness: u32, width: u32, height: u32) -> Pictur
     let pixel = |x: u32, y: u32| *small.pixel(x / coarseness, y / coarseness);
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| pixel(x, y))).collect();
     let window = Rect::whole(width, height);
-    Picture { width, height, window, pixels, warnings: small.warnings.clone(), ..*small }
+    let warnings = small.warnings.clone();
+    Picture { width, height, window, pixels, denoised: None, warnings, ..*small }
 }

@@ -19,6 +19,8 @@ pub struct Order {
     pub samples: Option<u32>,
     /// Which caster.
     pub caster: Kind,
+    /// Whether its noise is smoothed.
+    pub denoise: bool,
     /// How closely a file holds its light, where it is a file of floats.
     pub precision: Precision,
     /// Threads; as many as there are cores where `None`.
@@ -54,11 +56,15 @@ pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Bo
     render_moments(&[scene], order, job)
 }
 
-/// Renders a scene that moves while the shutter is open, from [moments](super::Session::moments) of it.
+/// Renders a scene that moves while the shutter is open, as [`Session::render`](super::Session::render) does.
 ///
 /// # Errors
 /// As for [`render`].
-pub fn render_moments(moments: &[&Scene], order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
+pub(super) fn render_moments(
+    moments: &[&Scene],
+    order: &Order,
+    job: &Job<'_>,
+) -> Result<Picture, Box<Diagnostic>> {
     let watch = Watch { cancel: job.cancel, progress: &|_| () };
     let mut warnings = Vec::new();
     let mut shots = Vec::new();
@@ -73,6 +79,7 @@ pub fn render_moments(moments: &[&Scene], order: &Order, job: &Job<'_>) -> Resul
     }
     let mut picture = picture(shots, order, job)?;
     picture.warnings.extend(warnings);
+    picture.denoised = order.denoise.then(|| render::denoise(&picture));
     Ok(picture)
 }
 

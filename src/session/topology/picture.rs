@@ -190,6 +190,7 @@ fn beside(pictures: &[Picture]) -> Picture {
         finished: pictures.iter().all(|p| p.finished),
         warnings: first.warnings.clone(),
         stats,
+        denoised: None,
         ..*first
     }
 }
