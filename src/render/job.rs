@@ -49,7 +49,7 @@ impl std::fmt::Debug for Job<'_> {
 /// # Errors
 /// [`RenderError::Memory`] if there is no room for the picture.
 pub fn render(scene: &Prepared, caster: &dyn Caster, job: &Job<'_>) -> Result<Picture, RenderError> {
-    render_moments(&[Shot { scene, caster, moon: None, sea: None }], job)
+    render_moments(&[Shot::of(scene, caster)], job)
 }
 
 /// Renders what moves: the mean over all moments, which differ in time alone.

@@ -32,6 +32,13 @@ pub struct Shot<'a> {
     pub sea: Option<&'a Shot<'a>>,
 }
 
+impl<'a> Shot<'a> {
+    /// A scene with nothing beside its solid.
+    pub fn of(scene: &'a Prepared, caster: &'a dyn Caster) -> Shot<'a> {
+        Shot { scene, caster, moon: None, sea: None }
+    }
+}
+
 /// What a thread needs to see a shot.
 pub(super) struct Seer<'a> {
     pub scene: &'a Prepared,

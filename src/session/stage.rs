@@ -138,7 +138,7 @@ impl Taken {
 
     /// What is rendered, without what is beside it.
     fn shot(&self) -> Shot<'_> {
-        Shot { scene: &self.scene, caster: self.caster.as_ref(), moon: None, sea: None }
+        Shot::of(&self.scene, self.caster.as_ref())
     }
 }
 

@@ -1,5 +1,7 @@
 //! Pictures of small scenes whose right answer is known, cast by plain marching.
 
+mod light;
+
 use super::*;
 use crate::cast::{CastStats, Caster, Hit, Ray};
 use crate::expr::{Graph, NodeId};
