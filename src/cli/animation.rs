@@ -120,9 +120,15 @@ impl Run<'_> {
             if self.flag.load(Ordering::Relaxed) {
                 return Err(Failure::error("stopped before a frame was made", "no file was written"));
             }
-            if let Finding::Wanted(reason) = self.find(number, &mut digests)? {
-                todo.push(number);
-                replaced.extend(reason.map(|reason| (number, reason)));
+            match self.find(number, &mut digests)? {
+                Finding::Finished => {
+                    let tidied = Claim::tidy(&self.animation.pattern.path(number));
+                    tidied.map_err(|e| Diagnostic::error(e.to_string()))?;
+                }
+                Finding::Wanted(reason) => {
+                    todo.push(number);
+                    replaced.extend(reason.map(|reason| (number, reason)));
+                }
             }
         }
         if let Some((first, reason)) = replaced.first() {

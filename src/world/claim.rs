@@ -6,6 +6,7 @@
 //! drives, or where two processes come by one in the moment in which it is given back, both make the same file.
 
 use super::atomic::{WriteError, failed, folder_of};
+use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -22,11 +23,7 @@ impl Claim {
     /// # Errors
     /// [`WriteError`] if nothing can be written beside the file.
     pub fn take(path: &Path) -> Result<Option<Claim>, WriteError> {
-        let name = path.file_name().ok_or_else(|| WriteError::NotAFile(path.to_owned()))?;
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(name);
-        hidden.push(".claim");
-        let beside = folder_of(path).join(hidden);
+        let beside = beside(path)?;
         let lock = File::options().create(true).truncate(false).write(true).open(&beside);
         let lock = lock.map_err(|source| failed(path, source))?;
         match lock.try_lock() {
@@ -34,6 +31,26 @@ impl Claim {
             Ok(()) | Err(TryLockError::Error(_)) => Ok(Some(Claim { path: beside, _lock: lock })),
         }
     }
+
+    /// Takes away what is left of the claim of a process that was killed.
+    ///
+    /// # Errors
+    /// As for [`take`](Claim::take).
+    pub fn tidy(path: &Path) -> Result<(), WriteError> {
+        if beside(path)?.exists() {
+            drop(Claim::take(path)?);
+        }
+        Ok(())
+    }
+}
+
+/// The file that is locked.
+fn beside(path: &Path) -> Result<PathBuf, WriteError> {
+    let name = path.file_name().ok_or_else(|| WriteError::NotAFile(path.to_owned()))?;
+    let mut hidden = OsString::from(".");
+    hidden.push(name);
+    hidden.push(".claim");
+    Ok(folder_of(path).join(hidden))
 }
 
 impl Drop for Claim {
@@ -56,6 +73,9 @@ mod tests {
         assert!(Claim::take(&path).unwrap().is_none());
         assert!(Claim::take(&folder.path().join("b.png")).unwrap().is_some());
         drop(claim);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        fs::write(folder.path().join(".a.png.claim"), "").unwrap();
+        Claim::tidy(&path).unwrap();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
         assert!(Claim::take(&path).unwrap().is_some());
         assert!(Claim::take(&folder.path().join("gone/a.png")).is_err());
