@@ -28,15 +28,17 @@ fn recursive(order: u32, x: f64) -> f64 {
 /// Newton's method from the middle to the end.
 fn newton(order: u32, y: f64, at: impl Fn(f64) -> [f64; 2]) -> f64 {
     let mut x = 0.5 * f64::from(order);
-    while y > 0.0 {
+    if y == 0.0 {
+        return 0.0;
+    }
+    loop {
         let [distribution, density] = at(x);
         let step = (distribution - y) / density;
         x -= step;
         if step.abs() < 1e-8 {
-            break;
+            return x;
         }
     }
-    x
 }
 
 /// The strata of some pixels, jittered.

@@ -84,10 +84,10 @@ enum Motion {
 
 impl Shutter {
     /// A camera's shutter, which opens at the time of the frame for a share of the time between
-    /// frames: 0 for a moment, 1 for all of it. Other shares, and NaN, count as the nearest of these, NaN
-    /// as 0.
+    /// frames: 0 for a moment, 1 for all of it. Other shares count as the nearer of these, NaN as 0.
     pub fn open(share: f64) -> Shutter {
-        Shutter { motion: Motion::Open(share.max(0.0).min(1.0)) }
+        let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
+        Shutter { motion: Motion::Open(share) }
     }
 
     /// A B-spline around the time of the frame, as many frames wide as its order says: smoother than any

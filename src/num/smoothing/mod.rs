@@ -91,8 +91,8 @@ impl BSpline {
     pub fn by_recurrence(self, x: f64) -> [f64; 2] {
         let m = self.order as usize;
         // Row k holds N_k at x, x - 1, x - 2 ...
-        let mut row: [f64; BSpline::MAX_ORDER as usize + 1] =
-            std::array::from_fn(|j| (x - j as f64).clamp(0.0, 1.0));
+        let mut row = [0.0; BSpline::MAX_ORDER as usize + 1];
+        row.iter_mut().take(m).enumerate().for_each(|(j, n)| *n = (x - j as f64).clamp(0.0, 1.0));
         let mut density = if (0.0..=1.0).contains(&x) { 1.0 } else { 0.0 };
         for k in 2..=m {
             density = row[0] - row[1];

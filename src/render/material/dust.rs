@@ -94,6 +94,7 @@ impl Reflectance for Dust {
 mod tests {
     use super::super::tests::{albedo, tilted};
     use super::*;
+    use crate::render::sequence::point;
 
     #[test]
     fn the_full_moon_is_flat() {
@@ -115,6 +116,20 @@ mod tests {
         for mu in [0.05, 0.3, 0.7, 1.0] {
             let known = 0.5 * (1.0 - mu * libm::log((1.0 + mu) / mu));
             assert!((albedo(&dust, DVec3::Z, tilted(mu)).x - known).abs() < 1e-4, "{mu}");
+        }
+    }
+
+    #[test]
+    fn no_peak_is_so_strong_that_light_is_won() {
+        let surge = Surge { strength: 1.0, width: 0.05 };
+        for g in [-0.95, -0.8, 0.8] {
+            let dust = Dust { albedo: DVec3::ONE, phase: Phase::HenyeyGreenstein { g }, surge };
+            for mu in [0.01, 0.1, 0.3, 0.7, 1.0] {
+                let weight =
+                    |i| dust.sample(point(0, i, 0), DVec3::Z, tilted(mu)).map_or(0.0, |b| b.weight.x);
+                let all = (0..1 << 13).map(weight).sum::<f64>() / f64::from(1 << 13);
+                assert!(all > 0.0 && all < 1.0, "{g} {mu}: {all}");
+            }
         }
     }
 
