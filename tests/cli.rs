@@ -401,8 +401,7 @@ fn statistics_can_be_read() {
     let bench = Bench::new(&[("a.rhai", "sphere(1.0) - 0.1 * gradient(7).scaled(3.0)")]);
     let run = bench.run("render a.rhai --size 20x10 --samples 1 --stats").success();
     let said = stdout(&run);
-    let rows =
-        ["rays ", "field evaluations", "  per ray", "octaves of noise", "certified", "rays to the sun"];
+    let rows = ["rays ", "field evaluations", "  per ray", "octaves of noise", "certified", "rays to lights"];
     has(&said, &rows);
     has(&stderr(&run), &["a.png"]);
     let said = stderr(&bench.run("render --stats a.rhai").code(2));

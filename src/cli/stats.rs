@@ -47,41 +47,50 @@ pub fn print(stats: &Stats, terminal: &Terminal) {
 
 /// What the rays cost.
 fn rays(stats: &Stats) -> Vec<String> {
-    let Stats { primary, shadow, octaves, seconds, .. } = stats;
-    let mut cast = *primary;
-    cast += *shadow;
-    let columns = [
+    let Stats { primary, shadow, bounced, octaves, seconds, .. } = stats;
+    let mut columns = vec![
         Column { name: "to the eye", cast: *primary, octaves: octaves.primary, seconds: seconds.primary },
-        Column { name: "to the sun", cast: *shadow, octaves: octaves.shadow, seconds: seconds.shadow },
-        Column {
-            name: "all",
-            cast,
-            octaves: octaves.primary + octaves.shadow,
-            seconds: seconds.primary + seconds.shadow,
-        },
+        Column { name: "to lights", cast: *shadow, octaves: octaves.shadow, seconds: seconds.shadow },
     ];
-    let mut lines = vec![line("", columns.each_ref().map(|c| c.name.to_owned()))];
+    if bounced.rays > 0 {
+        let (octaves, seconds) = (octaves.bounced, seconds.bounced);
+        columns.push(Column { name: "onwards", cast: *bounced, octaves, seconds });
+    }
+    columns.push(all(&columns));
+    let mut lines = vec![line("", columns.iter().map(|c| c.name.to_owned()))];
     for (name, cell) in ROWS {
-        let cells = columns.each_ref().map(cell);
+        let cells: Vec<_> = columns.iter().map(cell).collect();
         if cells.iter().any(Option::is_some) {
-            lines.push(line(name, cells.map(|c| c.unwrap_or_else(|| "-".to_owned()))));
+            lines.push(line(name, cells.into_iter().map(|c| c.unwrap_or_else(|| "-".to_owned()))));
         }
     }
     lines
 }
 
+/// What kinds of rays come to together.
+fn all(columns: &[Column]) -> Column {
+    let mut all = Column { name: "all", cast: CastStats::default(), octaves: 0, seconds: 0.0 };
+    for column in columns {
+        all.cast += column.cast;
+        all.octaves += column.octaves;
+        all.seconds += column.seconds;
+    }
+    all
+}
+
 /// Where the time went.
 fn times(stats: &Stats) -> Vec<String> {
     let s = &stats.seconds;
-    let all = s.primary + s.surface + s.shadow + s.shading;
+    let all = s.primary + s.surface + s.shadow + s.bounced + s.shading;
     let stages = [
         ("rays to the eye", s.primary, stats.octaves.primary),
         ("normals, colours", s.surface, stats.octaves.surface),
-        ("rays to the sun", s.shadow, stats.octaves.shadow),
+        ("rays to lights", s.shadow, stats.octaves.shadow),
+        ("rays onwards", s.bounced, stats.octaves.bounced),
         ("light, air", s.shading, 0),
     ];
     let mut lines = vec![line("time, threads added up", ["time", "%", "octaves"].map(str::to_owned))];
-    for (name, time, octaves) in stages {
+    for (name, time, octaves) in stages.into_iter().filter(|stage| stage.1 > 0.0) {
         let share = if all > 0.0 { format!("{:.0}", 100.0 * time / all) } else { "-".to_owned() };
         lines.push(line(name, [seconds(time), share, number(octaves).unwrap_or_else(|| "-".to_owned())]));
     }
@@ -90,16 +99,16 @@ fn times(stats: &Stats) -> Vec<String> {
         let mean = instructions as f64 / tapes as f64;
         lines.push(format!("{} of {mean:.0} instead of {whole} instructions", plural(tapes, "pruned tape")));
     }
-    let rays = stats.primary.rays + stats.shadow.rays;
+    let rays = stats.primary.rays + stats.shadow.rays + stats.bounced.rays;
     let speed = if s.wall > 0.0 { rounded(rays as f64 / s.wall) } else { "0".to_owned() };
     lines.push(format!("{} on {}: {speed} rays/s", seconds(s.wall), plural(stats.threads, "thread")));
     lines
 }
 
-fn line(name: &str, cells: [String; 3]) -> String {
-    let [a, b, c] = cells;
-    // Room for any count, and a space before it; together no wider than a terminal.
-    format!("{name:<24} {a:>17} {b:>17} {c:>17}")
+fn line(name: &str, cells: impl IntoIterator<Item = String>) -> String {
+    // Room for nearly any count, and a space before it; together no wider than a terminal.
+    let cells = cells.into_iter().map(|cell| format!(" {cell:>13}"));
+    format!("{name:<24}{}", cells.collect::<String>())
 }
 
 /// A count, if there is anything to count.

@@ -132,8 +132,13 @@ fn what_shines_is_seen_and_lights_what_is_near() {
     let (zero, one) = (build.number(0.0), build.number(1.0));
     let steep = build.op(Op::Max(op::Max), &[steep, zero]);
     let glow = build.op(Op::Min(op::Min), &[steep, one]);
-    let material =
-        Material { matt: Matt::Lambert, finish: [zero; Finish::COUNT], ior: 1.5, emission: Some([glow; 3]), bump: None };
+    let material = Material {
+        matt: Matt::Lambert,
+        finish: [zero; Finish::COUNT],
+        ior: 1.5,
+        emission: Some([glow; 3]),
+        bump: None,
+    };
     let mut scene = from_above(build, field);
     scene.surface.material = Some(material);
     scene.film = Film { samples: 256, bounces: 1, width: 48, height: 40, ..scene.film };
