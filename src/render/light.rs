@@ -1,6 +1,6 @@
 //! Light that a solid reflects: the sun, with the shadows that rays have found, and the sky.
 
-use super::air::Atmosphere;
+use super::Atmosphere;
 use super::surface::Patch;
 use crate::scene::{Sky, Sun};
 use glam::DVec3;
@@ -8,26 +8,20 @@ use std::f64::consts::PI;
 
 /// Radiance that leaves a patch of a matt (Lambertian) solid, if the sun shines on it or not.
 ///
-/// Under air, sunlight arrives filtered, and the light of the sky is as strong as the daylight.
+/// Under air, sunlight arrives filtered, and the light of the sky is that of the air.
 pub(super) fn reflected(patch: &Patch, sun: &Sun, lit: bool, sky: &Sky, air: Option<&Atmosphere>) -> DVec3 {
-    let mut light = ambient(patch, sky);
-    if let Some(air) = air {
-        light *= air.daylight(patch.position, sun.direction);
-    }
+    let up = sky.up.unwrap_or(patch.position).normalize_or(DVec3::Y);
+    let suns = [(sun.direction, sun.irradiance)];
+    let [zenith, nadir] = air.map_or([sky.zenith, sky.nadir], |air| air.ambient(patch.position, up, &suns));
+    // Mean radiance over the hemisphere that the patch faces, weighted as a matt surface does: for a sky
+    // that changes linearly from nadir to zenith, it is linear in the slope, too.
+    let mut light = nadir.lerp(zenith, 0.5 * (1.0 + patch.normal.dot(up)));
     if lit {
         let facing = patch.normal.dot(sun.direction).max(0.0);
         let arriving = air.map_or(DVec3::ONE, |air| air.sunlight(patch.position, sun.direction));
         light += sun.irradiance * arriving * (facing / PI);
     }
     patch.albedo * light
-}
-
-/// Mean radiance of the sky over the hemisphere that a patch faces, weighted as a matt surface
-/// does. For a sky that changes linearly from nadir to zenith, that is linear in the slope, too.
-fn ambient(patch: &Patch, sky: &Sky) -> DVec3 {
-    let up = sky.up.unwrap_or(patch.position).normalize_or(DVec3::Y);
-    let above = 0.5 * (1.0 + patch.normal.dot(up));
-    sky.nadir.lerp(sky.zenith, above)
 }
 
 /// Whether a patch can see the sun at all, were it not for shadows.

@@ -33,6 +33,7 @@ mod probe;
 mod sample;
 mod save;
 mod settings;
+mod stars;
 mod stats;
 mod surface;
 mod tile;
@@ -42,6 +43,7 @@ mod view;
 #[cfg(test)]
 mod tests;
 
+pub use air::{Atmosphere, Seen};
 pub use error::{CameraError, RenderError};
 pub use heatmap::Heatmap;
 pub use job::{Job, Progress, render};

@@ -1,7 +1,7 @@
 //! Everything that can be done, and can go wrong, before the first ray.
 
 use super::view::{View, tolerance};
-use super::{Painter, Probe, RenderError, Settings};
+use super::{Atmosphere, Painter, Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId};
@@ -35,6 +35,8 @@ pub struct Prepared {
     pub sun: Sun,
     /// Light from everywhere else.
     pub sky: Sky,
+    /// The sky's air, made ready.
+    pub air: Option<Atmosphere>,
     /// What samples of the field say.
     pub probe: Probe,
     /// What is odd about the scene, though it can be rendered.
@@ -70,6 +72,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
         view,
         sun,
         sky: scene.sky,
+        air: scene.sky.air.as_ref().and_then(Atmosphere::new),
         probe,
         warnings,
         graph,

@@ -1,10 +1,9 @@
 //! Tiles: small squares of the picture, each rendered by one thread in stages that handle many
 //! rays at once.
 
-use super::air::Atmosphere;
 use super::sample::{Purpose, Strata, uniform};
 use super::surface::{Patch, Surface};
-use super::{Job, Pixel, Prepared, Rect, Stats, light};
+use super::{Job, Pixel, Prepared, Rect, Stats, light, stars};
 use crate::cast::{Caster, Hit, Ray, Tolerance};
 use crate::noise;
 use glam::DVec3;
@@ -56,7 +55,6 @@ struct Sum {
 /// One thread's caster and memory.
 pub(super) struct Worker<'a> {
     scene: &'a Prepared,
-    air: Option<Atmosphere>,
     caster: Box<dyn Caster>,
     surface: Surface,
     strata: Strata,
@@ -76,7 +74,6 @@ impl<'a> Worker<'a> {
     pub(super) fn new(scene: &'a Prepared, caster: Box<dyn Caster>) -> Self {
         Worker {
             scene,
-            air: scene.sky.air.as_ref().and_then(Atmosphere::new),
             caster,
             surface: Surface::new(scene),
             strata: Strata::new(scene.settings.samples),
@@ -209,7 +206,8 @@ impl<'a> Worker<'a> {
     fn shade(&mut self) {
         let start = Instant::now();
         let Prepared { sun, sky, view, .. } = self.scene;
-        let air = self.air.as_ref();
+        let air = self.scene.air.as_ref();
+        let suns = [(sun.direction, sun.irradiance)];
         for sample in &self.samples {
             let sum = &mut self.sums[sample.pixel];
             let hit = sample.distance.is_finite();
@@ -222,8 +220,12 @@ impl<'a> Worker<'a> {
                     (sum.nearest, sum.position, sum.normal) = (sample.distance, patch.position, patch.normal);
                 }
             }
+            if !hit && sky.stars > 0.0 {
+                color = stars::radiance(sample.direction, view.pixel(), sky.stars);
+            }
             if let Some(air) = air {
-                let seen = air.along(view.eye, sample.direction, sample.distance, sun, sample.jitter);
+                let (eye, jitter) = (view.eye, sample.jitter);
+                let seen = air.along(eye, sample.direction, sample.distance, &suns, jitter, &[]);
                 color = color * seen.transmittance + seen.scattered;
                 if !hit {
                     alpha = 1.0 - seen.transmittance.element_sum() / 3.0;

@@ -4,6 +4,7 @@
 //! signatures in error messages, and the reference. Arguments arrive untyped and are converted by
 //! [`Call`], whose errors name types as scripts do.
 
+mod air;
 mod algebra;
 mod camera;
 mod color;
@@ -72,7 +73,7 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 16] = [
+    let groups: [(&'static str, Group); 17] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -89,6 +90,7 @@ pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<
         ("Components", components::register),
         ("Cameras", camera::register),
         ("Scenes", scene::register),
+        ("Scenes", air::register),
     ];
     for (name, group) in groups {
         library.group = name;

@@ -40,14 +40,11 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<SceneValue>("Scene");
     lib.name_type::<Sun>("Sun");
     lib.name_type::<Sky>("Sky");
-    lib.name_type::<Air>("Air");
     lib.name_type::<Film>("Film");
     let sentence = "The light of a sun. Options: azimuth, elevation (degrees), strength, color, shadows.";
     lib.def("sun(options)", sentence, "sun(#{ azimuth: 120.0, elevation: 35.0 })", sun);
-    let sentence = "What surrounds the solid. Options: zenith, nadir (light from above and below), up (a direction, or \"outward\" on a planet), background, air.";
+    let sentence = "What surrounds the solid. Options: zenith, nadir (light from above and below), up (a direction, or \"outward\" on a planet), background, air (which gives light of its own in place of zenith and nadir), stars (true, or how bright they are beside those of a photograph).";
     lib.def("sky(options)", sentence, "sky(#{ zenith: \"#8090a0\", background: \"#000\" })", sky);
-    let sentence = "Clear air around a planet. Options: radius, height (over which it thins by a factor e), scattering (per unit of length).";
-    lib.def("air(options)", sentence, "air(#{ radius: 1.0, height: metres(8000) })", air);
     let sentence = "The picture. Options: width, height (pixels), samples (per pixel), exposure (stops).";
     lib.def("film(options)", sentence, "film(#{ width: 1920, height: 1080, samples: 16 })", film);
     let sentence = "What a picture shows. Options: surface (needed), camera, sun, sky, film, bounds (half the size of a cube, or [min, max]).";
@@ -80,19 +77,11 @@ fn sky(c: &Call<'_>) -> Outcome<Dynamic> {
     let background = o.color("background", default.background)?;
     let outward = o.get("up").is_some_and(|v| v.into_string().is_ok_and(|text| text == "outward"));
     let up = if outward { None } else { Some(o.direction("up", DVec3::Y)?) };
-    let none = Air { radius: 0.0, height: 0.0, scattering: DVec3::ZERO };
-    let air = o.typed("air", "air(#{ ... })", none)?;
+    let air = o.typed("air", "air(#{ ... })", Air::clear(0.0, 0.0, DVec3::ZERO))?;
+    let air = (air.radius > 0.0).then_some(air);
+    let stars = o.amount("stars", 0.0..=1e9)?;
     o.finish()?;
-    Ok(Dynamic::from(Sky { zenith, nadir, up, background, air: (air != none).then_some(air) }))
-}
-
-fn air(c: &Call<'_>) -> Outcome<Dynamic> {
-    let mut o = Options::new(c, 0)?;
-    let radius = o.number("radius", 1e-9..=1e9, 1.0)?;
-    let height = o.number("height", 1e-9..=1e9, 0.01)?;
-    let scattering = o.color("scattering", DVec3::new(5.8, 13.5, 33.1))?;
-    o.finish()?;
-    Ok(Dynamic::from(Air { radius, height, scattering }))
+    Ok(Dynamic::from(Sky { zenith, nadir, up, background, stars, air }))
 }
 
 fn film(c: &Call<'_>) -> Outcome<Dynamic> {
