@@ -48,11 +48,6 @@ impl Line {
     pub fn point(&self, s: f64) -> DVec3 {
         self.perigee + s * self.direction
     }
-
-    /// Radius there.
-    pub fn radius(&self, s: f64) -> f64 {
-        hypot(self.b, s)
-    }
 }
 
 /// Where the steps along a line begin and end, outwards from its start.
