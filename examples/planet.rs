@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut graph = Graph::default();
     let surface = planet(&mut graph)?;
     // The ridges lift the ground: most of it lies between 1.02 and 1.06.
-    let air = Air { radius: 1.02, height: 0.008, scattering: DVec3::new(5.8, 13.5, 33.1), shafts: false };
+    let air = Air::clear(1.02, 0.008, DVec3::new(5.8, 13.5, 33.1));
     let scene = Scene {
         graph: Arc::new(graph),
         surface,

@@ -5,7 +5,7 @@
 //! closed form: of a sky with one radiance above and another below, a matt patch sees the share `(1 + n.up) / 2` of the
 //! upper half.
 
-use super::air::Atmosphere;
+use super::Atmosphere;
 use super::surface::Patch;
 use crate::scene::{Lamp, Light, Sky, Sun};
 use glam::DVec3;
@@ -108,9 +108,11 @@ impl Surroundings<'_> {
 
     /// Radiance that reaches a point from a direction in which there is nothing but sky.
     pub fn radiance(&self, p: DVec3, direction: DVec3) -> DVec3 {
-        let above = direction.dot(self.up(p)) > 0.0;
-        let own = if above { self.sky.zenith } else { self.sky.nadir };
-        own + self.air.map_or(DVec3::ZERO, |air| air.sky(p, direction, self.suns))
+        match self.air {
+            Some(air) => air.sky(p, direction, self.suns),
+            None if direction.dot(self.up(p)) > 0.0 => self.sky.zenith,
+            None => self.sky.nadir,
+        }
     }
 
     /// What the air does to light that comes along a piece of a line, given by its beginning, its direction and its length: the
@@ -124,9 +126,9 @@ impl Surroundings<'_> {
     /// Mean radiance over the hemisphere that a patch faces, weighted as a matt surface does.
     pub fn ambient(&self, patch: &Patch) -> DVec3 {
         let up = self.up(patch.position);
-        let above = 0.5 * (1.0 + patch.normal.dot(up));
-        let [air_above, air_below] =
-            self.air.map_or([DVec3::ZERO; 2], |air| air.ambient(patch.position, up, self.suns));
-        (self.sky.nadir + air_below).lerp(self.sky.zenith + air_above, above)
+        let Sky { zenith, nadir, .. } = *self.sky;
+        let [above, below] =
+            self.air.map_or([zenith, nadir], |air| air.ambient(patch.position, up, self.suns));
+        below.lerp(above, 0.5 * (1.0 + patch.shading.dot(up)))
     }
 }

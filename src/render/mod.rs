@@ -44,6 +44,7 @@ mod save;
 mod saved;
 pub mod sequence;
 mod settings;
+mod stars;
 mod stats;
 mod surface;
 mod tile;
@@ -57,6 +58,7 @@ mod worker;
 mod tests;
 
 pub use about::About;
+pub use air::{Atmosphere, Seen};
 pub use denoise::denoise;
 pub use error::{CameraError, RenderError};
 pub use filter::{Filter, OrderError, Shutter};

@@ -230,7 +230,7 @@ impl Paths {
     /// Finds the light that comes to all patches straight, and leaves them towards the eye.
     fn ask_lights(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
         let stage = Stage::begin();
-        let (scene, air) = (seer.scene, seer.air.as_ref());
+        let (scene, air) = (seer.scene, seer.scene.air.as_ref());
         let water = seer.water();
         self.shine.clear();
         self.shine.extend(self.patches.iter().map(|p| Light { direct: p.emission, ..Light::default() }));
@@ -354,7 +354,7 @@ impl Paths {
     fn look_for_sun(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
         self.nodes.clear();
         self.sunny.clear();
-        let (Some(air), Some(scene::Light::Sun(sun))) = (&seer.air, seer.scene.lights.first()) else {
+        let (Some(air), Some(scene::Light::Sun(sun))) = (&seer.scene.air, seer.scene.lights.first()) else {
             return;
         };
         if step > 0 || !seer.scene.has_shafts() {
@@ -393,7 +393,7 @@ impl Paths {
         self.look_for_sun(seer, step, to);
         let start = Instant::now();
         let (scene, water) = (seer.scene, seer.water());
-        let around = Surroundings { sky: &scene.sky, air: seer.air.as_ref(), suns: &scene.suns };
+        let around = Surroundings { sky: &scene.sky, air: seer.scene.air.as_ref(), suns: &scene.suns };
         let mut sunny = self.sunny.as_slice();
         for (i, path) in self.paths.iter_mut().enumerate() {
             let (lit, others) = sunny.split_at(self.nodes.get(i).copied().unwrap_or(0));

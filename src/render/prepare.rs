@@ -3,7 +3,7 @@
 use super::reflect::Reflecting;
 use super::sample::{Purpose, Sample};
 use super::view::{View, piece, tolerance};
-use super::{Painter, Probe, RenderError, Settings};
+use super::{Atmosphere, Painter, Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId};
@@ -49,6 +49,8 @@ pub struct Prepared {
     pub sky: Sky,
     /// Water that the solid stands in.
     pub sea: Option<Sea>,
+    /// The sky's air, made ready.
+    pub air: Option<Atmosphere>,
     /// What samples of the field say.
     pub probe: Probe,
     /// What is odd about the scene, though it can be rendered.
@@ -98,6 +100,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
         lights,
         sky: scene.sky,
         sea: scene.sea,
+        air: scene.sky.air.as_ref().and_then(Atmosphere::new),
         probe,
         warnings,
         graph,

@@ -4,16 +4,15 @@
 //! together from stage to stage ([`path`](super::path)), many rays at once, those of one moment after those of
 //! another: a picture of what moves is made of several [`Shot`]s.
 
-use super::air::Atmosphere;
 use super::gather::{Outcome, PILOT, Sum};
-use super::light;
 use super::path::{Paths, Trace};
 use super::sample::Sample;
 use super::surface::Surface;
 use super::tile::places;
 use super::water::Water;
-use super::{Filter, Job, Pixel, Prepared, Rect, Stats};
+use super::{Filter, Job, Pixel, Prepared, Rect, Stats, light, stars};
 use crate::cast::Caster;
+use glam::DVec3;
 
 /// Rays that a stage handles at once, about: enough for full batches, few enough that their state
 /// stays in the cache and a cancelled job stops soon.
@@ -42,7 +41,6 @@ impl<'a> Shot<'a> {
 /// What a thread needs to see a shot.
 pub(super) struct Seer<'a> {
     pub scene: &'a Prepared,
-    pub air: Option<Atmosphere>,
     pub caster: Box<dyn Caster>,
     pub surface: Surface,
     pub moon: Option<Box<Seer<'a>>>,
@@ -53,7 +51,6 @@ impl<'a> Seer<'a> {
     fn new(shot: &Shot<'a>) -> Seer<'a> {
         Seer {
             scene: shot.scene,
-            air: shot.scene.sky.air.as_ref().and_then(Atmosphere::new),
             caster: shot.caster.clone_box(),
             surface: Surface::new(shot.scene),
             moon: shot.moon.map(|moon| Box::new(Seer::new(moon))),
@@ -148,7 +145,12 @@ impl<'a> Worker<'a> {
         for (sample, outcome) in self.samples.iter().zip(outcomes) {
             if outcome.is_open() {
                 let (_, direction) = sample.line(&seer.scene.view);
-                outcome.put_beyond(light::beyond(&seer.scene.lights, direction));
+                let Prepared { lights, sky, view, .. } = seer.scene;
+                let stars = match sky.stars {
+                    0.0 => DVec3::ZERO,
+                    brightness => stars::radiance(direction, view.pixel(), brightness),
+                };
+                outcome.put_beyond(light::beyond(lights, direction) + stars);
             }
             self.sums[sample.in_tile].add(outcome);
         }

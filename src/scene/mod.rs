@@ -3,6 +3,7 @@
 //! Units: a planet's radius is 1 unless the script says otherwise. Right-handed axes, y up. Angles
 //! in degrees, where scripts and people meet them. Colours are linear RGB with Rec. 709 primaries.
 
+mod air;
 mod camera;
 mod cube;
 mod detail;
@@ -13,6 +14,7 @@ mod material;
 mod moon;
 mod sea;
 
+pub use air::{Absorber, Air, Haze};
 pub use camera::{Camera, Lens, Projection};
 pub use cube::{FACES, Face};
 pub use detail::Spacing;
@@ -169,7 +171,9 @@ pub struct Sky {
     pub up: Option<DVec3>,
     /// What is seen where nothing else is; transparent in pictures with alpha.
     pub background: DVec3,
-    /// Air around a planet, if it has any.
+    /// How bright the stars are; 1 is about what photographs of the night show, 0 none.
+    pub stars: f64,
+    /// Air around a planet, if it has any. Its light takes the place of `zenith` and `nadir`.
     pub air: Option<Air>,
 }
 
@@ -180,23 +184,10 @@ impl Default for Sky {
             nadir: DVec3::new(0.07, 0.06, 0.05),
             up: Some(DVec3::Y),
             background: DVec3::new(0.012, 0.014, 0.02),
+            stars: 0.0,
             air: None,
         }
     }
-}
-
-/// A thin shell of clear air around the origin that scatters sunlight once (Rayleigh), with a
-/// density that falls off exponentially.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Air {
-    /// Radius at which `scattering` holds.
-    pub radius: f64,
-    /// Height over which the density falls by a factor e.
-    pub height: f64,
-    /// Scattering coefficient per unit length at `radius`, per channel.
-    pub scattering: DVec3,
-    /// Whether the solid throws shadows into it.
-    pub shafts: bool,
 }
 
 /// A number that the script lets its user turn.

@@ -33,6 +33,7 @@ impl Moon {
                 nadir: DVec3::ZERO,
                 up: None,
                 background: DVec3::ZERO,
+                stars: 0.0,
                 air: None,
             },
             moon: None,

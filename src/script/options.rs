@@ -111,6 +111,14 @@ impl<'a, 'b> Options<'a, 'b> {
         given.as_bool().map_err(|_| self.wrong(key, "true or false", &given))
     }
 
+    /// How much there is of something: a number within a range, true for 1, false for 0; 0 unless given.
+    pub fn amount(&mut self, key: &'static str, range: RangeInclusive<f64>) -> Outcome<f64> {
+        match self.get(key).map(|given| given.as_bool()) {
+            Some(Ok(there)) => Ok(f64::from(there)),
+            _ => self.number(key, range, 0.0),
+        }
+    }
+
     /// A point or direction.
     pub fn vector(&mut self, key: &'static str, default: DVec3) -> Outcome<DVec3> {
         let wanted = "a vector such as vec3(0, 1, 0) or [0, 1, 0]";
@@ -118,6 +126,24 @@ impl<'a, 'b> Options<'a, 'b> {
         let given = self.still(key, wanted, &given)?;
         let found = self.call.vec3_of(&given)?.filter(|v| v.is_finite());
         found.ok_or_else(|| self.wrong(key, wanted, &given))
+    }
+
+    /// A number by channel, each within a range: a vector, or one number for all.
+    pub fn channels(
+        &mut self,
+        key: &'static str,
+        range: RangeInclusive<f64>,
+        default: DVec3,
+    ) -> Outcome<DVec3> {
+        let Some(given) = self.get(key) else { return Ok(default) };
+        let each = match number(&given) {
+            Some(one) => DVec3::splat(one),
+            None => self.vector(key, default)?,
+        };
+        match each.to_array().into_iter().find(|v| !range.contains(v)) {
+            Some(value) => Err(self.outside(key, value, &range)),
+            None => Ok(each),
+        }
     }
 
     /// A direction, which has a length.

@@ -201,7 +201,7 @@ fn a_box_throws_its_shadow_on_the_floor() {
 fn planet() -> Scene {
     let mut scene = ball();
     let scattering = DVec3::new(5.8, 13.5, 33.1);
-    scene.sky.air = Some(Air { radius: 1.0, height: 0.01, scattering, shafts: false });
+    scene.sky.air = Some(Air::clear(1.0, 0.01, scattering));
     scene.sky.up = None;
     scene.bounds = Some(Aabb::cube(1.01));
     scene

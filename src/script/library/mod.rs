@@ -4,6 +4,7 @@
 //! signatures in error messages, and the reference. Arguments arrive untyped and are converted by
 //! [`Call`], whose errors name types as scripts do.
 
+mod air;
 mod algebra;
 mod camera;
 mod color;
@@ -79,7 +80,7 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 22] = [
+    let groups: [(&'static str, Group); 23] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
         ("Vectors", vectors::register),
@@ -102,6 +103,7 @@ pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<
         ("Scenes", film::register),
         ("Scenes", surroundings::register),
         ("Scenes", scene::register),
+        ("Scenes", air::register),
     ];
     for (name, group) in groups {
         library.group = name;

@@ -60,11 +60,8 @@ impl SceneValue {
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<SceneValue>("Scene");
     lib.name_type::<Sky>("Sky");
-    lib.name_type::<Air>("Air");
-    let sentence = "What surrounds the solid. Options: zenith, nadir (light from above and below), up (a direction, or \"outward\" on a planet), background, air.";
+    let sentence = "What surrounds the solid. Options: zenith, nadir (light from above and below), up (a direction, or \"outward\" on a planet), background, air (which gives light of its own in place of zenith and nadir), stars (true, or how bright they are beside those of a photograph).";
     lib.def("sky(options)", sentence, "sky(#{ zenith: \"#8090a0\", background: \"#000\" })", sky);
-    let sentence = "Clear air around a planet. Options: radius, height (over which it thins by a factor e), scattering (per unit of length).";
-    lib.def("air(options)", sentence, "air(#{ radius: 1.0, height: metres(8000) })", air);
     let sentence = "What a picture shows. Options: surface (needed), material, camera, sun, lights (an array of more suns, and lamps), sky, moon, sea, film, bounds (half the size of a cube, or [min, max]).";
     lib.def(
         "scene(options)",
@@ -82,19 +79,11 @@ fn sky(c: &Call<'_>) -> Outcome<Dynamic> {
     let background = o.color("background", default.background)?;
     let outward = o.get("up").is_some_and(|v| v.into_string().is_ok_and(|text| text == "outward"));
     let up = if outward { None } else { Some(o.direction("up", DVec3::Y)?) };
-    let none = Air { radius: 0.0, height: 0.0, scattering: DVec3::ZERO, shafts: false };
-    let air = o.typed("air", "air(#{ ... })", none)?;
+    let air = o.typed("air", "air(#{ ... })", Air::clear(0.0, 0.0, DVec3::ZERO))?;
+    let air = (air.radius > 0.0).then_some(air);
+    let stars = o.amount("stars", 0.0..=1e9)?;
     o.finish()?;
-    Ok(Dynamic::from(Sky { zenith, nadir, up, background, air: (air != none).then_some(air) }))
-}
-
-fn air(c: &Call<'_>) -> Outcome<Dynamic> {
-    let mut o = Options::new(c, 0)?;
-    let radius = o.number("radius", 1e-9..=1e9, 1.0)?;
-    let height = o.number("height", 1e-9..=1e9, 0.01)?;
-    let scattering = o.color("scattering", DVec3::new(5.8, 13.5, 33.1))?;
-    o.finish()?;
-    Ok(Dynamic::from(Air { radius, height, scattering, shafts: false }))
+    Ok(Dynamic::from(Sky { zenith, nadir, up, background, stars, air }))
 }
 
 fn build(c: &Call<'_>) -> Outcome<Dynamic> {

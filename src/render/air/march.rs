@@ -1,0 +1,52 @@
+//! Along a line of sight: what gets through, and how much of the light at its points comes out.
+//!
+//! ```text
+//! L = T(eye, end) L_end + int T(eye, p) sum over matter of beta rho (P T_sun V + Psi) E ds
+//! ```
+//!
+//! The integral is cut into steps, in each of which light is taken to be scattered in proportion to what
+//! is held back. So a step gives `T (1 - T_step)` times the light at one point of it, and no amount of air
+//! scatters more light than it holds back, however coarse the steps are (Hillaire 2020).
+
+use super::line::{Count, Line, Steps};
+use super::medium::Medium;
+use super::sunlight::through;
+use glam::DVec3;
+
+/// A step along a line of sight.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    /// The point that stands for it.
+    pub point: DVec3,
+    /// Share of the light there that comes out at the eye, for gas, haze and fog: what they scatter, less
+    /// what the air up to the eye holds back of that.
+    pub yields: [DVec3; 3],
+    /// Share of light that gets through the air up to the end of the step.
+    pub through: DVec3,
+}
+
+/// The steps of a line, from the eye outwards. `jitter` in [0, 1) picks the point of each.
+pub(super) fn march(medium: &Medium, line: &Line, count: Count, jitter: f64) -> Vec<Step> {
+    let steps = Steps::new(medium, line.b, line.ends, count);
+    let mut before = DVec3::ONE;
+    let step = |[from, to]: [f64; 2]| {
+        let amount = medium.amount(line.b, [from, to]);
+        let depth = medium.depth(amount);
+        let through = through(depth);
+        // Thick air hides its far part: this is, to first order in the depth, where light comes from.
+        let hidden = 0.5 * depth.element_sum() / 3.0;
+        let share = jitter / (1.0 + hidden * (1.0 - jitter));
+        let weight = before * mean_through(depth, through);
+        before *= through;
+        let yields = medium.scattered(amount).map(|scattered| scattered * weight);
+        Step { point: line.point(from + share * (to - from)), yields, through: before }
+    };
+    steps.iter().map(step).collect()
+}
+
+/// Mean share of light that gets through the near part of a step, over all of its points:
+/// `(1 - e^-t) / t`.
+fn mean_through(depth: DVec3, through: DVec3) -> DVec3 {
+    let mean = |t: f64, e: f64| if t > 1e-5 { (1.0 - e) / t } else { 1.0 - 0.5 * t };
+    DVec3::new(mean(depth.x, through.x), mean(depth.y, through.y), mean(depth.z, through.z))
+}
