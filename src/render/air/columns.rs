@@ -6,7 +6,7 @@
 //! holds as much matter as there is on the way: `m(r, mu) / rho(r)`. For an exponential layer this is
 //! `H` straight up and `sqrt(pi r H / 2)` at the horizon (Chapman's function), nearly the same at all
 //! heights, and in their coordinates nearly linear in between. So a small table is as good as an
-//! integral, even for a fog of a few metres or a point below the ground:
+//! integral, even for a fog of a few metres:
 //!
 //! ```text
 //! u = (d - d_min) / (d_max - d_min)       d = distance to the top,

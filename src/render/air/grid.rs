@@ -1,5 +1,6 @@
 //! Tables of two variables.
 
+use rayon::prelude::*;
 use std::ops::{Add, Mul};
 
 /// Values at the nodes of a grid over the unit square, with straight lines in between.
@@ -10,12 +11,12 @@ pub(super) struct Grid<T> {
     values: Box<[T]>,
 }
 
-impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> Grid<T> {
-    /// A grid of at least two columns, made row by row: `row(v)` gives the values at the height `v` for
-    /// u = 0 to 1 in even steps.
-    pub fn new<R: IntoIterator<Item = T>>(columns: usize, rows: usize, row: impl Fn(f64) -> R) -> Grid<T> {
-        let values = (0..rows).flat_map(|j| row(share(j, rows)).into_iter().take(columns));
-        Grid { columns, rows, values: values.collect() }
+impl<T: Copy + Send + Add<Output = T> + Mul<f64, Output = T>> Grid<T> {
+    /// A grid of at least two columns and rows. `row(v)` gives the values at the height `v` for u = 0 to 1 in
+    /// even steps, as many as there are columns; rows are made side by side.
+    pub fn new<R: Iterator<Item = T>>(columns: usize, rows: usize, row: impl Fn(f64) -> R + Sync) -> Grid<T> {
+        let values = (0..rows).into_par_iter().flat_map_iter(|j| row(share(j, rows)).collect::<Vec<T>>());
+        Grid { columns, rows, values: values.collect::<Vec<T>>().into_boxed_slice() }
     }
 
     /// The value at a point; outside of the unit square that of the nearest point in it.

@@ -36,13 +36,13 @@ pub(super) struct SunTable<T> {
     grid: Grid<T>,
 }
 
-impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> SunTable<T> {
+impl<T: Copy + Send + Add<Output = T> + Mul<f64, Output = T>> SunTable<T> {
     /// Makes a table of some heights of the sun by some levels: `at(r)` prepares for a radius and gives
     /// the values for cosines of the sun to the vertical.
     pub fn new<F: Fn(f64) -> T>(
         shell: Shell,
         [suns, levels]: [usize; 2],
-        at: impl Fn(f64) -> F,
+        at: impl Fn(f64) -> F + Sync,
     ) -> SunTable<T> {
         let grid = Grid::new(suns, levels, |level| {
             let value = at(shell.radius_at(level));
