@@ -67,6 +67,19 @@ impl Sample {
         self
     }
 
+    /// Where it lies on a curve through the picture on which neighbours are near to one another: Morton's, in fourths of
+    /// pixels.
+    pub fn along_curve(&self) -> u64 {
+        let spread = |x: f64| {
+            // Filters reach beyond the first pixel.
+            let bits = (4.0 * x + 256.0).max(0.0) as u64 & 0xFFFF_FFFF;
+            (0..5)
+                .rev()
+                .fold(bits, |bits, step| (bits | bits << (1 << step)) & (u64::MAX / ((1 << (1 << step)) + 1)))
+        };
+        spread(self.place[0]) | spread(self.place[1]) << 1
+    }
+
     /// Origin and direction of its line of sight.
     pub fn line(&self, view: &View) -> (DVec3, DVec3) {
         view.ray(self.place[0], self.place[1], self.pair(Purpose::Lens))
@@ -117,6 +130,21 @@ fn permuted(i: usize, count: usize, key: u64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Film;
+
+    #[test]
+    fn the_curve_is_one_to_one_and_keeps_neighbours_together() {
+        let at = |x: u32, y: u32| Sample::new([x, y], 0, 0, 0).along_curve();
+        let mut seen: Vec<u64> = (0..64).flat_map(|y| (0..64).map(move |x| at(x, y))).collect();
+        let (low, high) = (seen.iter().min().unwrap().to_owned(), seen.iter().max().unwrap().to_owned());
+        seen.sort();
+        seen.dedup();
+        // Four by four places in each pixel.
+        assert!(seen.len() == 64 * 64 && high - low < 64 * 64 * 16);
+        assert_eq!(at(1, 0) - at(0, 0), 16);
+        assert_eq!(at(0, 1) - at(0, 0), 32);
+        assert!(at(Film::MAX_SIDE - 1, 0) > at(0, 0));
+    }
 
     #[test]
     fn every_moment_has_its_turn_in_every_pixel() {

@@ -178,5 +178,9 @@ impl<'a> Worker<'a> {
                 }
             }
         }
+        // Filters that are wider than a pixel mix the samples of neighbours; rays that are cast together should not be.
+        if self.filter.reach() > 0.5 {
+            self.samples.sort_by_key(|sample| sample.along_curve());
+        }
     }
 }
