@@ -32,11 +32,13 @@ pub const STD: &[(&str, &str)] = &[
     ("displace", include_str!("../../stdlib/displace.rhai")),
     ("flow", include_str!("../../stdlib/flow.rhai")),
     ("fractal", include_str!("../../stdlib/fractal.rhai")),
+    ("material", include_str!("../../stdlib/material.rhai")),
     ("morph", include_str!("../../stdlib/morph.rhai")),
     ("options", include_str!("../../stdlib/options.rhai")),
     ("planet", include_str!("../../stdlib/planet.rhai")),
     ("shapes", include_str!("../../stdlib/shapes.rhai")),
     ("terrain", include_str!("../../stdlib/terrain.rhai")),
+    ("texture", include_str!("../../stdlib/texture.rhai")),
     ("warp", include_str!("../../stdlib/warp.rhai")),
 ];
 
