@@ -58,7 +58,8 @@ pub fn radiance(direction: DVec3, pixel: f64, brightness: f64) -> DVec3 {
             }
         }
     }
-    sum * (brightness * BRIGHTEST * (RADIUS / radius).powi(2))
+    let share = RADIUS / radius;
+    sum * (brightness * BRIGHTEST * share * share)
 }
 
 /// A star, if its cell has one.

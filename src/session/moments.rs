@@ -66,7 +66,7 @@ mod tests {
 
     fn moments(film: &str, samples: u32) -> Vec<f64> {
         let text = format!("scene(#{{ surface: sphere(1.0 + time), film: film(#{{ {film} }}) }})");
-        let world = Arc::new(Memory([("a.rhai".into(), text.into())].into()));
+        let world = Arc::new(Memory([("a.rhai".into(), text)].into()));
         let mut session = Session::new("a.rhai", world);
         session.set(Default::default(), 3.0);
         let scene = session.load(&Arc::default()).scene.clone().unwrap();
