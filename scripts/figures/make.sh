@@ -81,6 +81,24 @@ picture 5.6b 5.6 --set noise=2
 picture 5.6c 5.6 --set noise=3
 picture 5.10 5.10
 
+# Chapter 6: the test pattern, plain and through a box and a cubic spline; details with more and more samples, and
+# with splines of higher order; a wheel through a shutter and through a spline over time, slow and fast.
+picture 6.7a 6.07 --set order=0 --samples 1
+picture 6.7b 6.07 --set order=1
+picture 6.7c 6.07 --set order=4
+picture 6.8a 6.08 --set order=0 --samples 1
+picture 6.8b 6.08 --samples 4
+picture 6.8c 6.08 --samples 9
+picture 6.8d 6.08
+picture 6.9a 6.08 --set place=1 --set order=0 --samples 1
+picture 6.9b 6.08 --set place=1 --set order=1
+picture 6.9c 6.08 --set place=1
+picture 6.9d 6.08 --set place=1 --set order=15
+picture 6.11a 6.11 --time 0.2
+picture 6.11b 6.11 --time 0.2 --set spline=1
+picture 6.11c 6.11 --time 0.2 --set fast=1
+picture 6.11d 6.11 --time 0.2 --set fast=1 --set spline=1
+
 # Chapter 8: a sphere that falls to pieces; what the pieces are connected with; the pieces in red, and gone. Of
 # three octaves there are 7000 minima to find, and two or three minutes to wait.
 picture 8.1a 8.1 --set amplitude=0.1
@@ -121,6 +139,11 @@ fi
 # The kernels: 4.4 the quintic fade, 4.9 the kernels of sparse convolution.
 if is_wanted 4.04 || is_wanted 4.09; then
     cargo run --quiet --release --example profiles -- "$out"
+fi
+
+# Filters of pictures.
+if is_wanted 6.05 || is_wanted 6.06 || is_wanted 6.10; then
+    cargo run --quiet --release --example filters -- "$out"
 fi
 
 # Which nodes a point depends on, by noise; and the creases of sparse convolution with a linear kernel.
