@@ -66,13 +66,13 @@ impl Place {
         let at = point(o)?;
         if o.get("up").is_some() {
             let up = o.direction("up", DVec3::Y)?;
-            return Ok(Place { at, up, north: ahead(up), is_on_planet: false });
+            return Ok(Place { at, up, north: north_on_plain(up), is_on_planet: false });
         }
         let up = at.try_normalize().ok_or_else(|| {
             let fault = Fault::new("nothing is up at the centre of a planet").key("at");
             fault.hint("give a point away from the origin, a latitude and a longitude, or `up`")
         })?;
-        Ok(Place { at, up, north: north(up), is_on_planet: true })
+        Ok(Place { at, up, north: north_on_planet(up), is_on_planet: true })
     }
 
     /// The point at a height above the ground.
@@ -109,7 +109,7 @@ fn point(o: &mut Options<'_, '_>) -> Outcome<DVec3> {
 
 /// North on a planet around the origin whose north pole is +y: along the meridian, which has a direction at
 /// a pole too.
-fn north(up: DVec3) -> DVec3 {
+fn north_on_planet(up: DVec3) -> DVec3 {
     let meridian = libm::atan2(up.x, up.z);
     let outward = DVec3::new(libm::sin(meridian), 0.0, libm::cos(meridian));
     (libm::hypot(up.x, up.z) * DVec3::Y - up.y * outward).normalize_or(DVec3::Y)
@@ -117,7 +117,7 @@ fn north(up: DVec3) -> DVec3 {
 
 /// North where the same direction is up everywhere: -z, which is ahead of a camera unless told otherwise; +y
 /// where -z is not level at all.
-fn ahead(up: DVec3) -> DVec3 {
+fn north_on_plain(up: DVec3) -> DVec3 {
     let ahead = if up.z.abs() < 0.99 { DVec3::NEG_Z } else { DVec3::Y };
     ahead.reject_from_normalized(up).normalize_or(DVec3::Y)
 }
