@@ -115,6 +115,11 @@ impl Surroundings<'_> {
         }
     }
 
+    /// Radiance that reaches a point from straight above.
+    pub fn overhead(&self, p: DVec3) -> DVec3 {
+        self.radiance(p, self.up(p))
+    }
+
     /// What the air does to light that comes along a piece of a line, given by its beginning, its direction and its length: the
     /// share that gets through, and what it adds. `sunny` says where along it the sun shines.
     pub fn along(&self, ray: (DVec3, DVec3, f64), jitter: f64, sunny: &[f64]) -> (DVec3, DVec3) {

@@ -108,7 +108,7 @@ impl Trace<'_> {
 impl Paths {
     /// Follows samples until they end; `None` when the job was cancelled. What comes of them is in `outcomes`.
     pub fn follow(&mut self, seer: &mut Seer<'_>, to: &mut Trace<'_>) -> Option<()> {
-        self.begin(seer.scene, to.samples);
+        self.begin(seer, to.samples);
         let most = seer.scene.settings.bounces + if seer.sea.is_some() { REFLECTIONS } else { 0 };
         for step in 0..=most {
             self.cast(seer, step, to);
@@ -127,7 +127,8 @@ impl Paths {
     }
 
     /// Starts a path for each sample.
-    fn begin(&mut self, scene: &Prepared, samples: &[Sample]) {
+    fn begin(&mut self, seer: &Seer<'_>, samples: &[Sample]) {
+        let (scene, under) = (seer.scene, seer.under_water());
         self.outcomes.clear();
         self.outcomes.resize(samples.len(), Outcome::default());
         self.paths.clear();
@@ -139,7 +140,7 @@ impl Paths {
                 direction,
                 weight: DVec3::ONE,
                 bounce: 0,
-                under: None,
+                under,
                 distance: f64::INFINITY,
                 is_water: false,
                 patch: 0,

@@ -58,6 +58,15 @@ impl<'a> Seer<'a> {
         }
     }
 
+    /// Light that comes back from all around an eye under water.
+    pub fn under_water(&self) -> Option<DVec3> {
+        let water =
+            self.water().filter(|_| self.sea.as_ref().is_some_and(|sea| sea.scene.probe.camera_inside))?;
+        let Prepared { sky, air, suns, view, .. } = self.scene;
+        let around = light::Surroundings { sky, air: air.as_ref(), suns };
+        Some(water.glow(std::f64::consts::PI * around.overhead(view.eye)))
+    }
+
     /// The water, if there is any.
     pub fn water(&self) -> Option<Water> {
         self.sea.as_ref().and(self.scene.sea.as_ref()).map(Water::new)
