@@ -60,3 +60,8 @@ fn ground_from_two_metres_above() {
 fn planet() {
     golden("scripts/planet.rhai", "planet", Some((120, 90)));
 }
+
+#[test]
+fn light() {
+    golden("tests/golden/light.rhai", "light", None);
+}

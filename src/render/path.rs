@@ -224,6 +224,11 @@ impl Paths {
         }
         let mut patches = Vec::new();
         surface.patches(&places, &mut patches, to.cancel);
+        for (patch, path) in patches.iter_mut().zip(&self.seen[self.patches.len()..]) {
+            if path.bounce > 0 {
+                patch.blur();
+            }
+        }
         to.stats.undefined += patches.iter().filter(|p| p.undefined).count() as u64;
         self.patches.append(&mut patches);
     }

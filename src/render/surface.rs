@@ -49,6 +49,19 @@ impl Patch {
     };
 }
 
+/// Least roughness of what is seen in light that has been spread already.
+const BLURRED: f64 = 0.5;
+
+impl Patch {
+    /// Makes reflections as blurred as they may be to a path that comes from a matt place: a sharp image of the sun would
+    /// be met by one path in thousands, and shine as a speck (path space regularisation; Kaplanyan and Dachsbacher 2013). As
+    /// much light is reflected as before, in more directions.
+    pub fn blur(&mut self) {
+        let roughness = &mut self.finish[Finish::Roughness as usize];
+        *roughness = roughness.max(BLURRED);
+    }
+}
+
 /// Evaluates what the eye sees of a solid; one per thread.
 pub(super) struct Surface {
     cells: Arc<Cells>,
