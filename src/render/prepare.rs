@@ -1,8 +1,9 @@
 //! Everything that can be done, and can go wrong, before the first ray.
 
+use super::rays::piece;
 use super::reflect::Reflecting;
 use super::sample::{Purpose, Sample};
-use super::view::{View, piece, tolerance};
+use super::view::{View, tolerance};
 use super::{Atmosphere, Painter, Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;

@@ -1,8 +1,10 @@
 //! What a picture cost, and how far it is to be trusted.
 
 use crate::cast::CastStats;
+use crate::noise;
 use crate::tape::Prunings;
 use std::ops::AddAssign;
+use std::time::Instant;
 
 /// Seconds spent, summed over threads unless said otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -97,5 +99,24 @@ impl AddAssign for Stats {
         self.samples += o.samples;
         self.undefined += o.undefined;
         self.threads += o.threads;
+    }
+}
+
+/// The clock of a stage.
+pub(super) struct Stage {
+    time: Instant,
+    octaves: u64,
+}
+
+impl Stage {
+    /// Now.
+    pub(super) fn begin() -> Stage {
+        Stage { time: Instant::now(), octaves: noise::evaluated() }
+    }
+
+    /// Adds what has passed since, and the octaves that this thread has evaluated.
+    pub(super) fn end(self, seconds: &mut f64, octaves: &mut u64) {
+        *seconds += self.time.elapsed().as_secs_f64();
+        *octaves += noise::evaluated() - self.octaves;
     }
 }

@@ -10,8 +10,8 @@
 
 use super::disc::on_disc;
 use super::{CameraError, Settings};
-use crate::cast::{Ray, Tolerance};
-use crate::scene::{Aabb, Camera, FACES, Face, Lens, Projection, Spacing};
+use crate::cast::Tolerance;
+use crate::scene::{Camera, FACES, Face, Lens, Projection, Spacing};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -231,13 +231,6 @@ impl Screen {
     }
 }
 
-/// The piece of a line of sight that lies within `bounds`, and not nearer than the tolerance.
-pub(super) fn piece((origin, direction): (DVec3, DVec3), bounds: &Aabb, tolerance: Tolerance) -> Option<Ray> {
-    let (enter, far) = bounds.clip(origin, direction)?;
-    let near = enter.max(tolerance.least);
-    (near < far).then_some(Ray { origin, direction, near, far, tolerance })
-}
-
 /// Tolerance that suits a view: a five-hundredth of a pixel, wherever the ray is, down to what double
 /// precision can give.
 pub(super) fn tolerance(view: &View, settings: &Settings) -> Tolerance {
@@ -254,7 +247,9 @@ pub(super) fn tolerance(view: &View, settings: &Settings) -> Tolerance {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rays::piece;
     use super::*;
+    use crate::scene::Aabb;
 
     /// The centre of the lens.
     const CENTRE: [f64; 2] = [0.5, 0.5];
