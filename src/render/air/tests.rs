@@ -1,3 +1,5 @@
+//! The air against direct integration, and what it must look like.
+
 use super::*;
 use crate::scene::{Absorber, Haze};
 use std::f64::consts::PI;
