@@ -160,12 +160,14 @@ fn joined(parts: &[Saved], whole: Rect, path: &Path) -> Result<Content, MergeErr
             for part in parts {
                 match &part.content {
                     Content::OpenExr(sheet) if sheet.is_like(first) => {
-                        sheets.push((part.about.window, sheet))
+                        sheets.push((part.about.window, &**sheet))
                     }
                     _ => return Err(unlike(part)),
                 }
             }
-            Sheet::joined(&sheets, whole).map(Content::OpenExr).ok_or_else(|| unlike(&parts[0]))
+            Sheet::joined(&sheets, whole)
+                .map(|sheet| Content::OpenExr(Box::new(sheet)))
+                .ok_or_else(|| unlike(&parts[0]))
         }
     }
 }

@@ -25,7 +25,7 @@ pub(super) enum Content {
     /// Red, green and blue of every pixel, row by row.
     Png(Vec<u8>),
     /// The channels, each row by row.
-    OpenExr(openexr::Sheet),
+    OpenExr(Box<openexr::Sheet>),
 }
 
 /// Why a picture was not read.
@@ -67,7 +67,9 @@ impl Saved {
         let file = BufReader::with_capacity(1 << 16, file);
         let read = match format {
             Format::Png => png::read(file).map(|(about, bytes)| (about, Content::Png(bytes))),
-            Format::OpenExr => openexr::read(file).map(|(about, sheet)| (about, Content::OpenExr(sheet))),
+            Format::OpenExr => {
+                openexr::read(file).map(|(about, sheet)| (about, Content::OpenExr(Box::new(sheet))))
+            }
         };
         match read {
             Ok((about, content)) => Ok(Saved { path: path.to_owned(), about, content }),
@@ -88,7 +90,7 @@ impl Saved {
             Content::Png(bytes) => {
                 png::write(file, &about, bytes.chunks_exact(3 * about.window.width as usize))
             }
-            Content::OpenExr(sheet) => openexr::write(file, &about, sheet),
+            Content::OpenExr(sheet) => openexr::write(file, &about, *sheet),
         })?;
         Ok(())
     }
