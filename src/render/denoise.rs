@@ -15,7 +15,7 @@ const ROUNDS: u32 = 5;
 const KERNEL: [f32; 3] = [0.375, 0.25, 0.0625];
 
 /// How many standard errors apart light may be that belongs together.
-const LIGHT: f32 = 4.0;
+const LIGHT: f32 = 6.0;
 
 /// The cosine between normals counts as its power of two, so often.
 const NORMAL: u32 = 6;

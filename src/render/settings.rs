@@ -141,7 +141,7 @@ mod tests {
         assert!(error(Settings { height: 70_000, ..settings() }).contains("65536"));
         assert!(error(Settings { width: 60_000, height: 60_000, ..settings() }).contains("memory"));
         let part = Part::Tile { number: 1, of: 4 };
-        assert_eq!(Settings { width: 16_000, height: 16_000, part, ..settings() }.check(), Ok(()));
+        assert_eq!(Settings { width: 6_000, height: 6_000, part, ..settings() }.check(), Ok(()));
         let part = Part::Region(Rect { x: 790, y: 0, width: 20, height: 20 });
         assert!(error(Settings { part, ..settings() }).contains("800 x 600"));
         assert!(error(Settings { samples: 0, ..settings() }).contains("samples"));
