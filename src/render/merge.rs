@@ -165,14 +165,8 @@ fn joined(parts: &[Saved], whole: Rect, path: &Path) -> Result<Content, MergeErr
                     _ => return Err(unlike(part)),
                 }
             }
-<<<<<<< HEAD
             let sheet = Sheet::joined(&sheets, whole).ok_or_else(|| unlike(&parts[0]))?;
             Ok(Content::OpenExr(Box::new(sheet)))
-=======
-            Sheet::joined(&sheets, whole)
-                .map(|sheet| Content::OpenExr(Box::new(sheet)))
-                .ok_or_else(|| unlike(&parts[0]))
->>>>>>> w-anim
         }
     }
 }

@@ -208,11 +208,7 @@ mod tests {
 
     #[test]
     fn tiles_are_whole_and_make_up_the_picture() {
-<<<<<<< HEAD
         for (width, height) in [(1u32, 1u32), (64, 48), (33, 500), (1000, 40), (97, 97), (800, 600)] {
-=======
-        for (width, height) in [(1_u32, 1_u32), (64, 48), (33, 500), (1000, 40), (97, 97), (800, 600)] {
->>>>>>> w-anim
             let most = width.div_ceil(SIDE) * height.div_ceil(SIDE);
             for of in (1..=most.min(40)).chain([most]) {
                 let parts: Vec<Rect> =
