@@ -17,6 +17,10 @@ use crate::num::number::{Growing, Jets};
 use crate::num::simd::widest;
 use crate::num::{Interval, Kernel, Local, Order, Point};
 
+/// As a share of what a sag comes to at the ends, a bow that says more. Measured on flows along slopes (figure 9.9 of the
+/// thesis, 160x160): with 0.75 its rays take 1.78 million evaluations, with 1, or without any sag, 2.16 million.
+const OWN: f64 = 0.75;
+
 /// How far a point reaches from the middle, as lengths of vectors.
 #[derive(Clone, Copy)]
 struct Reach {
@@ -170,7 +174,8 @@ impl<const K: usize> Parabola<K> {
         let cone = b.lipschitz * r * ROUND_UP;
         let hessian = choose(sag < b.hessian, sag, b.hessian);
         let bent = 0.5 * hessian * r * r;
-        let own_bow = bow.mag() < bent;
+        // What grows with the distance from the middle says more there than a bow that is not much less.
+        let own_bow = bow.mag() < choose(sag < f64::INFINITY, OWN, 1.0) * bent;
         let is_value = jet.value.is_finite();
         let is_jet = is_value & tilted.is_finite() & (jet.grad[0] + jet.grad[1] + jet.grad[2]).is_finite();
         let taylor = is_jet & (choose(own_bow, bow.mag(), bent) <= choose(cone < b.range, cone, b.range));
