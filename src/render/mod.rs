@@ -40,6 +40,7 @@ mod png;
 mod prepare;
 mod probe;
 mod rays;
+mod recent;
 mod reflect;
 mod sample;
 mod save;

@@ -3,9 +3,11 @@
 
 use super::light::Surroundings;
 use super::material::{Bounce, Dust, Film, Fresnel, Gloss, Lambert, OrenNayar, Phase, Reflectance, Surge};
+use super::recent::Recent;
 use super::surface::Patch;
 use crate::scene::{Finish, Material, Matt};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// The moon's surge: its dust is twice as bright with the sun behind the viewer, and half of that is gone at 6 degrees
 /// (Hapke 1986).
@@ -15,13 +17,15 @@ const SURGE: Surge = Surge { strength: 1.0, width: 0.05 };
 #[derive(Clone, Debug)]
 pub struct Reflecting {
     material: Material,
-    film: Film,
+    film: Arc<Film>,
 }
 
 impl Reflecting {
     /// Makes the tables.
     pub(super) fn new(material: &Material) -> Reflecting {
-        Reflecting { material: *material, film: Film::new(material.ior) }
+        static FILMS: Recent<f64, Arc<Film>> = Recent::new();
+        let film = FILMS.get_or(&material.ior, || Arc::new(Film::new(material.ior)));
+        Reflecting { material: *material, film }
     }
 }
 

@@ -211,7 +211,9 @@ pub fn type_name(v: &Dynamic) -> &'static str {
         Field => "Field", GridValue => "Grid", MeshValue => "Mesh", VectorField => "VectorField", Source => "Noise", Vec3 => "Vec3", Region => "Region",
         AffineVec3 => "AffineVec3", Interval => "Interval", Affine => "Affine",
         crate::scene::Camera => "Camera", crate::scene::Sun => "Sun", crate::scene::Sky => "Sky",
-        crate::scene::Film => "Film", crate::scene::Air => "Air", super::library::SceneValue => "Scene",
+        crate::scene::Lamp => "Lamp", crate::scene::Material => "Material",
+        super::library::MoonValue => "Moon",
+        super::library::SeaValue => "Sea", crate::scene::Film => "Film", crate::scene::Air => "Air", super::library::SceneValue => "Scene",
         super::library::Corrected => "corrected solid",
         Fault => "error",
     }

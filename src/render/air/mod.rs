@@ -27,6 +27,7 @@ mod sunlight;
 #[cfg(test)]
 mod tests;
 
+use super::recent::Recent;
 use crate::scene::Air;
 use ambient::Ambient;
 use columns::Columns;
@@ -75,6 +76,12 @@ impl Atmosphere {
     /// The atmosphere of some air; `None` for air that takes no room, does nothing, or has coefficients
     /// and heights that make no sense.
     pub fn new(air: &Air) -> Option<Atmosphere> {
+        /// Tables take some 100 ms.
+        static KEPT: Recent<Air, Option<Atmosphere>> = Recent::new();
+        KEPT.get_or(air, || Atmosphere::make(air))
+    }
+
+    fn make(air: &Air) -> Option<Atmosphere> {
         let medium = Medium::new(air)?;
         let columns = Columns::new(&medium);
         let sunlight = Sunlight { medium: &medium, columns: &columns };

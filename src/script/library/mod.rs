@@ -33,7 +33,7 @@ pub use grid::GridValue;
 pub use mesh::MeshValue;
 pub use numbers::unused;
 pub use scene::SceneValue;
-pub use surroundings::MoonValue;
+pub use surroundings::{MoonValue, SeaValue};
 
 use super::fault::{Fault, Outcome};
 use super::host::Host;

@@ -58,11 +58,11 @@ fn sea(c: &Call<'_>) -> Outcome<Dynamic> {
     let ior = o.number("ior", 1.0..=4.0, 1.333)?;
     // Per metre, of the clearest natural water (Smith and Baker 1981, at 650, 550 and 450 nm), on a planet of radius 1.
     let clearest = DVec3::new(0.35, 0.065, 0.015) * 6371e3;
-    let absorption = o.vector("absorption", clearest)?;
+    let absorption = o.channels("absorption", 0.0..=1e12, clearest)?;
     let color = o.color("color", DVec3::new(0.0012, 0.0144, 0.0423))?;
     o.finish()?;
     let material = Material { matt: Matt::Lambert, finish, ior, emission: None, bump };
-    Ok(Dynamic::from(SeaValue { field, material, absorption: absorption.max(DVec3::ZERO), color }))
+    Ok(Dynamic::from(SeaValue { field, material, absorption, color }))
 }
 
 fn unit_sphere(c: &Call<'_>) -> Outcome<crate::expr::NodeId> {
