@@ -54,7 +54,7 @@ impl Heatmap {
 }
 
 /// The colour at a share of the way from cheap to expensive: equal steps look equally large.
-fn color(share: f64) -> [u8; 3] {
+pub(super) fn color(share: f64) -> [u8; 3] {
     linear(share).map(|c| (255.0 * srgb::encode(c.clamp(0.0, 1.0))).round() as u8)
 }
 

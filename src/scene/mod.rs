@@ -201,4 +201,6 @@ pub struct Param {
     pub range: (f64, f64),
     /// Value used.
     pub value: f64,
+    /// Whether only whole numbers will do.
+    pub whole: bool,
 }

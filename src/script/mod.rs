@@ -29,6 +29,7 @@ mod noises;
 mod options;
 mod realise;
 mod repl;
+pub mod rewrite;
 mod show;
 mod value;
 

@@ -14,6 +14,7 @@
 //! their pictures through it.
 
 pub mod heights;
+pub mod live;
 mod moments;
 mod preview;
 mod reads;

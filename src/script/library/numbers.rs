@@ -108,7 +108,7 @@ fn parameter(c: &Call<'_>) -> Outcome<Dynamic> {
     if whole && value.fract() != 0.0 {
         return Err(Fault::new(format!("`{name}` is set to {value}, but is a whole number")));
     }
-    let param = Param { name, default, range: (range.lo, range.hi), value };
+    let param = Param { name, default, range: (range.lo, range.hi), value, whole };
     let mut params = c.host.params.borrow_mut();
     match params.iter().find(|p| p.name == param.name) {
         Some(same) if *same == param => {}

@@ -1,0 +1,283 @@
+//! The thread that draws.
+
+use super::wish::{Message, Report, Slider, Stage, Wish};
+use super::{Event, Finished, Running, Shared, State};
+use crate::cast::Kind;
+use crate::diag::Diagnostic;
+use crate::render::{Job, Layer, Look, Picture, Pixel, Progress, Rect, View};
+use crate::scene::Scene;
+use crate::script::rewrite;
+use crate::session::{COARSENESS, Loaded, Order, Session, preview};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How often people are told how far the picture is, at most.
+const TELL_EVERY: Duration = Duration::from_millis(100);
+
+/// Longest step of time between two pictures while it passes: a slow picture is not skipped over.
+const LONGEST_STEP: f64 = 0.25;
+
+/// What the studio keeps from picture to picture.
+pub(super) struct Studio {
+    shared: Arc<Shared>,
+    session: Session,
+    order: Order,
+    loaded: Option<Arc<Loaded>>,
+    /// The wishes that were answered.
+    answered: u64,
+    /// When the last picture of those that show how time passes was begun.
+    frame: Option<Instant>,
+    revision: u64,
+}
+
+/// One picture to draw.
+struct Task {
+    wish: Wish,
+    saved: bool,
+    cancel: Arc<AtomicBool>,
+    start: Instant,
+}
+
+impl Studio {
+    pub fn new(shared: Arc<Shared>, session: Session, order: Order) -> Studio {
+        Studio { shared, session, order, loaded: None, answered: 0, frame: None, revision: 0 }
+    }
+
+    /// Draws what is wished for, until the end.
+    pub fn work(mut self) {
+        while let Some(task) = self.next() {
+            self.answer(&task);
+            self.shared.state().running = None;
+        }
+    }
+
+    /// Waits for something to draw; `None` at the end.
+    fn next(&mut self) -> Option<Task> {
+        let shared = self.shared.clone();
+        let mut state = shared.state();
+        while !(state.closing || state.saved || state.wishes > self.answered || state.wish.playing) {
+            state = shared.bell.wait(state).unwrap_or_else(std::sync::PoisonError::into_inner);
+        }
+        if state.closing {
+            return None;
+        }
+        self.pass_time(&mut state);
+        self.answered = state.wishes;
+        state.finished = None;
+        let (cancel, start) = (Arc::new(AtomicBool::new(false)), Instant::now());
+        state.running = Some(Running { cancel: cancel.clone(), start, seen: false });
+        Some(Task { wish: state.wish.clone(), saved: std::mem::take(&mut state.saved), cancel, start })
+    }
+
+    /// Moves the time on while it passes.
+    fn pass_time(&mut self, state: &mut State) {
+        let last = self.frame.take();
+        if state.wish.playing {
+            let now = Instant::now();
+            let step = last.map_or(0.0, |last| (now - last).as_secs_f64().min(LONGEST_STEP));
+            state.wish.time += step;
+            self.frame = Some(now);
+        }
+    }
+
+    /// Reads the script and draws.
+    fn answer(&mut self, task: &Task) {
+        let Some(loaded) = self.read(task) else { return };
+        let Some(scene) = &loaded.scene else {
+            return self.report(|report| report.stage = Stage::Failed);
+        };
+        let mut scene = Scene::clone(scene);
+        scene.camera = task.wish.camera.unwrap_or(scene.camera);
+        let scene = Arc::new(scene);
+        if let Err(error) = self.draw(&scene, &loaded, task) {
+            let message = Message::new(&error, &loaded.sources);
+            self.report(|report| {
+                report.messages.push(message);
+                report.stage = Stage::Failed;
+            });
+        }
+    }
+
+    /// What the script comes to; `None` if a newer wish came in between.
+    fn read(&mut self, task: &Task) -> Option<Arc<Loaded>> {
+        let wish = &task.wish;
+        let same = self.session.params == wish.params && self.session.time == wish.time;
+        let loaded = match &self.loaded {
+            Some(loaded) if same && !task.saved => loaded.clone(),
+            _ => self.load(wish, &task.cancel),
+        };
+        if task.cancel.load(Ordering::SeqCst) {
+            // It may have been stopped in the middle, and is to be read again.
+            self.loaded = None;
+            return None;
+        }
+        let new = !self.loaded.as_ref().is_some_and(|before| Arc::ptr_eq(before, &loaded));
+        self.revision += u64::from(task.saved && loaded.scene.is_some());
+        self.loaded = Some(loaded.clone());
+        self.publish(&loaded, wish);
+        if new {
+            (self.shared.tell)(Event::Read);
+        }
+        Some(loaded)
+    }
+
+    /// Runs the script. Parameters that it no longer has, or that are out of range by now, are forgotten.
+    fn load(&mut self, wish: &Wish, cancel: &Arc<AtomicBool>) -> Arc<Loaded> {
+        self.session.set(wish.params.clone(), wish.time);
+        let loaded = self.session.load(cancel);
+        if loaded.scene.is_some() || wish.params.is_empty() || cancel.load(Ordering::SeqCst) {
+            return loaded;
+        }
+        self.session.set(BTreeMap::new(), wish.time);
+        let plain = self.session.load(cancel);
+        let Some(scene) = &plain.scene else {
+            self.session.set(wish.params.clone(), wish.time);
+            return plain;
+        };
+        let fits = |name: &String, value: &f64| {
+            let param = scene.params.iter().find(|p| p.name == *name);
+            param.is_some_and(|p| (p.range.0..=p.range.1).contains(value))
+        };
+        let mut params = wish.params.clone();
+        params.retain(|name, value| fits(name, value));
+        self.shared.state().wish.params.clone_from(&params);
+        self.session.set(params, wish.time);
+        self.session.load(cancel)
+    }
+
+    /// Says what the script came to.
+    fn publish(&self, loaded: &Arc<Loaded>, wish: &Wish) {
+        let mut state = self.shared.state();
+        state.files = self.session.files();
+        state.loaded = Some(loaded.clone());
+        if let Some(scene) = &loaded.scene {
+            state.params.clone_from(&scene.params);
+            // The camera may have moved on meanwhile.
+            state.camera = Some(state.wish.camera.unwrap_or(scene.camera));
+        }
+        let messages = loaded.diagnostics.iter().map(|d| Message::new(d, &loaded.sources)).collect();
+        let caster = Kind::ALL.iter().find(|(kind, _)| *kind == wish.caster).map_or("", |(_, name)| name);
+        let before = state.report.clone();
+        let camera = match &loaded.scene {
+            Some(scene) => rewrite::camera(&wish.camera.unwrap_or(scene.camera)),
+            None => before.camera.clone(),
+        };
+        state.report = Arc::new(Report {
+            script: self.session.script().display().to_string(),
+            params: state.params.iter().map(Slider::new).collect(),
+            messages,
+            output: loaded.output.clone(),
+            camera,
+            steered: wish.camera.is_some(),
+            caster,
+            layer: wish.layer,
+            time: wish.time,
+            playing: wish.playing,
+            region: wish.region.map(|r| [r.x, r.y, r.width, r.height]),
+            stage: Stage::Drawing,
+            progress: 0.0,
+            revision: self.revision,
+            ..*before
+        });
+        drop(state);
+        (self.shared.tell)(Event::Changed);
+    }
+
+    /// Changes what people are told.
+    fn report(&self, change: impl FnOnce(&mut Report)) {
+        change(Arc::make_mut(&mut self.shared.state().report));
+        (self.shared.tell)(Event::Changed);
+    }
+
+    /// Draws coarsely, and better, and as the script asks for it.
+    fn draw(&self, scene: &Arc<Scene>, loaded: &Arc<Loaded>, task: &Task) -> Result<(), Box<Diagnostic>> {
+        let size = task.wish.size.or(self.order.size.map(|(w, h)| [w, h]));
+        let size = size.unwrap_or([scene.film.width, scene.film.height]);
+        let order = Order { size: Some((size[0], size[1])), caster: task.wish.caster, ..self.order };
+        {
+            let mut canvas = self.shared.canvas();
+            canvas.resize(size);
+            canvas.view = View::new(&scene.camera, size[0], size[1]).ok();
+        }
+        self.report(|report| report.size = size);
+        let look = Look::of(scene);
+        let layer = task.wish.layer;
+        let job = Job::unwatched(&task.cancel);
+        for coarseness in COARSENESS {
+            let Some(picture) = preview(scene, &order, coarseness, &job)? else { break };
+            if !picture.finished {
+                return Ok(());
+            }
+            self.rough(&picture, coarseness, layer, &look);
+            if !self.is_seen(task) {
+                return Ok(());
+            }
+        }
+        if task.wish.playing || task.cancel.load(Ordering::SeqCst) {
+            return Ok(());
+        }
+        let told = std::sync::Mutex::new(Instant::now());
+        let progress = |p: Progress| self.progress(p, &told);
+        let tile = |rect: &Rect, pixels: &[Pixel]| {
+            let at = |x: u32, y: u32| pixels[((y - rect.y) * rect.width + x - rect.x) as usize];
+            self.shared.canvas().paint(rect, layer, &look, at);
+            (self.shared.tell)(Event::Changed);
+        };
+        let job = Job { progress: &progress, tile: &tile, ..job };
+        let picture = self.session.render(scene, &order, &job, &task.cancel)?;
+        if picture.finished {
+            self.finish(picture, scene, loaded, task);
+        }
+        Ok(())
+    }
+
+    /// Shows a picture whose pixels are alike in squares.
+    fn rough(&self, picture: &Picture, side: u32, layer: Layer, look: &Look) {
+        let mut canvas = self.shared.canvas();
+        for y in (0..picture.height).step_by(side as usize) {
+            for x in (0..picture.width).step_by(side as usize) {
+                canvas.fill(&Rect { x, y, width: side, height: side }, layer, look, picture.pixel(x, y));
+            }
+        }
+        drop(canvas);
+        (self.shared.tell)(Event::Changed);
+    }
+
+    /// Notes that something is seen. Whether there is nothing newer to draw.
+    fn is_seen(&self, task: &Task) -> bool {
+        let mut state = self.shared.state();
+        let first = state.running.as_mut().is_some_and(|running| !std::mem::replace(&mut running.seen, true));
+        let newest = state.wishes == self.answered && !state.saved;
+        drop(state);
+        if first {
+            self.report(|report| report.first = task.start.elapsed().as_secs_f64());
+        }
+        newest && !task.wish.playing
+    }
+
+    fn progress(&self, progress: Progress, told: &std::sync::Mutex<Instant>) {
+        let mut told = told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if told.elapsed() >= TELL_EVERY {
+            *told = Instant::now();
+            self.report(|report| report.progress = progress.done as f64 / progress.total.max(1) as f64);
+        }
+    }
+
+    /// A full picture is there.
+    fn finish(&self, picture: Picture, scene: &Arc<Scene>, loaded: &Arc<Loaded>, task: &Task) {
+        let stats = &picture.stats;
+        let evaluations = stats.primary.evaluations + stats.shadow.evaluations;
+        let cost = evaluations as f64 / (f64::from(picture.width) * f64::from(picture.height));
+        let warnings: Vec<_> = picture.warnings.iter().map(|d| Message::new(d, &loaded.sources)).collect();
+        let finished = Finished { picture: Arc::new(picture), scene: scene.clone(), loaded: loaded.clone() };
+        self.shared.state().finished = Some(finished);
+        self.report(|report| {
+            report.messages.extend(warnings);
+            (report.stage, report.progress, report.cost) = (Stage::Done, 1.0, cost);
+            report.whole = task.start.elapsed().as_secs_f64();
+        });
+        (self.shared.tell)(Event::Finished);
+    }
+}
