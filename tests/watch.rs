@@ -7,7 +7,7 @@ mod support;
 use std::fs;
 use support::{Bench, Running, SLOW, has, summary};
 
-const OPTIONS: &str = "watch a.rhai --size 48x48 --samples 1";
+const OPTIONS: &str = "watch a.rhai --headless --size 48x48 --samples 1";
 
 /// A ball of some size.
 fn ball(radius: f64) -> String {
@@ -102,7 +102,7 @@ fn a_script_that_appears_later_is_rendered() {
 fn a_save_while_rendering_starts_over() {
     let bench = Bench::new(&[("a.rhai", SLOW)]);
     // The quick picture comes soon; the full one would outlast the test.
-    let run = bench.start("watch a.rhai --size 640x640 --samples 1024");
+    let run = bench.start("watch a.rhai --headless --size 640x640 --samples 1024");
     run.wait_for("(preview)", 1);
     assert_eq!(bench.picture("a.png").0, 640);
     bench.write("a.rhai", "scene(#{ surface: sphere(0.1) }) // quick");

@@ -1,6 +1,8 @@
 //! A folder to run the program in, as a user would.
 #![allow(dead_code)] // each test program uses its share
 
+pub mod browser;
+
 use assert_cmd::Command;
 use assert_cmd::assert::Assert;
 use std::fs;
@@ -133,6 +135,17 @@ pub fn has(text: &str, pieces: &[&str]) {
     }
 }
 
+/// What a program takes of the machine.
+#[derive(Clone, Copy, Debug)]
+pub struct Usage {
+    /// Bytes that are in memory.
+    pub memory: usize,
+    /// Threads.
+    pub threads: usize,
+    /// Open files.
+    pub handles: usize,
+}
+
 /// A program in the background; it ends with the test.
 pub struct Running {
     child: std::process::Child,
@@ -165,6 +178,16 @@ impl Running {
     pub fn interrupt(&self) {
         let id = self.child.id().to_string();
         assert!(std::process::Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    }
+
+    /// What it takes of the machine.
+    #[cfg(target_os = "linux")]
+    pub fn usage(&self) -> Usage {
+        let folder = PathBuf::from(format!("/proc/{}", self.child.id()));
+        let entries = |name: &str| fs::read_dir(folder.join(name)).unwrap().count();
+        let pages = fs::read_to_string(folder.join("statm")).unwrap();
+        let resident: usize = pages.split(' ').nth(1).unwrap().parse().unwrap();
+        Usage { memory: 4096 * resident, threads: entries("task"), handles: entries("fd") }
     }
 
     /// Kills it, as a power cut would.

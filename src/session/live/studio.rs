@@ -114,7 +114,7 @@ impl Studio {
             return None;
         }
         let new = !self.loaded.as_ref().is_some_and(|before| Arc::ptr_eq(before, &loaded));
-        self.revision += u64::from(task.saved && loaded.scene.is_some());
+        self.revision += u64::from(new && task.saved && loaded.scene.is_some());
         self.loaded = Some(loaded.clone());
         self.publish(&loaded, wish);
         if new {

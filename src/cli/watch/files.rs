@@ -1,55 +1,23 @@
-//! `orogen watch`: a picture that follows its script.
+//! `orogen watch --headless`: a file that follows its script.
 //!
 //! Three things can happen at any time: a file is saved, a rendering ends, Ctrl-C is pressed. Each
 //! arrives as an [`Event`] in one queue, and one loop answers them. Rendering happens on another
 //! thread, quick coarse pictures first; a save stops it.
 
-use super::interrupt::Interrupt;
-use super::options::{PictureOptions, ScriptOptions, statistics_path};
-use super::report::{Failure, Outcome, Terminal, err};
-use super::work::{self, Work};
+use super::super::interrupt::Interrupt;
+use super::super::report::{Failure, Outcome, Terminal, err};
+use super::super::work::{self, Work};
+use super::POLL;
 use crate::diag::Diagnostic;
 use crate::render::{Job, Picture};
 use crate::scene::Scene;
-use crate::session::{self, Loaded, Order, Session};
-use crate::world::Disk;
+use crate::session::{self, Loaded, Order};
 use crate::world::watch::Watch;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::time::{Duration, Instant};
-
-/// Render a script again at every save
-///
-/// Watches the script and everything that it imports. A quick, coarse picture comes first and the
-/// full one follows; a save while rendering starts over. A script with an error leaves the last good
-/// picture in place. Ctrl-C ends the watch.
-#[derive(clap::Args)]
-#[command(after_help = "Examples:
-  orogen watch rock.rhai
-  orogen watch rock.rhai -o /tmp/rock.png --size 640x480 --set relief=0.04
-
-Open the picture in a viewer that reloads files when they change.")]
-pub struct Args {
-    /// Script to watch
-    #[arg(value_name = "SCRIPT")]
-    script: PathBuf,
-
-    #[command(flatten)]
-    picture: PictureOptions,
-
-    #[command(flatten)]
-    scripting: ScriptOptions,
-
-    /// Writes statistics of each full picture to a file
-    #[arg(long, value_name = "FILE.json", value_parser = statistics_path)]
-    stats: Option<PathBuf>,
-}
-
-/// How often files are looked at where the system may not tell of changes, such as on network
-/// drives.
-const POLL: Duration = Duration::from_millis(1000);
+use std::time::Instant;
 
 /// Something to answer.
 enum Event {
@@ -73,9 +41,7 @@ enum Stage {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
-    let session = Session::new(&args.script, Arc::new(Disk));
-    let work = Work::new(session, &args.scripting, &args.picture, args.stats.as_deref())?;
+pub fn run(work: Work, terminal: &Terminal) -> Outcome {
     let (sender, events) = channel();
     let pressed = sender.clone();
     let interrupt = Interrupt::listen(move || pressed.send(Event::Interrupted).unwrap_or_default());

@@ -1,0 +1,161 @@
+// The controls beside the picture, and messages on it.
+
+export const LAYERS = ["light", "normals", "cost", "depth", "albedo"];
+const CASTERS = ["auto", "beam", "sphere", "speculative", "segment", "affine", "reduced", "standard", "interval", "bent"];
+
+export const by = (id) => document.getElementById(id);
+
+/** An element with a class and a text. */
+function make(tag, name, text) {
+  const element = document.createElement(tag);
+  if (name) element.className = name;
+  if (text !== undefined) element.textContent = text;
+  return element;
+}
+
+/** A number as people like to read it. */
+const short = (value) => String(Number(value.toPrecision(6)));
+
+export class Panel {
+  constructor(link) {
+    this.link = link;
+    this.sliders = new Map();
+    for (const layer of LAYERS) {
+      const button = make("button", "", layer);
+      button.setAttribute("role", "radio");
+      button.dataset.layer = layer;
+      button.onclick = () => link.do({ layer });
+      by("layers").append(button);
+    }
+    for (const caster of CASTERS) by("caster").append(new Option(caster, caster));
+    by("caster").onchange = (e) => link.do({ caster: e.target.value });
+    by("size").onchange = () => this.resize();
+    by("reset").onclick = () => link.do({ reset: null });
+    by("write").onclick = () => link.send("write");
+    by("snap").onclick = () => link.do("snap_back");
+    by("play").onclick = () => link.do({ play: !this.report?.playing });
+    for (const id of ["time", "seconds"]) {
+      by(id).oninput = (e) => Number.isFinite(e.target.valueAsNumber) && link.do({ time: e.target.valueAsNumber });
+    }
+    addEventListener("resize", () => by("size").value === "fit" && this.resize());
+  }
+
+  resize() {
+    const chosen = by("size").value;
+    const ratio = devicePixelRatio || 1;
+    const stage = by("stage");
+    const fit = [stage.clientWidth, stage.clientHeight].map((side) => Math.round(side * ratio));
+    this.link.do({ size: chosen === "" ? null : chosen === "fit" ? fit : chosen.split("x").map(Number) });
+  }
+
+  show(report) {
+    this.report = report;
+    by("script").textContent = report.script;
+    document.title = `${report.script} – orogen`;
+    by("progress").value = report.stage === "done" ? 1 : report.progress;
+    by("stage-text").textContent = status(report);
+    by("camera").textContent = report.camera;
+    by("caster").value = report.caster;
+    for (const button of by("layers").children) {
+      button.setAttribute("aria-checked", String(button.dataset.layer === report.layer));
+    }
+    by("play").setAttribute("aria-pressed", String(report.playing));
+    by("play").textContent = report.playing ? "Pause" : "Play";
+    by("time").max = String(Math.max(10, Number(by("time").max), Math.ceil(report.time / 10) * 10));
+    for (const id of ["time", "seconds"]) {
+      if (document.activeElement !== by(id) || report.playing) by(id).value = short(report.time);
+    }
+    for (const id of ["png", "exr"]) by(id).setAttribute("aria-disabled", String(report.stage !== "done"));
+    by("printed").hidden = report.output.length === 0;
+    by("printed").querySelector("pre").textContent = report.output.join("\n");
+    this.params(report.params);
+    this.messages(report.messages);
+  }
+
+  params(params) {
+    const names = params.map((p) => p.name).join("\n");
+    if (names !== this.names) {
+      this.names = names;
+      this.sliders.clear();
+      by("sliders").replaceChildren(...params.map((p) => this.slider(p)));
+    }
+    by("params").hidden = params.length === 0;
+    for (const p of params) {
+      const { box, range, number } = this.sliders.get(p.name);
+      box.classList.toggle("changed", p.value !== p.default);
+      for (const input of [range, number]) {
+        const step = p.whole ? 1 : (p.most - p.least) / 1000;
+        Object.assign(input, { min: p.least, max: p.most, step: input === number && !p.whole ? "any" : step });
+        if (document.activeElement !== input || p.value === p.default) input.value = short(p.value);
+      }
+    }
+  }
+
+  slider({ name }) {
+    const box = make("div", "slider");
+    const line = make("div", "name");
+    const [range, number, back] = [make("input"), make("input"), make("button", "back", "↺")];
+    Object.assign(range, { type: "range" });
+    Object.assign(number, { type: "number" });
+    for (const input of [range, number]) {
+      input.dataset.param = name;
+      input.setAttribute("aria-label", name);
+      input.oninput = () => {
+        if (!Number.isFinite(input.valueAsNumber)) return;
+        for (const other of [range, number]) if (other !== input) other.value = short(input.valueAsNumber);
+        this.link.do({ set: { [name]: input.valueAsNumber } });
+      };
+    }
+    back.title = `${name} as the script has it`;
+    back.onclick = () => this.link.do({ reset: [name] });
+    line.append(make("span", "", name), back, number);
+    box.append(line, range);
+    this.sliders.set(name, { box, range, number });
+    return box;
+  }
+
+  messages(messages) {
+    const key = JSON.stringify(messages);
+    if (key === this.shown) return;
+    this.shown = key;
+    by("messages").querySelectorAll(".said").forEach((old) => old.remove());
+    by("messages").append(...messages.map((m) => message(m)));
+  }
+
+  /** Something to say that goes away by itself. */
+  notice({ error, message: text, hints }) {
+    const box = make("div", `message ${error ? "error" : "good"} notice`);
+    box.append(make("p", "", text), ...hints.map((hint) => make("p", "hint", hint)));
+    by("messages").append(box);
+    setTimeout(() => box.remove(), error ? 9000 : 4000);
+  }
+}
+
+/** How far the picture is, in words. */
+function status(report) {
+  const size = report.size.join(" × ");
+  switch (report.stage) {
+    case "done": return `${size} in ${report.whole.toFixed(2)} s, ${report.cost.toFixed(1)} evaluations a pixel`;
+    case "failed": return "the script has an error; the last good picture stays";
+    case "drawing": return report.playing ? `${size}, playing` : `${size}, ${Math.floor(100 * report.progress)} %`;
+    default: return "reading the script";
+  }
+}
+
+/** A diagnostic with its line, the meant part of it marked. */
+function message({ error, message, label, hints, file, line, column, width, text }) {
+  const box = make("div", `message said ${error ? "error" : ""}`);
+  box.append(make("p", "", message));
+  if (file) box.append(make("p", "where", line ? `${file}, line ${line}${column ? `, column ${column}` : ""}` : file));
+  if (text !== null) {
+    const code = make("pre");
+    const characters = [...text];
+    const [start, end] = column ? [column - 1, column - 1 + width] : [0, characters.length];
+    code.append(characters.slice(0, start).join(""), make("mark", "", characters.slice(start, end).join("")),
+                characters.slice(end).join(""));
+    box.append(code);
+  }
+  if (label) box.append(make("p", "hint", label));
+  box.append(...hints.map((hint) => make("p", "hint", hint)));
+  return box;
+}

@@ -1,0 +1,117 @@
+//! The server of the page: its files, pictures to save, and a WebSocket for each who looks on.
+
+use super::client;
+use super::guard::{self, Guard};
+use crate::render::{self, Metadata, Precision};
+use crate::session::live::{Finished, Live};
+use axum::Router;
+use axum::extract::{ConnectInfo, FromRef, Path, State, WebSocketUpgrade};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use tokio::net::TcpListener;
+use tokio::sync::watch;
+
+/// Files of the page: name, type, and text.
+const FILES: [(&str, &str, &str); 6] = [
+    ("", "text/html; charset=utf-8", include_str!("page/index.html")),
+    ("style.css", "text/css; charset=utf-8", include_str!("page/style.css")),
+    ("main.js", "text/javascript; charset=utf-8", include_str!("page/main.js")),
+    ("link.js", "text/javascript; charset=utf-8", include_str!("page/link.js")),
+    ("steer.js", "text/javascript; charset=utf-8", include_str!("page/steer.js")),
+    ("panel.js", "text/javascript; charset=utf-8", include_str!("page/panel.js")),
+];
+
+/// Longest message that a page has to send.
+const LONGEST: usize = 16 << 10;
+
+/// What the handlers share.
+#[derive(Clone)]
+pub struct Hall {
+    /// The picture.
+    pub live: Arc<Live>,
+    /// Changes when something is new.
+    pub news: watch::Receiver<u64>,
+    /// Who may come in.
+    pub guard: Guard,
+}
+
+impl FromRef<Hall> for Guard {
+    fn from_ref(hall: &Hall) -> Guard {
+        hall.guard.clone()
+    }
+}
+
+/// Serves until `end` changes. The token is part of every address.
+pub async fn serve(
+    listener: TcpListener,
+    token: &str,
+    hall: Hall,
+    mut end: watch::Receiver<bool>,
+) -> std::io::Result<()> {
+    let inside = Router::new()
+        .route("/", get(|hall, who| file(hall, who, Path(String::new()))))
+        .route("/live", get(connect))
+        .route("/picture/{name}", get(picture))
+        .route("/{name}", get(file));
+    let router = Router::new()
+        .nest(&format!("/{token}"), inside)
+        .fallback(guard::lost)
+        .with_state(hall.clone())
+        .layer(axum::middleware::from_fn_with_state(hall.guard, guard::check));
+    let service = router.into_make_service_with_connect_info::<SocketAddr>();
+    let ended = async move { end.wait_for(|end| *end).await.map(drop).unwrap_or_default() };
+    axum::serve(listener, service).with_graceful_shutdown(ended).await
+}
+
+/// A file of the page.
+async fn file(State(hall): State<Hall>, who: ConnectInfo<SocketAddr>, Path(name): Path<String>) -> Response {
+    match FILES.iter().find(|(known, ..)| *known == name) {
+        Some((_, kind, text)) => ([(header::CONTENT_TYPE, *kind)], *text).into_response(),
+        None => guard::lost(State(hall.guard), who).await,
+    }
+}
+
+/// Somebody looks on.
+async fn connect(
+    State(hall): State<Hall>,
+    ConnectInfo(who): ConnectInfo<SocketAddr>,
+    socket: WebSocketUpgrade,
+) -> Response {
+    socket
+        .max_message_size(LONGEST)
+        .max_frame_size(LONGEST)
+        .on_upgrade(move |socket| client::talk(socket, hall, who))
+}
+
+/// The full picture, to save.
+async fn picture(State(hall): State<Hall>, Path(name): Path<String>) -> Response {
+    let kind = match name.rsplit_once('.') {
+        Some((_, "png")) => "image/png",
+        Some((_, "exr")) => "image/x-exr",
+        _ => return (StatusCode::NOT_FOUND, "pictures end in .png or .exr\n").into_response(),
+    };
+    let Some(finished) = hall.live.finished() else {
+        return (StatusCode::CONFLICT, "the picture is not finished yet\n").into_response();
+    };
+    let encoded = tokio::task::spawn_blocking(move || encode(&finished, &name)).await;
+    match encoded.map_err(|e| e.to_string()).flatten() {
+        Ok(bytes) => ([(header::CONTENT_TYPE, kind)], bytes).into_response(),
+        Err(message) => (StatusCode::INTERNAL_SERVER_ERROR, message).into_response(),
+    }
+}
+
+/// The bytes of a picture's file.
+fn encode(finished: &Finished, name: &str) -> Result<Vec<u8>, String> {
+    let failed = |e: std::io::Error| format!("the picture cannot be saved ({e})");
+    let folder = tempfile::tempdir().map_err(failed)?;
+    let path = folder.path().join(if name.ends_with(".exr") { "picture.exr" } else { "picture.png" });
+    let metadata = Metadata {
+        params: finished.scene.params.iter().map(|p| (p.name.clone(), p.value)).collect(),
+        ..Metadata::default()
+    };
+    render::save_as(&path, &finished.picture, &metadata, Precision::Float).map_err(|e| e.to_string())?;
+    std::fs::read(&path).map_err(failed)
+}
