@@ -42,7 +42,7 @@ const EXAMPLES: &str = "\
 Examples:
   orogen render                      the built-in planet, to planet.png
   orogen new rock                    a script to start from, rock.rhai
-  orogen watch rock.rhai             keeps rock.png right while you edit
+  orogen watch rock.rhai             a page that follows your edits
   orogen render rock.rhai --size 1920x1080 --samples 16
   orogen render rock.rhai --frames 1-250
   orogen video rock.####.png -o rock.mp4

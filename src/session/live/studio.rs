@@ -4,13 +4,15 @@ use super::wish::{Message, Report, Slider, Stage, Wish};
 use super::{Event, Finished, Running, Shared, State};
 use crate::cast::Kind;
 use crate::diag::Diagnostic;
+use crate::field::Watch;
 use crate::render::{Job, Layer, Look, Picture, Pixel, Progress, Rect, View};
-use crate::scene::Scene;
+use crate::scene::{Keep, Measure, Scene};
 use crate::script::rewrite;
+use crate::session::topology::{self, Analysis, Purpose, Show};
 use crate::session::{COARSENESS, Loaded, Order, Session, preview};
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How often people are told how far the picture is, at most.
@@ -30,6 +32,8 @@ pub(super) struct Studio {
     /// When the last picture of those that show how time passes was begun.
     frame: Option<Instant>,
     revision: u64,
+    /// The components of the solid that was looked at last.
+    analysis: Option<(Arc<Loaded>, Arc<Analysis>)>,
 }
 
 /// One picture to draw.
@@ -42,7 +46,7 @@ struct Task {
 
 impl Studio {
     pub fn new(shared: Arc<Shared>, session: Session, order: Order) -> Studio {
-        Studio { shared, session, order, loaded: None, answered: 0, frame: None, revision: 0 }
+        Studio { shared, session, order, loaded: None, answered: 0, frame: None, revision: 0, analysis: None }
     }
 
     /// Draws what is wished for, until the end.
@@ -58,7 +62,7 @@ impl Studio {
         let shared = self.shared.clone();
         let mut state = shared.state();
         while !(state.closing || state.saved || state.wishes > self.answered || state.wish.playing) {
-            state = shared.bell.wait(state).unwrap_or_else(std::sync::PoisonError::into_inner);
+            state = shared.bell.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
         if state.closing {
             return None;
@@ -86,14 +90,16 @@ impl Studio {
     fn answer(&mut self, task: &Task) {
         let Some(loaded) = self.read(task) else { return };
         let Some(scene) = &loaded.scene else {
-            return self.report(|report| report.stage = Stage::Failed);
+            return self.shared.report(|report| report.stage = Stage::Failed);
         };
         let mut scene = Scene::clone(scene);
         scene.camera = task.wish.camera.unwrap_or(scene.camera);
         let scene = Arc::new(scene);
-        if let Err(error) = self.draw(&scene, &loaded, task) {
+        if let Err(error) = self.draw(&scene, &loaded, task)
+            && !task.cancel.load(Ordering::SeqCst)
+        {
             let message = Message::new(&error, &loaded.sources);
-            self.report(|report| {
+            self.shared.report(|report| {
                 report.messages.push(message);
                 report.stage = Stage::Failed;
             });
@@ -173,6 +179,8 @@ impl Studio {
             steered: wish.camera.is_some(),
             caster,
             layer: wish.layer,
+            components: wish.components,
+            parts: None,
             time: wish.time,
             playing: wish.playing,
             region: wish.region.map(|r| [r.x, r.y, r.width, r.height]),
@@ -185,14 +193,8 @@ impl Studio {
         (self.shared.tell)(Event::Changed);
     }
 
-    /// Changes what people are told.
-    fn report(&self, change: impl FnOnce(&mut Report)) {
-        change(Arc::make_mut(&mut self.shared.state().report));
-        (self.shared.tell)(Event::Changed);
-    }
-
     /// Draws coarsely, and better, and as the script asks for it.
-    fn draw(&self, scene: &Arc<Scene>, loaded: &Arc<Loaded>, task: &Task) -> Result<(), Box<Diagnostic>> {
+    fn draw(&mut self, scene: &Arc<Scene>, loaded: &Arc<Loaded>, task: &Task) -> Result<(), Box<Diagnostic>> {
         let size = task.wish.size.or(self.order.size.map(|(w, h)| [w, h]));
         let size = size.unwrap_or([scene.film.width, scene.film.height]);
         let order = Order { size: Some((size[0], size[1])), caster: task.wish.caster, ..self.order };
@@ -201,7 +203,7 @@ impl Studio {
             canvas.resize(size);
             canvas.view = View::new(&scene.camera, size[0], size[1]).ok();
         }
-        self.report(|report| report.size = size);
+        self.shared.report(|report| report.size = size);
         let look = Look::of(scene);
         let layer = task.wish.layer;
         let job = Job::unwatched(&task.cancel);
@@ -210,7 +212,7 @@ impl Studio {
             if !picture.finished {
                 return Ok(());
             }
-            self.rough(&picture, coarseness, layer, &look);
+            self.shared.rough(&picture, coarseness, layer, &look);
             if !self.is_seen(task) {
                 return Ok(());
             }
@@ -218,31 +220,48 @@ impl Studio {
         if task.wish.playing || task.cancel.load(Ordering::SeqCst) {
             return Ok(());
         }
-        let told = std::sync::Mutex::new(Instant::now());
-        let progress = |p: Progress| self.progress(p, &told);
+        let told = Mutex::new(Instant::now());
+        let shared = self.shared.clone();
+        let progress = |p: Progress| shared.progress(p.done as f64 / p.total.max(1) as f64, &told);
         let tile = |rect: &Rect, pixels: &[Pixel]| {
             let at = |x: u32, y: u32| pixels[((y - rect.y) * rect.width + x - rect.x) as usize];
-            self.shared.canvas().paint(rect, layer, &look, at);
-            (self.shared.tell)(Event::Changed);
+            shared.canvas().paint(rect, layer, &look, at);
+            (shared.tell)(Event::Changed);
         };
         let job = Job { progress: &progress, tile: &tile, ..job };
-        let picture = self.session.render(scene, &order, &job, &task.cancel)?;
+        let picture = if task.wish.components {
+            let analysis = self.analysis(scene, loaded, &task.cancel)?;
+            let parts = Some((analysis.parts.len(), analysis.is_certified()));
+            self.shared.report(|report| report.parts = parts);
+            let keep = scene.surface.keep.unwrap_or(Keep::Most(Measure::Minima));
+            topology::picture(scene, &order, &analysis, (Show::Components, &keep), &job)?
+        } else {
+            self.session.render(scene, &order, &job, &task.cancel)?
+        };
         if picture.finished {
             self.finish(picture, scene, loaded, task);
         }
         Ok(())
     }
 
-    /// Shows a picture whose pixels are alike in squares.
-    fn rough(&self, picture: &Picture, side: u32, layer: Layer, look: &Look) {
-        let mut canvas = self.shared.canvas();
-        for y in (0..picture.height).step_by(side as usize) {
-            for x in (0..picture.width).step_by(side as usize) {
-                canvas.fill(&Rect { x, y, width: side, height: side }, layer, look, picture.pixel(x, y));
+    /// The components of a solid, found once for each time that the script is read.
+    fn analysis(
+        &mut self,
+        scene: &Scene,
+        loaded: &Arc<Loaded>,
+        cancel: &AtomicBool,
+    ) -> Result<Arc<Analysis>, Box<Diagnostic>> {
+        match &self.analysis {
+            Some((of, analysis)) if Arc::ptr_eq(of, loaded) => Ok(analysis.clone()),
+            _ => {
+                let told = Mutex::new(Instant::now());
+                let progress = |share: f64| self.shared.progress(share, &told);
+                let watch = Watch { cancel, progress: &progress };
+                let analysis = Arc::new(topology::analyse(scene, Purpose::default(), &watch)?);
+                self.analysis = Some((loaded.clone(), analysis.clone()));
+                Ok(analysis)
             }
         }
-        drop(canvas);
-        (self.shared.tell)(Event::Changed);
     }
 
     /// Notes that something is seen. Whether there is nothing newer to draw.
@@ -252,17 +271,9 @@ impl Studio {
         let newest = state.wishes == self.answered && !state.saved;
         drop(state);
         if first {
-            self.report(|report| report.first = task.start.elapsed().as_secs_f64());
+            self.shared.report(|report| report.first = task.start.elapsed().as_secs_f64());
         }
         newest && !task.wish.playing
-    }
-
-    fn progress(&self, progress: Progress, told: &std::sync::Mutex<Instant>) {
-        let mut told = told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if told.elapsed() >= TELL_EVERY {
-            *told = Instant::now();
-            self.report(|report| report.progress = progress.done as f64 / progress.total.max(1) as f64);
-        }
     }
 
     /// A full picture is there.
@@ -273,11 +284,40 @@ impl Studio {
         let warnings: Vec<_> = picture.warnings.iter().map(|d| Message::new(d, &loaded.sources)).collect();
         let finished = Finished { picture: Arc::new(picture), scene: scene.clone(), loaded: loaded.clone() };
         self.shared.state().finished = Some(finished);
-        self.report(|report| {
+        self.shared.report(|report| {
             report.messages.extend(warnings);
             (report.stage, report.progress, report.cost) = (Stage::Done, 1.0, cost);
             report.whole = task.start.elapsed().as_secs_f64();
         });
         (self.shared.tell)(Event::Finished);
+    }
+}
+
+impl Shared {
+    /// Changes what people are told.
+    fn report(&self, change: impl FnOnce(&mut Report)) {
+        change(Arc::make_mut(&mut self.state().report));
+        (self.tell)(Event::Changed);
+    }
+
+    /// Tells them how far the picture is, unless they were `told` just now.
+    fn progress(&self, share: f64, told: &Mutex<Instant>) {
+        let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+        if told.elapsed() >= TELL_EVERY {
+            *told = Instant::now();
+            self.report(|report| report.progress = share);
+        }
+    }
+
+    /// Shows a picture whose pixels are alike in squares.
+    fn rough(&self, picture: &Picture, side: u32, layer: Layer, look: &Look) {
+        let mut canvas = self.canvas();
+        for y in (0..picture.height).step_by(side as usize) {
+            for x in (0..picture.width).step_by(side as usize) {
+                canvas.fill(&Rect { x, y, width: side, height: side }, layer, look, picture.pixel(x, y));
+            }
+        }
+        drop(canvas);
+        (self.tell)(Event::Changed);
     }
 }

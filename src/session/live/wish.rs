@@ -17,6 +17,7 @@ pub(super) struct Wish {
     pub camera: Option<Camera>,
     pub caster: Kind,
     pub layer: Layer,
+    pub components: bool,
     pub size: Option<[u32; 2]>,
     pub region: Option<Rect>,
 }
@@ -37,6 +38,8 @@ pub enum Command {
     Caster(String),
     /// Another layer.
     Layer(Layer),
+    /// Each component of the solid in a colour of its own, or all as they are.
+    Components(bool),
     /// Another time, in seconds.
     Time(f64),
     /// Time passes, or stands still.
@@ -87,6 +90,7 @@ impl Wish {
                 self.caster = found.ok_or_else(|| Refused::Unknown("caster", name.clone()))?.0;
             }
             Command::Layer(layer) => self.layer = *layer,
+            Command::Components(components) => self.components = *components,
             Command::Time(time) if time.is_finite() => self.time = *time,
             Command::Time(_) => return Err(Refused::Number("the time")),
             Command::Play(playing) => self.playing = *playing,
@@ -138,6 +142,10 @@ pub struct Report {
     pub caster: &'static str,
     /// The layer.
     pub layer: Layer,
+    /// Whether components have colours of their own.
+    pub components: bool,
+    /// How many components there are, and whether that is proven, where it was asked.
+    pub parts: Option<(usize, bool)>,
     /// Animation time.
     pub time: f64,
     /// Whether it passes.

@@ -95,6 +95,7 @@ const SHORTCUTS = {
   f: region,
   b: compare,
   p: fold,
+  6: () => by("components").click(),
   "?": () => by("keys").showModal(),
   " ": () => by("play").click(),
 };
@@ -103,7 +104,7 @@ addEventListener("keydown", (e) => {
   if (e.ctrlKey || e.metaKey || e.altKey || e.target.matches("input, select, textarea")) return;
   if (e.key === " " && e.target.matches("button, a")) return;
   const layer = LAYERS[Number(e.key) - 1];
-  if (layer) link.do({ layer });
+  if (layer) panel.layer(layer);
   else if (SHORTCUTS[e.key.toLowerCase()]) SHORTCUTS[e.key.toLowerCase()]();
   else return;
   e.preventDefault();

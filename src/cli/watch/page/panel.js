@@ -24,9 +24,15 @@ export class Panel {
       const button = make("button", "", layer);
       button.setAttribute("role", "radio");
       button.dataset.layer = layer;
-      button.onclick = () => link.do({ layer });
+      button.onclick = () => this.layer(layer);
       by("layers").append(button);
     }
+    const components = make("button", "", "components");
+    components.id = "components";
+    components.title = "Each component of the solid in a colour of its own (6)";
+    components.setAttribute("role", "radio");
+    components.onclick = () => link.do({ components: true });
+    by("layers").append(components);
     for (const caster of CASTERS) by("caster").append(new Option(caster, caster));
     by("caster").onchange = (e) => link.do({ caster: e.target.value });
     by("size").onchange = () => this.resize();
@@ -38,6 +44,12 @@ export class Panel {
       by(id).oninput = (e) => Number.isFinite(e.target.valueAsNumber) && link.do({ time: e.target.valueAsNumber });
     }
     addEventListener("resize", () => by("size").value === "fit" && this.resize());
+  }
+
+  /** Shows a layer, and components as they are. */
+  layer(layer) {
+    if (this.report?.components) this.link.do({ components: false });
+    this.link.do({ layer });
   }
 
   resize() {
@@ -57,7 +69,8 @@ export class Panel {
     by("camera").textContent = report.camera;
     by("caster").value = report.caster;
     for (const button of by("layers").children) {
-      button.setAttribute("aria-checked", String(button.dataset.layer === report.layer));
+      button.setAttribute("aria-checked", String(button.id === "components" ? report.components
+        : !report.components && button.dataset.layer === report.layer));
     }
     by("play").setAttribute("aria-pressed", String(report.playing));
     by("play").textContent = report.playing ? "Pause" : "Play";
@@ -135,11 +148,18 @@ export class Panel {
 function status(report) {
   const size = report.size.join(" × ");
   switch (report.stage) {
-    case "done": return `${size} in ${report.whole.toFixed(2)} s, ${report.cost.toFixed(1)} evaluations a pixel`;
+    case "done": return `${size} in ${report.whole.toFixed(2)} s, ${report.cost.toFixed(1)} evaluations a pixel${parts(report)}`;
     case "failed": return "the script has an error; the last good picture stays";
     case "drawing": return report.playing ? `${size}, playing` : `${size}, ${Math.floor(100 * report.progress)} %`;
     default: return "reading the script";
   }
+}
+
+/** How many components there are. */
+function parts({ parts }) {
+  if (!parts) return "";
+  const [count, proven] = parts;
+  return `; ${count} component${count === 1 ? "" : "s"}${proven ? "" : ", not proven"}`;
 }
 
 /** A diagnostic with its line, the meant part of it marked. */

@@ -11,7 +11,7 @@ export const KEYS = [
   ["C", "copy the camera as script text"],
   ["F", "region first: drag a rectangle; again for none"],
   ["B", "before and after the last save"],
-  ["1 … 5", "light, normals, cost, depth, albedo"],
+  ["1 … 6", "light, normals, cost, depth, albedo, components"],
   ["space", "play and pause"],
   ["P", "fold the controls"],
   ["?", "this list"],
