@@ -28,8 +28,8 @@ const GROUND: &str = "max(y - 0.2 * gradient(3).scaled(3.0), box([4.0, 1.6, 4.0]
 const CAMERAS: [&str; 4] = [
     "orbit(#{ distance: 5.0, azimuth: 20.0, elevation: 15.0, fov: 40.0 })",
     "orbit(#{ distance: 2.2, azimuth: 110.0, elevation: -10.0, fov: 75.0 })",
-    "look_at(vec3(1.4, 0.45, 1.3), vec3(-1.0, 0.0, -1.0))",
-    "orbit(#{ distance: 5.0, azimuth: 20.0, elevation: 35.0 }).orthographic(3.0)",
+    "look_at(#{ eye: [1.4, 0.45, 1.3], target: [-1, 0, -1] })",
+    "orbit(#{ distance: 5.0, azimuth: 20.0, elevation: 35.0, projection: \"orthographic\", height: 3.0 })",
 ];
 
 fn scene(surface: &str, camera: &str, film: &str) -> Scene {
@@ -124,7 +124,7 @@ fn a_refined_picture_is_the_picture_bit_for_bit() {
         scene(GROUND, CAMERAS[2], "samples: 5, filter: 4"),
         scene(RINGS, &format!("{}, {beside}", CAMERAS[1]), "samples: 2, bounces: 2"),
         scene(ROCK, &CAMERAS[0].replace("orbit(#{", "orbit(#{ aperture: 0.1, "), "samples: 2"),
-        scene(ROCK, "orbit(#{ distance: 3.0 }).panorama()", "samples: 1"),
+        scene(ROCK, "panorama(#{ eye: [0, 0.5, 3] })", "samples: 1"),
     ];
     for (i, scene) in scenes.iter().enumerate() {
         let whole = batch(scene, &Order::default());

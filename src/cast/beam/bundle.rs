@@ -36,6 +36,9 @@ pub struct Bundle {
     last: Option<Sketch>,
     rays: usize,
     tolerance: Tolerance,
+    /// Whether a piece that is short because little of the way is left is looked at however wide the bundle is: for
+    /// its own sake, where rays would go on by themselves.
+    is_whole: bool,
 }
 
 /// What a bundle has come to.
@@ -56,8 +59,8 @@ impl Bundle {
         march: March,
         (rays, tolerance): (usize, Tolerance),
     ) -> Bundle {
-        let piece = Piece::default();
-        Bundle { frame, section, march, state: State::Marching, piece, last: None, rays, tolerance }
+        let (state, piece) = (State::Marching, Piece::default());
+        Bundle { frame, section, march, state, piece, last: None, rays, tolerance, is_whole: false }
     }
 
     /// All lines through a rectangle of places in a frame, as far as they are in a region; `None` if none is.
@@ -71,7 +74,7 @@ impl Bundle {
         let section = Section::through(frame, rectangle, region)?;
         let [near, far] = section.depth;
         let march = March::new(near, far, FIRST * (far - near), None);
-        Some(Bundle::of(*frame, section, march, (rays, tolerance)))
+        Some(Bundle { is_whole: true, ..Bundle::of(*frame, section, march, (rays, tolerance)) })
     }
 
     /// Those of its lines that go through a smaller rectangle: they go on where the bundle ended.
@@ -88,7 +91,7 @@ impl Bundle {
         let ahead = self.root(section.centre).map_or(0.0, |r| TOWARDS * (r - from));
         let march = March::new(from, to, self.march.stretch.max(ahead), None);
         let part = Bundle::of(self.frame, section, march, (rays, self.tolerance));
-        Some(Bundle { last: self.last, ..part })
+        Some(Bundle { last: self.last, is_whole: self.is_whole, ..part })
     }
 
     /// Whether it is proven that none of its lines meets anything.
@@ -117,7 +120,8 @@ impl Bundle {
             return;
         };
         self.piece = piece;
-        let is_narrow = piece.half < NARROW * self.section.radius(&self.frame, piece.mid);
+        let is_last = self.is_whole && piece.mid + piece.half >= self.march.far;
+        let is_narrow = !is_last && piece.half < NARROW * self.section.radius(&self.frame, piece.mid);
         let free = self.march.free;
         let (at, _) = around(Piece { mid: free, half: 0.0 });
         if is_narrow || is_too_much(work, self.rays, cells, self.tolerance, (at, free)) {
