@@ -18,6 +18,9 @@
 //! [`Kind::Beam`] (`beam/`) has rays of one origin share what is certain of all of them; their hits
 //! depend on the group, within the tolerance.
 //!
+//! What rays share can be asked for by itself ([`Reach`], `reach/`): how far all lines through a tile of a picture are
+//! free.
+//!
 //! [`Sifted`] wraps any of them and passes by the parts of a solid that a [`Judge`] rejects.
 
 mod along;
@@ -27,10 +30,13 @@ mod group;
 mod handover;
 mod passage;
 mod pieces;
+mod reach;
 mod segment;
 mod sifted;
 mod sphere;
 
+pub use beam::{Bundle, Frame};
+pub use reach::{Reach, reach};
 pub use sifted::{Judge, Ruling, Sifted};
 
 use crate::field::{Field, lipschitz_outside};

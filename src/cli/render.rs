@@ -6,9 +6,10 @@ use super::interrupt::Interrupt;
 use super::options::{FileOptions, PictureOptions, ScriptOptions, statistics_path};
 use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err};
+use super::snapshots::Sides;
 use super::stats;
 use super::work::{self, Work};
-use crate::render::{self, Format, Job};
+use crate::render::{self, Format, Job, Rough, Snapshots};
 use crate::session::Session;
 use crate::world::{Disk, Memory};
 use std::path::{Path, PathBuf};
@@ -40,7 +41,8 @@ const PLANET: &str = include_str!("../../scripts/planet.rhai");
   orogen render rock.rhai --frames 1-250   an animation, to rock.0001.png and so on
   orogen render rock.rhai --frames 0-90:10 --fps 30 -o frames/rock.###.exr
   orogen render rock.rhai --stats          and what it cost
-  orogen render rock.rhai --heatmap evals  where it cost how much, to rock.evals.png")]
+  orogen render rock.rhai --heatmap evals  where it cost how much, to rock.evals.png
+  orogen render rock.rhai --snapshots 32,8 what it looks like on its way, to rock.1.png and rock.2.png")]
 pub struct Args {
     /// Script to render [default: the built-in planet]
     #[arg(value_name = "SCRIPT")]
@@ -82,6 +84,13 @@ pub struct Args {
     /// most.
     #[arg(long, value_name = "COST")]
     heatmap: Option<Cost>,
+
+    /// Refines the picture, and saves what it looks like when rough tiles of these sides are there: 128, 64 and so on to 1
+    ///
+    /// Files are named NAME.1.png, NAME.2.png and so on, and NAME.png is the same picture as without. Rough tiles show all
+    /// of the solid and more. There are none through a lens, all around, of what moves, and with a sea or a moon.
+    #[arg(long, value_name = "SIDE,...", conflicts_with_all = ["frames", "heatmap"])]
+    snapshots: Option<Sides>,
 }
 
 /// What a pixel may cost.
@@ -155,8 +164,16 @@ fn render(mut work: Work, args: &Args, terminal: &Terminal) -> Outcome {
         progress.set(done);
     };
     let flag = interrupt.flag();
+    let snapshots = Snapshots::default();
+    let keep = |tile: &Rough| snapshots.keep(tile);
     let job = Job { progress: &step, ..Job::unwatched(&flag) };
-    let picture = work.session.render(&scene, &work.order, &job, &flag);
+    let picture = match &args.snapshots {
+        Some(sides) => {
+            let (job, steering) = (Job { rough: &keep, ..job }, sides.steering());
+            work.session.refine(&scene, &work.order, &job, (&steering, &flag))
+        }
+        None => work.session.render(&scene, &work.order, &job, &flag),
+    };
     progress.finish();
     let picture = picture.map_err(|error| work::failure(error, &loaded, terminal))?;
     if picture.tiles == 0 {
@@ -167,6 +184,9 @@ fn render(mut work: Work, args: &Args, terminal: &Terminal) -> Outcome {
         Some(Cost::Evals) => work.save_heatmap(&picture)?,
         None => work.save(&loaded, &scene, &picture)?,
     };
+    if let Some(sides) = &args.snapshots {
+        sides.save(&snapshots, (&work, &loaded, &scene), &picture)?;
+    }
     work.save_stats(&file, &scene, &picture)?;
     err(work::summary(&file, &picture, start.elapsed().as_secs_f64()));
     if matches!(args.stats, Some(None)) {

@@ -99,6 +99,11 @@ fn times(stats: &Stats) -> Vec<String> {
         let mean = instructions as f64 / tapes as f64;
         lines.push(format!("{} of {mean:.0} instead of {whole} instructions", plural(tapes, "pruned tape")));
     }
+    if stats.tiles > 0 {
+        let (tiles, asked) =
+            (plural(stats.tiles, "rough tile"), plural(stats.rough.evaluations, "evaluation"));
+        lines.push(format!("{tiles} of {asked}"));
+    }
     let rays = stats.primary.rays + stats.shadow.rays + stats.bounced.rays;
     let speed = if s.wall > 0.0 { rounded(rays as f64 / s.wall) } else { "0".to_owned() };
     lines.push(format!("{} on {}: {speed} rays/s", seconds(s.wall), plural(stats.threads, "thread")));

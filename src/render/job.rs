@@ -1,14 +1,11 @@
-//! The job of rendering: tiles to threads, and a way to watch and to stop it.
+//! The job of rendering: who watches it and can stop it, and what comes of it.
 
-use super::tile::tiles;
-use super::worker::{Shot, Worker};
-use super::{Picture, Pixel, Prepared, Rect, RenderError};
+use super::refine::{Rough, Steering, refine};
+use super::worker::Shot;
+use super::{Picture, Pixel, Prepared, Rect, RenderError, Stats, tile};
 use crate::cast::Caster;
 use crate::diag::Diagnostic;
-use rayon::prelude::*;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Instant;
+use std::sync::atomic::AtomicBool;
 
 /// How far a job has come, in tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,12 +25,15 @@ pub struct Job<'a> {
     pub progress: &'a (dyn Fn(Progress) + Sync),
     /// Given every finished tile, with its pixels row by row; it may reach beyond the window that is rendered.
     pub tile: &'a (dyn Fn(&Rect, &[Pixel]) + Sync),
+    /// Given every rough tile of a picture that [refines](super::refine()). Smaller ones follow larger ones, finished ones
+    /// follow both, and none is told of after one that is better.
+    pub rough: &'a (dyn Fn(&Rough) + Sync),
 }
 
 impl<'a> Job<'a> {
     /// A job that nobody watches.
     pub fn unwatched(cancel: &'a AtomicBool) -> Self {
-        Job { cancel, progress: &|_| (), tile: &|_, _| () }
+        Job { cancel, progress: &|_| (), tile: &|_, _| (), rough: &|_| () }
     }
 }
 
@@ -57,28 +57,57 @@ pub fn render(scene: &Prepared, caster: &dyn Caster, job: &Job<'_>) -> Result<Pi
 /// # Errors
 /// As for [`render`]; [`RenderError::Samples`] if there is no moment.
 pub fn render_moments(shots: &[Shot<'_>], job: &Job<'_>) -> Result<Picture, RenderError> {
-    let scene = shots.first().ok_or(RenderError::Samples(0))?.scene;
-    let start = Instant::now();
-    let mut picture = Picture::new(&scene.settings, scene.sky.background.as_vec3().to_array())?;
-    let mut tiles = tiles(picture.width, picture.height);
-    tiles.retain(|tile| tile.intersection(&picture.window).is_some());
-    let threads = rayon::current_num_threads().min(tiles.len());
-    let mut workers: Vec<Worker<'_>> = (0..threads).map(|_| Worker::new(shots)).collect();
-    let next = AtomicUsize::new(0);
-    let film = Mutex::new(&mut picture);
-    workers.par_iter_mut().with_max_len(1).for_each(|worker| {
-        while let Some(rect) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let Some(pixels) = worker.tile(rect, job) else { break };
-            let mut film = film.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            film.put(rect, pixels);
-            film.tiles += 1;
-            (job.tile)(rect, pixels);
-            (job.progress)(Progress { done: film.tiles as usize, total: tiles.len() });
-        }
-    });
-    picture.finished = picture.tiles as usize == tiles.len();
-    for worker in &workers {
-        picture.stats += worker.stats;
+    let still: Vec<Shot<'_>> = shots.iter().map(|shot| Shot { reach: None, ..*shot }).collect();
+    refine(&still, job, &Steering::default())
+}
+
+/// A picture in the making.
+pub(super) struct Film<'a> {
+    picture: &'a mut Picture,
+    /// Finished tiles in all.
+    total: usize,
+    /// Which tiles are finished, row by row.
+    finished: Vec<bool>,
+}
+
+impl<'a> Film<'a> {
+    /// A film for a picture of so many tiles.
+    pub fn new(picture: &'a mut Picture, total: usize) -> Film<'a> {
+        let count =
+            picture.width.div_ceil(tile::SIDE) as usize * picture.height.div_ceil(tile::SIDE) as usize;
+        Film { picture, total, finished: vec![false; count] }
+    }
+
+    /// Numbers of the tiles that meet a rectangle.
+    fn numbers(&self, rect: &Rect) -> impl Iterator<Item = usize> + use<> {
+        let columns = self.picture.width.div_ceil(tile::SIDE);
+        let range = |from: u32, to: u32| from / tile::SIDE..to.div_ceil(tile::SIDE);
+        let (across, down) = (range(rect.x, rect.right()), range(rect.y, rect.bottom()));
+        down.flat_map(move |y| across.clone().map(move |x| (y * columns + x) as usize))
+    }
+
+    /// Puts a finished tile in its place, and tells of it.
+    pub fn put(&mut self, rect: &Rect, pixels: &[Pixel], job: &Job<'_>) {
+        self.picture.put(rect, pixels);
+        self.picture.tiles += 1;
+        self.picture.finished = self.picture.tiles as usize == self.total;
+        self.numbers(rect).for_each(|i| self.finished[i] = true);
+        (job.tile)(rect, pixels);
+        (job.progress)(Progress { done: self.picture.tiles as usize, total: self.total });
+    }
+
+    /// Tells of rough tiles, but not of those that come too late.
+    pub fn paint(&self, tiles: &[Rough], job: &Job<'_>) {
+        let is_late = |tile: &&Rough| self.numbers(&tile.rect).any(|i| self.finished[i]);
+        tiles.iter().filter(|tile| !is_late(tile)).for_each(job.rough);
+    }
+}
+
+/// Adds to a picture what it cost, and what is odd about it.
+pub(super) fn finish(picture: &mut Picture, shots: &[Shot<'_>], threads: Vec<Stats>) {
+    picture.stats.threads = threads.len() as u64;
+    for stats in threads {
+        picture.stats += stats;
     }
     for shot in shots {
         let one = shot.scene.cells.prunings();
@@ -86,11 +115,8 @@ pub fn render_moments(shots: &[Shot<'_>], job: &Job<'_>) -> Result<Picture, Rend
         (all.tapes, all.instructions, all.whole) =
             (all.tapes + one.tapes, all.instructions + one.instructions, one.whole);
     }
-    picture.stats.threads = threads as u64;
-    picture.stats.seconds.wall = start.elapsed().as_secs_f64();
     picture.empty = picture.pixels.iter().all(|p| p.depth.is_infinite());
-    picture.warnings = warnings(scene, &picture);
-    Ok(picture)
+    picture.warnings = shots.first().map_or(Vec::new(), |shot| warnings(shot.scene, picture));
 }
 
 fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {

@@ -14,6 +14,8 @@
 //! rays through the pixels -> first hits -> normals, colours -> rays to the sun -> light, air -> pixels
 //! ```
 //!
+//! [`refine()`] does the same for somebody who watches: rough tiles come first, and the picture is the same in the end.
+//!
 //! Where a picture depends on something like chance, that is a hash of the pixel and the sample.
 //! Together with tiles that never see one another this makes pictures equal bit for bit, whatever
 //! the number of threads.
@@ -42,6 +44,7 @@ mod prepare;
 mod probe;
 mod rays;
 mod recent;
+mod refine;
 mod reflect;
 mod sample;
 mod save;
@@ -75,6 +78,7 @@ pub use painter::Painter;
 pub use picture::{Picture, Pixel};
 pub use prepare::{Prepared, prepare};
 pub use probe::Probe;
+pub use refine::{Rough, Snapshots, Steering, refine};
 pub use reflect::Reflecting;
 pub use save::{Format, Metadata, Precision, SOFTWARE, SaveError, can_save, save, save_as};
 pub use saved::{OpenError, Saved};

@@ -41,6 +41,8 @@ pub struct Octaves {
 pub struct Stats {
     /// Rays through the pixels; a ray that misses the bounds counts as not cast.
     pub primary: CastStats,
+    /// Lines of sight through rough tiles, which are no rays: what it took to take them forwards.
+    pub rough: CastStats,
     /// Rays to lights.
     pub shadow: CastStats,
     /// Rays from the solid onwards.
@@ -51,6 +53,8 @@ pub struct Stats {
     pub prunings: Prunings,
     /// Where the time went.
     pub seconds: Seconds,
+    /// Rough tiles painted.
+    pub tiles: u64,
     /// Pixels finished.
     pub pixels: u64,
     /// Samples finished.
@@ -91,10 +95,12 @@ impl AddAssign for Octaves {
 impl AddAssign for Stats {
     fn add_assign(&mut self, o: Stats) {
         self.primary += o.primary;
+        self.rough += o.rough;
         self.shadow += o.shadow;
         self.bounced += o.bounced;
         self.octaves += o.octaves;
         self.seconds += o.seconds;
+        self.tiles += o.tiles;
         self.pixels += o.pixels;
         self.samples += o.samples;
         self.undefined += o.undefined;

@@ -88,6 +88,11 @@ impl Surface {
         }
     }
 
+    /// The same with the scene's own colours, whoever changes them.
+    pub(super) fn unpainted(self) -> Surface {
+        Surface { painter: None, ..self }
+    }
+
     /// Describes the solid at points, each seen along a direction; `out` gets a patch for each.
     pub(super) fn patches(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>, cancel: &AtomicBool) {
         self.describe(seen, out);

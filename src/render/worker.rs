@@ -11,7 +11,7 @@ use super::surface::Surface;
 use super::tile::places;
 use super::water::Water;
 use super::{Filter, Job, Pixel, Prepared, Rect, Stats, light, stars};
-use crate::cast::Caster;
+use crate::cast::{Caster, Reach};
 use glam::DVec3;
 
 /// Rays that a stage handles at once, about: enough for full batches, few enough that their state
@@ -25,6 +25,8 @@ pub struct Shot<'a> {
     pub scene: &'a Prepared,
     /// The caster.
     pub caster: &'a dyn Caster,
+    /// How whole tiles are seen, for pictures that [refine](super::refine()); without it they appear tile by tile.
+    pub reach: Option<&'a dyn Reach>,
     /// Its moon, in a space of its own.
     pub moon: Option<&'a Shot<'a>>,
     /// The surface of its water.
@@ -34,7 +36,7 @@ pub struct Shot<'a> {
 impl<'a> Shot<'a> {
     /// A scene with nothing beside its solid.
     pub fn of(scene: &'a Prepared, caster: &'a dyn Caster) -> Shot<'a> {
-        Shot { scene, caster, moon: None, sea: None }
+        Shot { scene, caster, reach: None, moon: None, sea: None }
     }
 }
 

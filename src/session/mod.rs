@@ -28,7 +28,7 @@ pub use preview::{COARSENESS, preview};
 pub use recipe::Digests;
 pub use samples::Lattice;
 pub use solid::polygonise;
-pub use stage::{Order, bounds, on_threads, render, settings, stopped};
+pub use stage::{Order, bounds, on_threads, refine, render, settings, stopped};
 
 use crate::diag::{Diagnostic, Place, Sources};
 use crate::scene::Scene;

@@ -5,7 +5,7 @@
 
 use super::{Order, Session, stage};
 use crate::diag::{Diagnostic, Severity};
-use crate::render::{self, Job, Picture};
+use crate::render::{self, Job, Picture, Steering};
 use crate::scene::{Scene, Shutter};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -25,9 +25,33 @@ impl Session {
         job: &Job<'_>,
         cancel: &Arc<AtomicBool>,
     ) -> Result<Picture, Box<Diagnostic>> {
+        self.develop(scene, order, job, (None, cancel))
+    }
+
+    /// The same picture, with rough tiles before it; see [`refine`](super::refine()).
+    ///
+    /// # Errors
+    /// As for [`Session::render`].
+    pub fn refine(
+        &self,
+        scene: &Arc<Scene>,
+        order: &Order,
+        job: &Job<'_>,
+        (steering, cancel): (&Steering, &Arc<AtomicBool>),
+    ) -> Result<Picture, Box<Diagnostic>> {
+        self.develop(scene, order, job, (Some(steering), cancel))
+    }
+
+    fn develop(
+        &self,
+        scene: &Arc<Scene>,
+        order: &Order,
+        job: &Job<'_>,
+        (steering, cancel): (Option<&Steering>, &Arc<AtomicBool>),
+    ) -> Result<Picture, Box<Diagnostic>> {
         let moments = self.moments(scene, order.samples.unwrap_or(scene.film.samples), cancel)?;
         let moments: Vec<&Scene> = moments.iter().map(Arc::as_ref).collect();
-        stage::render_moments(&moments, order, job)
+        stage::render_moments(&moments, order, job, steering)
     }
 
     /// The scene at the moments that make a picture of so many samples: one where the shutter is open for no time.

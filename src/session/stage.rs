@@ -4,7 +4,7 @@ use super::topology;
 use crate::cast::{self, Judge, Kind, Sifted};
 use crate::diag::Diagnostic;
 use crate::field::{self, Extent, Field, Watch};
-use crate::render::{self, Job, Painter, Part, Picture, Precision, Settings, Shot, View};
+use crate::render::{self, Job, Painter, Part, Picture, Precision, Settings, Shot, Steering, View};
 use crate::scene::{Aabb, Scene};
 use std::num::NonZeroUsize;
 
@@ -53,10 +53,25 @@ pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic
 /// # Errors
 /// A diagnostic where no picture can be made, before any ray is cast.
 pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
-    render_moments(&[scene], order, job)
+    render_moments(&[scene], order, job, None)
 }
 
-/// Renders a scene that moves while the shutter is open, as [`Session::render`](super::Session::render) does.
+/// The same picture, with rough tiles before it ([`render::refine`]), those first that `steering` asks for. Scenes that
+/// cannot be seen roughly appear tile by tile.
+///
+/// # Errors
+/// As for [`render`].
+pub fn refine(
+    scene: &Scene,
+    order: &Order,
+    job: &Job<'_>,
+    steering: &Steering,
+) -> Result<Picture, Box<Diagnostic>> {
+    render_moments(&[scene], order, job, Some(steering))
+}
+
+/// Renders a scene that moves while the shutter is open, as [`Session::render`](super::Session::render) does; refines it
+/// where there is somebody who steers.
 ///
 /// # Errors
 /// As for [`render`].
@@ -64,6 +79,7 @@ pub(super) fn render_moments(
     moments: &[&Scene],
     order: &Order,
     job: &Job<'_>,
+    steering: Option<&Steering>,
 ) -> Result<Picture, Box<Diagnostic>> {
     let watch = Watch { cancel: job.cancel, progress: &|_| () };
     let mut warnings = Vec::new();
@@ -75,9 +91,13 @@ pub(super) fn render_moments(
             touch.judge = Some(correction.judge.clone_box());
             warnings = correction.warnings();
         }
-        shots.push(Taken::new(scene, order, touch)?);
+        let mut taken = Taken::new(scene, order, touch)?;
+        if steering.is_some() {
+            taken.look_ahead(order.caster);
+        }
+        shots.push(taken);
     }
-    let mut picture = picture(shots, order, job)?;
+    let mut picture = picture(shots, order, job, steering)?;
     picture.warnings.extend(warnings);
     picture.denoised = order.denoise.then(|| render::denoise(&picture));
     Ok(picture)
@@ -101,13 +121,15 @@ pub(super) fn render_touched(
 ) -> Result<(Picture, View), Box<Diagnostic>> {
     let shot = Taken::new(scene, order, touch)?;
     let view = shot.scene.view;
-    Ok((picture(vec![shot], order, job)?, view))
+    Ok((picture(vec![shot], order, job, None)?, view))
 }
 
 /// A scene at one moment with its caster, and the same of what is beside its solid.
 struct Taken {
     scene: render::Prepared,
     caster: Box<dyn cast::Caster>,
+    /// How whole tiles of it are seen, if they are wanted.
+    reach: Option<Box<dyn cast::Reach>>,
     moon: Option<Box<Taken>>,
     sea: Option<Box<Taken>>,
 }
@@ -128,7 +150,13 @@ impl Taken {
         let alone = |scene: Scene| Taken::new(&scene, order, Touch::default()).map(Box::new);
         let moon = scene.moon.as_ref().map(|moon| alone(moon.scene(scene))).transpose()?;
         let sea = scene.sea.as_ref().map(|sea| alone(sea.scene(scene))).transpose()?;
-        Ok(Taken { scene: prepared, caster, moon, sea })
+        Ok(Taken { scene: prepared, caster, reach: None, moon, sea })
+    }
+
+    /// Finds a way to see whole tiles.
+    fn look_ahead(&mut self, kind: Kind) {
+        let render::Prepared { graph, field, settings, cells, .. } = &self.scene;
+        self.reach = Some(cast::reach(kind, &Field::new(graph, *field), &settings.bounds, cells));
     }
 
     /// Its moon and its sea.
@@ -138,18 +166,27 @@ impl Taken {
 
     /// What is rendered, without what is beside it.
     fn shot(&self) -> Shot<'_> {
-        Shot::of(&self.scene, self.caster.as_ref())
+        Shot { reach: self.reach.as_deref(), ..Shot::of(&self.scene, self.caster.as_ref()) }
     }
 }
 
 /// The picture of what was taken.
-fn picture(taken: Vec<Taken>, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
+fn picture(
+    taken: Vec<Taken>,
+    order: &Order,
+    job: &Job<'_>,
+    steering: Option<&Steering>,
+) -> Result<Picture, Box<Diagnostic>> {
     let work = move || {
         let beside: Vec<_> = taken.iter().map(Taken::beside).collect();
         let shots = taken.iter().zip(&beside);
         let shots = shots.map(|(t, [moon, sea])| Shot { moon: moon.as_ref(), sea: sea.as_ref(), ..t.shot() });
         let shots: Vec<Shot<'_>> = shots.collect();
-        render::render_moments(&shots, job).map_err(|e| Box::new(e.diagnostic()))
+        let picture = match steering {
+            Some(steering) => render::refine(&shots, job, steering),
+            None => render::render_moments(&shots, job),
+        };
+        picture.map_err(|e| Box::new(e.diagnostic()))
     };
     on_threads(order.threads, work)?
 }

@@ -12,14 +12,14 @@ const MANY: usize = 16;
 const FEW: usize = 4;
 
 /// Evaluators for as many pieces at once.
-pub(super) struct Batches<const K: usize> {
+pub(in crate::cast) struct Batches<const K: usize> {
     many: Evaluator<Parabolas<MANY, K>>,
     few: Evaluator<Parabolas<FEW, K>>,
     one: Evaluator<Parabolas<1, K>>,
 }
 
 impl<const K: usize> Batches<K> {
-    pub(super) fn new(tape: &Arc<Tape>) -> Self {
+    pub(in crate::cast) fn new(tape: &Arc<Tape>) -> Self {
         Batches {
             many: Evaluator::new(tape.clone()),
             few: Evaluator::new(tape.clone()),

@@ -2,7 +2,8 @@
 
 use super::march::Piece;
 use crate::cast::Ray;
-use crate::num::Parabola;
+use crate::num::{Interval, Parabola};
+use crate::scene::Aabb;
 use glam::DVec3;
 
 /// More than the relative rounding of depths and places.
@@ -24,7 +25,7 @@ pub(super) fn is_real(ray: &Ray) -> bool {
 /// Depths are the same for all beams of the group, so that a beam starts where the one that it is a
 /// part of ended.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
+pub struct Frame {
     origin: DVec3,
     axis: DVec3,
     across: [DVec3; 2],
@@ -54,6 +55,44 @@ impl Frame {
         Some(Frame { origin, axis, across: [u, axis.cross(u)], is_parallel, size })
     }
 
+    /// The frame of all lines that start at one point; the three unit vectors are at right angles.
+    pub fn from_point(origin: DVec3, axis: DVec3, across: [DVec3; 2]) -> Frame {
+        Frame { origin, axis, across, is_parallel: false, size: 1.0 }
+    }
+
+    /// The frame of parallel lines that start at most `reach` away from a point, on any axis.
+    pub fn parallel(origin: DVec3, axis: DVec3, across: [DVec3; 2], reach: f64) -> Frame {
+        let size = 4.0 * (origin.abs().max_element() + reach);
+        Frame { origin, axis, across, is_parallel: true, size }
+    }
+
+    /// Depths between which some line through a rectangle of places may be in a region, none of them behind the
+    /// origin: those between its three pairs of faces, for an interval of lines.
+    fn depths(&self, [x, y]: [Interval; 2], region: &Aabb) -> Option<[f64; 2]> {
+        let all = region.intervals();
+        let point = Interval::point;
+        let deep = (0..3).map(|k| (all[k] - point(self.origin[k])) * point(self.axis[k]));
+        let deep = deep.fold(point(0.0), |sum, part| sum + part);
+        let mut within = Interval { lo: deep.lo.max(0.0), hi: deep.hi };
+        for axis in 0..3 {
+            let at = |v: DVec3| point(v[axis]);
+            let aside = at(self.across[0]) * x + at(self.across[1]) * y;
+            let (start, slope) = if self.is_parallel {
+                (at(self.origin) + aside, at(self.axis))
+            } else {
+                (at(self.origin), at(self.axis) + aside)
+            };
+            // Lines along both faces say nothing.
+            if slope.contains(0.0) {
+                continue;
+            }
+            let between = (all[axis] - start) / slope;
+            within = Interval { lo: within.lo.max(between.lo), hi: within.hi.min(between.hi) };
+        }
+        let [near, far] = [within.lo - self.hair(within.lo), within.hi + self.hair(within.hi)];
+        (near <= far).then_some([near, far])
+    }
+
     /// Distance along a ray for each unit of depth, and by how much distances begin later.
     fn line(&self, ray: &Ray) -> [f64; 2] {
         if self.is_parallel {
@@ -76,7 +115,7 @@ impl Frame {
     }
 
     /// More than the rounding of a depth or a distance of this size.
-    pub(super) fn hair(&self, depth: f64) -> f64 {
+    pub(in crate::cast) fn hair(&self, depth: f64) -> f64 {
         HAIR * (depth.abs() + if self.is_parallel { self.size } else { 0.0 })
     }
 
@@ -93,7 +132,7 @@ impl Frame {
 
 /// The part of a frame that some rays go through: a rectangle one unit deep.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Section {
+pub(in crate::cast) struct Section {
     pub centre: [f64; 2],
     /// Half the sides.
     pub extent: [f64; 2],
@@ -123,8 +162,18 @@ impl Section {
         Section { centre, extent, radius: libm::hypot(extent[0], extent[1]), depth }
     }
 
+    /// The section that a rectangle of places is, as deep as its lines are in a region; `None` if none is.
+    pub(super) fn through(frame: &Frame, rectangle: [[f64; 2]; 2], region: &Aabb) -> Option<Section> {
+        let centre = rectangle.map(|[lo, hi]| 0.5 * (lo + hi));
+        let extent =
+            rectangle.map(|[lo, hi]| 0.5 * (hi - lo) * (1.0 + 1e-12) + 16.0 * f64::EPSILON * frame.size);
+        let [x, y] = [0, 1].map(|k| Interval::around(centre[k], extent[k]));
+        let depth = frame.depths([x, y], region)?;
+        Some(Section { centre, extent, radius: libm::hypot(extent[0], extent[1]), depth })
+    }
+
     /// Half the diagonal at a depth.
-    pub(super) fn radius(&self, frame: &Frame, depth: f64) -> f64 {
+    pub(in crate::cast) fn radius(&self, frame: &Frame, depth: f64) -> f64 {
         if frame.is_parallel { self.radius } else { depth.abs() * self.radius }
     }
 
@@ -151,6 +200,35 @@ impl Section {
         } else {
             (frame.origin, frame.axis + aside)
         }
+    }
+
+    /// How much depth, backwards and forwards, a ball around the middle of the section at a depth covers with all that
+    /// is in the section; `None` if it does not cover the section there.
+    pub(in crate::cast) fn covered(&self, frame: &Frame, depth: f64, ball: f64) -> Option<[f64; 2]> {
+        let radius = self.radius(frame, depth);
+        // A ball that is no number covers nothing.
+        if ball.is_nan() || ball <= radius {
+            return None;
+        }
+        let (grows, aside) = if frame.is_parallel {
+            (0.0, 0.0)
+        } else {
+            (self.radius, libm::hypot(self.centre[0], self.centre[1]))
+        };
+        let slope = 1.0 + aside * aside;
+        // The positive root of `a s^2 + b s = left`, without cancellation and a hair less.
+        let left = (ball - radius) * (ball + radius);
+        let root = |a: f64, b: f64| 2.0 * left / (b + (b * b + 4.0 * a * left).sqrt()) * (1.0 - 1e-12);
+        // Backwards the section gets narrower, at depths above zero.
+        let behind = root(slope, 2.0 * aside * radius).min(depth.max(0.0));
+        let beyond = root(slope + grows * (2.0 * aside + grows), 2.0 * radius * (aside + grows));
+        Some([behind, beyond])
+    }
+
+    /// The middle of the section at a depth.
+    pub(in crate::cast) fn spine_at(&self, frame: &Frame, depth: f64) -> DVec3 {
+        let (start, slope) = self.spine(frame);
+        start + depth * slope
     }
 
     /// The coordinates of a piece of the beam.

@@ -75,7 +75,7 @@ pub(super) const PIECES: u32 = 20_000;
 
 /// Progress along a line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct March {
+pub(in crate::cast) struct March {
     /// Everything before is free.
     pub free: f64,
     /// End of the line.
@@ -208,7 +208,7 @@ impl March {
     }
 
     /// Leaves behind what is known to be free, as far as `to`.
-    pub(super) fn skip(&mut self, to: f64) {
+    pub(in crate::cast) fn skip(&mut self, to: f64) {
         self.free = self.free.max(to);
         self.take_islands();
     }

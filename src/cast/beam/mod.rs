@@ -11,6 +11,7 @@
 //! the last bit, down to where each began.
 
 mod batch;
+mod bundle;
 mod frame;
 mod march;
 mod sketch;
@@ -18,18 +19,19 @@ mod thin;
 mod worth;
 
 use super::{CastStats, Caster, Hit, Ray};
-use crate::num::Parabola;
 use crate::tape::{Cells, Evaluator};
-use batch::Batches;
-use frame::{Frame, Section, is_real};
+pub(super) use batch::Batches;
+pub use bundle::Bundle;
+use bundle::FIRST;
+pub(super) use bundle::{State, march_bundles};
+pub use frame::Frame;
+use frame::{Section, is_real};
 use glam::DVec3;
-use march::{Answer, March, Next, PIECES, Piece};
-use sketch::Sketch;
+use march::{March, PIECES};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use thin::{Thin, Want};
-use worth::{is_too_much, worthwhile};
 
 /// Rays of the widest beams, where the field is the same expression everywhere,
 const WIDEST: usize = 64;
@@ -39,19 +41,6 @@ const WIDEST_OF_PARTS: usize = 1024;
 
 /// Parts that a beam is cut into.
 const PARTS: usize = 4;
-
-/// A beam marches while its pieces are longer than this share of its radius, and while they are no more work
-/// than its rays would have alone.
-const NARROW: f64 = 0.3;
-
-/// Pieces after which a beam is cut, however well it goes on.
-const PATIENCE: u32 = 200;
-
-/// First stretch of a march about which nothing is known, as a share of the whole.
-const FIRST: f64 = 0.25;
-
-/// First stretch of a part of a beam, as a share of the way to where its root is expected.
-const TOWARDS: f64 = 0.4;
 
 /// Casts by beams; see the module text.
 pub(super) struct Beams {
@@ -66,7 +55,6 @@ pub(super) struct Beams {
 /// Lists that are kept from group to group.
 #[derive(Default)]
 struct Memory {
-    frames: Vec<Frame>,
     beams: Vec<Beam>,
     parts: Vec<Beam>,
     thin: Vec<Thin>,
@@ -82,99 +70,56 @@ struct Memory {
 struct Beam {
     /// Of the group.
     rays: Range<usize>,
-    frame: usize,
-    section: Section,
-    march: March,
-    piece: Piece,
-    last: Option<Sketch>,
-    state: State,
+    bundle: Bundle,
 }
 
-/// What a beam has come to.
-#[derive(Clone, Copy, PartialEq)]
-enum State {
-    Marching,
-    /// Nothing is met by any ray.
-    Free,
-    /// Its parts go on.
-    Ended,
+impl AsRef<Bundle> for Beam {
+    fn as_ref(&self) -> &Bundle {
+        &self.bundle
+    }
+}
+
+impl AsMut<Bundle> for Beam {
+    fn as_mut(&mut self) -> &mut Bundle {
+        &mut self.bundle
+    }
 }
 
 impl Beam {
-    fn new(rays: Range<usize>, frame: usize, section: Section, march: March) -> Beam {
-        let piece = Piece::default();
-        Beam { rays, frame, section, march, piece, last: None, state: State::Marching }
-    }
-
-    /// Decides which piece to look at, or that the beam is too wide to go on.
-    fn place(&mut self, cells: &Cells, frames: &[Frame], rays: &[Ray]) {
-        let around = |piece| self.section.around_piece(&frames[self.frame], piece);
-        let ray = &rays[self.rays.start];
-        let Some((piece, work)) = worthwhile(&mut self.march, cells, ray, around) else {
-            self.state = State::Free;
-            return;
-        };
-        self.piece = piece;
-        let is_narrow = piece.half < NARROW * self.section.radius(&frames[self.frame], piece.mid);
-        let free = self.march.free;
-        let (at, _) = around(Piece { mid: free, half: 0.0 });
-        if is_narrow || is_too_much(work, self.rays.len(), cells, ray, (at, free)) {
-            self.state = State::Ended;
-        }
-    }
-
-    fn tell<const K: usize>(&mut self, f: &Parabola<K>, answer: &Answer) {
-        self.last = Some(Sketch::new(f, self.piece));
-        self.state = match self.march.tell(self.piece, answer, 0.0) {
-            Next::Free => State::Free,
-            Next::Look if self.march.pieces <= PATIENCE => State::Marching,
-            _ => State::Ended,
-        };
-    }
-
     /// Cuts the beam into parts, or into rays.
     fn cut(
         &self,
-        frame: &Frame,
         rays: &[Ray],
         want: Want,
         (parts, thin): (&mut Vec<Beam>, &mut Vec<Thin>),
         out: &mut [Hit],
     ) {
+        let Bundle { frame, march, .. } = &self.bundle;
         let size = (self.rays.len().next_power_of_two() / PARTS).max(1);
         for start in self.rays.clone().step_by(size) {
             let all = start..(start + size).min(self.rays.end);
             let Some(range) = trimmed(rays, all) else { continue };
             if range.len() > 1 {
                 let section = Section::around(frame, &rays[range.clone()]);
-                let (from, to) = (self.march.free.max(section.depth[0]), section.depth[1]);
-                if from > to {
-                    out[range].fill(Hit::MISS);
-                    continue;
+                match self.bundle.onward(section, range.len()) {
+                    Some(bundle) => parts.push(Beam { rays: range, bundle }),
+                    None => out[range].fill(Hit::MISS),
                 }
-                let ahead = self.root(section.centre).map_or(0.0, |r| TOWARDS * (r - from));
-                let march = March::new(from, to, self.march.stretch.max(ahead), None);
-                parts.push(Beam { last: self.last, ..Beam::new(range, self.frame, section, march) });
             } else {
                 let ray = &rays[range.start];
                 let distance = |depth: f64| frame.distance(ray, depth);
-                let free = self.march.free;
+                let free = march.free;
                 let near = distance(free - frame.hair(free)).max(ray.near);
                 if near > ray.far {
                     out[range.start] = Hit::MISS;
                     continue;
                 }
-                let stretch = distance(free + self.march.stretch) - distance(free);
-                let root = self.root(frame.place(ray)).map(distance);
+                let stretch = distance(free + march.stretch) - distance(free);
+                let root = self.bundle.root(frame.place(ray)).map(distance);
                 let march = want.march(near, ray.far, stretch, root);
                 thin.push(Thin::new(range.start, march));
             }
         }
-    }
-
-    /// The depth at which the field is expected to be zero, at a place of the frame.
-    fn root(&self, place: [f64; 2]) -> Option<f64> {
-        self.last?.root(self.section.relative(place))
     }
 }
 
@@ -187,7 +132,7 @@ impl Beams {
 
     /// The widest beams of a group, and the rays that go alone.
     fn gather(&mut self, rays: &[Ray], want: Want, out: &mut [Hit]) {
-        let Memory { frames, beams, thin, .. } = &mut self.memory;
+        let Memory { beams, thin, .. } = &mut self.memory;
         let widest = if self.cells.is_uniform() { WIDEST } else { WIDEST_OF_PARTS };
         for start in (0..rays.len()).step_by(widest) {
             let own = start..(start + widest).min(rays.len());
@@ -195,9 +140,9 @@ impl Beams {
             if let Some(frame) = Frame::new(&rays[range.clone()]) {
                 let section = Section::around(&frame, &rays[range.clone()]);
                 let [near, far] = section.depth;
-                frames.push(frame);
                 let march = March::new(near, far, FIRST * (far - near), None);
-                beams.push(Beam::new(range, frames.len() - 1, section, march));
+                let own = (range.len(), rays[range.start].tolerance);
+                beams.push(Beam { rays: range, bundle: Bundle::of(frame, section, march, own) });
             } else {
                 thin.extend(range.filter(|&i| is_real(&rays[i])).map(|ray| {
                     let Ray { near, far, .. } = rays[ray];
@@ -211,36 +156,18 @@ impl Beams {
     }
 
     /// Marches beams until each is free or too wide to go on.
-    fn march_beams(&mut self, rays: &[Ray], stats: &mut CastStats, cancel: &AtomicBool) {
-        let Memory { frames, beams, active, costs, .. } = &mut self.memory;
-        active.clear();
-        active.extend(0..beams.len());
-        while !cancel.load(Ordering::Relaxed) {
-            for &i in active.iter() {
-                beams[i].place(&self.cells, frames, rays);
-                stats.culled += u64::from(beams[i].state == State::Free);
-            }
-            active.retain(|&i| beams[i].state == State::Marching);
-            if active.is_empty() {
-                break;
-            }
-            stats.evaluations += active.len() as u64;
-            stats.shared += active.len() as u64;
-            stats.steps += active.len() as u64;
-            stats.work += self.wide.answer(
-                &self.cells,
-                (&mut beams[..], &active[..]),
-                |beam| beam.section.around_piece(&frames[beam.frame], beam.piece),
-                |beam| (beam.piece, beam.section.coordinates(&frames[beam.frame], beam.piece)),
-                |beam, f, answer| {
-                    beam.tell(f, &answer);
-                    stats.culled += u64::from(beam.state == State::Free);
-                    let share = 1.0 / beam.rays.len() as f64;
-                    costs[beam.rays.clone()].iter_mut().for_each(|cost| *cost += share);
-                },
-            );
-            active.retain(|&i| beams[i].state == State::Marching);
-        }
+    fn march_beams(&mut self, stats: &mut CastStats, cancel: &AtomicBool) {
+        let Memory { beams, active, costs, .. } = &mut self.memory;
+        march_bundles(
+            (&self.cells, &mut self.wide),
+            (beams, active),
+            stats,
+            cancel,
+            |Beam { rays, .. }| {
+                let share = 1.0 / rays.len() as f64;
+                costs[rays.clone()].iter_mut().for_each(|cost| *cost += share);
+            },
+        );
     }
 
     /// Marches rays to their ends.
@@ -293,19 +220,18 @@ impl Beams {
     ) {
         stats.rays += rays.len() as u64;
         let memory = &mut self.memory;
-        memory.frames.clear();
         memory.beams.clear();
         memory.thin.clear();
         memory.costs.clear();
         memory.costs.resize(rays.len(), 0.0);
         self.gather(rays, want, out);
         while !self.memory.beams.is_empty() {
-            self.march_beams(rays, stats, cancel);
-            let Memory { frames, beams, parts, thin, .. } = &mut self.memory;
+            self.march_beams(stats, cancel);
+            let Memory { beams, parts, thin, .. } = &mut self.memory;
             for beam in beams.iter() {
-                match beam.state {
+                match beam.bundle.state {
                     State::Free => out[beam.rays.clone()].fill(Hit::MISS),
-                    State::Ended => beam.cut(&frames[beam.frame], rays, want, (parts, thin), out),
+                    State::Ended => beam.cut(rays, want, (parts, thin), out),
                     // Given up.
                     State::Marching => {}
                 }

@@ -58,7 +58,7 @@ impl Thin {
 
     /// Decides which piece to look at.
     pub(super) fn place(&mut self, cells: &Cells, ray: &Ray) {
-        match worthwhile(&mut self.march, cells, ray, |piece| around(ray, piece)) {
+        match worthwhile(&mut self.march, cells, ray.tolerance, |piece| around(ray, piece)) {
             Some((piece, _)) => self.piece = piece,
             None => self.hit = Some(Hit { certified: self.passed == Passed::Nothing, ..Hit::MISS }),
         }

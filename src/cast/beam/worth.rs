@@ -4,7 +4,7 @@
 //! more there is in it. Where cells are known to be free, no tape need be asked.
 
 use super::march::{March, Piece};
-use crate::cast::Ray;
+use crate::cast::Tolerance;
 use crate::tape::Cells;
 
 // All were chosen on fields of goblets and on a building of 800 operations; their minima are flat.
@@ -27,7 +27,7 @@ const MORE: f64 = 1.2;
 pub(super) fn worthwhile(
     march: &mut March,
     cells: &Cells,
-    ray: &Ray,
+    tolerance: Tolerance,
     around: impl Fn(Piece) -> ([f64; 3], f64),
 ) -> Option<(Piece, u64)> {
     let piece = march.piece(f64::INFINITY);
@@ -46,27 +46,33 @@ pub(super) fn worthwhile(
         let (at, reach) = around(piece);
         cells.is_free_around(at, reach)
     };
-    let near = skip_free(march, ray, is_free, |piece| work(piece) <= LITTLE)?;
+    let near = skip_free(march, tolerance, is_free, |piece| work(piece) <= LITTLE)?;
     Some(widened(march, near, work))
 }
 
 /// Whether a piece of so much work that serves `rays` rays is more than they would have to do by themselves,
 /// each with what is close to a place where the piece begins.
-pub(super) fn is_too_much(work: u64, rays: usize, cells: &Cells, ray: &Ray, from: ([f64; 3], f64)) -> bool {
+pub(super) fn is_too_much(
+    work: u64,
+    rays: usize,
+    cells: &Cells,
+    tolerance: Tolerance,
+    from: ([f64; 3], f64),
+) -> bool {
     let rays = rays as u64;
     let (at, t) = from;
-    work > ONE * rays && work > cells.work_around(at, COARSE * ray.tolerance.at(t)) * rays
+    work > ONE * rays && work > cells.work_around(at, COARSE * tolerance.at(t)) * rays
 }
 
 /// Leaves free cells behind, in strides that double while they are and are halved where they are not; down
 /// to a pixel, or to where little is close by. Returns the last stride, or nothing at the end of the line.
 fn skip_free(
     march: &mut March,
-    ray: &Ray,
+    tolerance: Tolerance,
     is_free: impl Fn(Piece) -> bool,
     is_little: impl Fn(Piece) -> bool,
 ) -> Option<f64> {
-    let least = |from: f64| (COARSE * ray.tolerance.at(from)).max(64.0 * f64::EPSILON * from.abs() + 1e-300);
+    let least = |from: f64| (COARSE * tolerance.at(from)).max(64.0 * f64::EPSILON * from.abs() + 1e-300);
     let mut half = (0.5 * march.stretch).max(least(march.free));
     loop {
         let piece = Piece::new(march.free + half, half);

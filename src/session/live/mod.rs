@@ -22,7 +22,7 @@ pub use wish::{Command, Message, Refused, Report, Slider, Stage};
 
 use super::{Loaded, Order, Session};
 use crate::diag::Diagnostic;
-use crate::render::Picture;
+use crate::render::{Picture, Steering};
 use crate::scene::{Camera, Param, Scene};
 use crate::script::rewrite;
 use crate::world::atomic;
@@ -94,6 +94,7 @@ struct State {
 /// A picture under way.
 struct Running {
     cancel: Arc<AtomicBool>,
+    steering: Arc<Steering>,
     start: Instant,
     /// Whether something of it can be seen.
     seen: bool,
@@ -167,6 +168,18 @@ impl Live {
                 let camera = state.camera.ok_or(Refused::Nothing)?;
                 let moved = self.moved(movement, &camera)?;
                 (state.wish.camera, state.camera) = (Some(moved), Some(moved));
+            }
+            Command::Region(_) => {
+                state.wish.obey(command, &[])?;
+                // What is being drawn goes on, in another order.
+                if let Some(running) = &state.running {
+                    running.steering.focus(state.wish.region);
+                }
+                let region = state.wish.region.map(|r| [r.x, r.y, r.width, r.height]);
+                Arc::make_mut(&mut state.report).region = region;
+                drop(state);
+                (self.shared.tell)(Event::Changed);
+                return Ok(());
             }
             other => {
                 let params = state.params.clone();

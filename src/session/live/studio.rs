@@ -5,11 +5,11 @@ use super::{Event, Finished, Running, Shared, State};
 use crate::cast::Kind;
 use crate::diag::Diagnostic;
 use crate::field::Watch;
-use crate::render::{Job, Layer, Look, Picture, Pixel, Progress, Rect, View};
+use crate::render::{Job, Look, Picture, Pixel, Progress, Rect, Rough, Steering, View};
 use crate::scene::{Keep, Measure, Scene};
 use crate::script::rewrite;
 use crate::session::topology::{self, Analysis, Purpose, Show};
-use crate::session::{COARSENESS, Loaded, Order, Session, preview};
+use crate::session::{Loaded, Order, Session};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -40,9 +40,15 @@ pub(super) struct Studio {
 struct Task {
     wish: Wish,
     saved: bool,
+    /// Counts the wishes that it answers.
+    number: u64,
     cancel: Arc<AtomicBool>,
+    steering: Arc<Steering>,
     start: Instant,
 }
+
+/// Sides of rough tiles in which one recognises what they show.
+const RECOGNISABLE: u32 = 8;
 
 impl Studio {
     pub fn new(shared: Arc<Shared>, session: Session, order: Order) -> Studio {
@@ -71,8 +77,12 @@ impl Studio {
         self.answered = state.wishes;
         state.finished = None;
         let (cancel, start) = (Arc::new(AtomicBool::new(false)), Instant::now());
-        state.running = Some(Running { cancel: cancel.clone(), start, seen: false });
-        Some(Task { wish: state.wish.clone(), saved: std::mem::take(&mut state.saved), cancel, start })
+        let steering = Arc::new(Steering::default());
+        steering.focus(state.wish.region);
+        state.running =
+            Some(Running { cancel: cancel.clone(), steering: steering.clone(), start, seen: false });
+        let saved = std::mem::take(&mut state.saved);
+        Some(Task { wish: state.wish.clone(), saved, number: self.answered, cancel, steering, start })
     }
 
     /// Moves the time on while it passes.
@@ -206,29 +216,19 @@ impl Studio {
         self.shared.report(|report| report.size = size);
         let look = Look::of(scene);
         let layer = task.wish.layer;
-        let job = Job::unwatched(&task.cancel);
-        for coarseness in COARSENESS {
-            let Some(picture) = preview(scene, &order, coarseness, &job)? else { break };
-            if !picture.finished {
-                return Ok(());
-            }
-            self.shared.rough(&picture, coarseness, layer, &look);
-            if !self.is_seen(task) {
-                return Ok(());
-            }
-        }
-        if task.wish.playing || task.cancel.load(Ordering::SeqCst) {
-            return Ok(());
-        }
         let told = Mutex::new(Instant::now());
         let shared = self.shared.clone();
         let progress = |p: Progress| shared.progress(p.done as f64 / p.total.max(1) as f64, &told);
+        let rough = |tile: &Rough| {
+            shared.canvas().fill(&tile.rect, layer, &look, &tile.pixel);
+            shared.is_seen(task, tile.side <= RECOGNISABLE);
+        };
         let tile = |rect: &Rect, pixels: &[Pixel]| {
             let at = |x: u32, y: u32| pixels[((y - rect.y) * rect.width + x - rect.x) as usize];
             shared.canvas().paint(rect, layer, &look, at);
-            (shared.tell)(Event::Changed);
+            shared.is_seen(task, true);
         };
-        let job = Job { progress: &progress, tile: &tile, ..job };
+        let job = Job { cancel: &task.cancel, progress: &progress, tile: &tile, rough: &rough };
         let picture = if task.wish.components {
             let analysis = self.analysis(scene, loaded, &task.cancel)?;
             let parts = Some((analysis.parts.len(), analysis.is_certified()));
@@ -236,7 +236,7 @@ impl Studio {
             let keep = scene.surface.keep.unwrap_or(Keep::Most(Measure::Minima));
             topology::picture(scene, &order, &analysis, (Show::Components, &keep), &job)?
         } else {
-            self.session.render(scene, &order, &job, &task.cancel)?
+            self.session.refine(scene, &order, &job, (&task.steering, &task.cancel))?
         };
         if picture.finished {
             self.finish(picture, scene, loaded, task);
@@ -262,18 +262,6 @@ impl Studio {
                 Ok(analysis)
             }
         }
-    }
-
-    /// Notes that something is seen. Whether there is nothing newer to draw.
-    fn is_seen(&self, task: &Task) -> bool {
-        let mut state = self.shared.state();
-        let first = state.running.as_mut().is_some_and(|running| !std::mem::replace(&mut running.seen, true));
-        let newest = state.wishes == self.answered && !state.saved;
-        drop(state);
-        if first {
-            self.shared.report(|report| report.first = task.start.elapsed().as_secs_f64());
-        }
-        newest && !task.wish.playing
     }
 
     /// A full picture is there.
@@ -309,15 +297,20 @@ impl Shared {
         }
     }
 
-    /// Shows a picture whose pixels are alike in squares.
-    fn rough(&self, picture: &Picture, side: u32, layer: Layer, look: &Look) {
-        let mut canvas = self.canvas();
-        for y in (0..picture.height).step_by(side as usize) {
-            for x in (0..picture.width).step_by(side as usize) {
-                canvas.fill(&Rect { x, y, width: side, height: side }, layer, look, picture.pixel(x, y));
-            }
+    /// Notes that something is seen, and whether one recognises what. From then on a newer wish stops the picture; it does
+    /// so at once if there is one already, or if time passes.
+    fn is_seen(&self, task: &Task, recognised: bool) {
+        let mut state = self.state();
+        let newer = state.wishes > task.number || state.saved || state.wish.playing;
+        let first = recognised
+            && state.running.as_mut().is_some_and(|running| !std::mem::replace(&mut running.seen, true));
+        if first {
+            Arc::make_mut(&mut state.report).first = task.start.elapsed().as_secs_f64();
         }
-        drop(canvas);
+        drop(state);
+        if recognised && newer {
+            task.cancel.store(true, Ordering::SeqCst);
+        }
         (self.tell)(Event::Changed);
     }
 }

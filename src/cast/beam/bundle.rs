@@ -1,0 +1,203 @@
+//! Bundles: lines of sight of one frame that march as one, until their own width is what limits them.
+
+use super::batch::Batches;
+use super::frame::{Frame, Section};
+use super::march::{Answer, March, Next, Piece};
+use super::sketch::Sketch;
+use super::worth::{is_too_much, worthwhile};
+use crate::cast::{CastStats, Tolerance};
+use crate::num::Parabola;
+use crate::scene::Aabb;
+use crate::tape::Cells;
+use glam::DVec3;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A bundle marches while its pieces are longer than this share of its radius, and while they are no more work
+/// than its rays would have alone.
+const NARROW: f64 = 0.3;
+
+/// Pieces after which a bundle is cut, however well it goes on.
+const PATIENCE: u32 = 200;
+
+/// First stretch of a march about which nothing is known, as a share of the whole.
+pub(in crate::cast) const FIRST: f64 = 0.25;
+
+/// First stretch of a part of a bundle, as a share of the way to where its root is expected.
+const TOWARDS: f64 = 0.4;
+
+/// Lines of sight that march as one.
+#[derive(Clone, Debug)]
+pub struct Bundle {
+    pub(in crate::cast) frame: Frame,
+    pub(in crate::cast) section: Section,
+    pub(in crate::cast) march: March,
+    pub(in crate::cast) state: State,
+    piece: Piece,
+    last: Option<Sketch>,
+    rays: usize,
+    tolerance: Tolerance,
+    /// Whether a piece that is short because little of the way is left is looked at however wide the bundle is: for
+    /// its own sake, where rays would go on by themselves.
+    is_whole: bool,
+}
+
+/// What a bundle has come to.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(in crate::cast) enum State {
+    Marching,
+    /// Nothing is met by any ray.
+    Free,
+    /// Its parts go on.
+    Ended,
+}
+
+impl Bundle {
+    /// So many rays through a section, which march as told.
+    pub(super) fn of(
+        frame: Frame,
+        section: Section,
+        march: March,
+        (rays, tolerance): (usize, Tolerance),
+    ) -> Bundle {
+        let (state, piece) = (State::Marching, Piece::default());
+        Bundle { frame, section, march, state, piece, last: None, rays, tolerance, is_whole: false }
+    }
+
+    /// All lines through a rectangle of places in a frame, as far as they are in a region; `None` if none is.
+    /// `rays` of them will be cast, to within `tolerance`.
+    pub fn new(
+        frame: &Frame,
+        rectangle: [[f64; 2]; 2],
+        region: &Aabb,
+        (rays, tolerance): (usize, Tolerance),
+    ) -> Option<Bundle> {
+        let section = Section::through(frame, rectangle, region)?;
+        let [near, far] = section.depth;
+        let march = March::new(near, far, FIRST * (far - near), None);
+        Some(Bundle { is_whole: true, ..Bundle::of(*frame, section, march, (rays, tolerance)) })
+    }
+
+    /// Those of its lines that go through a smaller rectangle: they go on where the bundle ended.
+    pub fn part(&self, rectangle: [[f64; 2]; 2], region: &Aabb, rays: usize) -> Option<Bundle> {
+        self.onward(Section::through(&self.frame, rectangle, region)?, rays)
+    }
+
+    /// The part of it that goes through a smaller section; `None` where that ends before this bundle did.
+    pub(super) fn onward(&self, section: Section, rays: usize) -> Option<Bundle> {
+        let (from, to) = (self.march.free.max(section.depth[0]), section.depth[1]);
+        if from > to {
+            return None;
+        }
+        let ahead = self.root(section.centre).map_or(0.0, |r| TOWARDS * (r - from));
+        let march = March::new(from, to, self.march.stretch.max(ahead), None);
+        let part = Bundle::of(self.frame, section, march, (rays, self.tolerance));
+        Some(Bundle { last: self.last, is_whole: self.is_whole, ..part })
+    }
+
+    /// Whether it is proven that none of its lines meets anything.
+    pub fn is_free(&self) -> bool {
+        self.state == State::Free
+    }
+
+    /// The depth in its frame up to which that is proven.
+    pub fn free(&self) -> f64 {
+        self.march.free
+    }
+
+    /// The point where its middle line is expected to meet the surface; where nothing is expected, the one up to
+    /// which it is known not to.
+    pub fn face(&self) -> DVec3 {
+        let March { free, far, .. } = self.march;
+        let depth = self.root(self.section.centre).map_or(free, |root| root.clamp(free, far));
+        self.section.spine_at(&self.frame, depth)
+    }
+
+    /// Decides which piece to look at, or that the bundle is too wide to go on.
+    fn place(&mut self, cells: &Cells) {
+        let around = |piece| self.section.around_piece(&self.frame, piece);
+        let Some((piece, work)) = worthwhile(&mut self.march, cells, self.tolerance, around) else {
+            self.state = State::Free;
+            return;
+        };
+        self.piece = piece;
+        let is_last = self.is_whole && piece.mid + piece.half >= self.march.far;
+        let is_narrow = !is_last && piece.half < NARROW * self.section.radius(&self.frame, piece.mid);
+        let free = self.march.free;
+        let (at, _) = around(Piece { mid: free, half: 0.0 });
+        if is_narrow || is_too_much(work, self.rays, cells, self.tolerance, (at, free)) {
+            self.state = State::Ended;
+        }
+    }
+
+    fn tell(&mut self, f: &Parabola<2>, answer: &Answer) {
+        self.last = Some(Sketch::new(f, self.piece));
+        self.state = match self.march.tell(self.piece, answer, 0.0) {
+            Next::Free => State::Free,
+            Next::Look if self.march.pieces <= PATIENCE => State::Marching,
+            _ => State::Ended,
+        };
+    }
+
+    /// The depth at which the field is expected to be zero, at a place of the frame.
+    pub(super) fn root(&self, place: [f64; 2]) -> Option<f64> {
+        self.last?.root(self.section.relative(place))
+    }
+}
+
+impl AsRef<Bundle> for Bundle {
+    fn as_ref(&self) -> &Bundle {
+        self
+    }
+}
+
+impl AsMut<Bundle> for Bundle {
+    fn as_mut(&mut self) -> &mut Bundle {
+        self
+    }
+}
+
+/// Marches what has bundles until each of these is free or too wide to go on; `asked` is told of every evaluation
+/// for one.
+pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
+    (cells, wide): (&Cells, &mut Batches<2>),
+    (items, active): (&mut [I], &mut Vec<usize>),
+    stats: &mut CastStats,
+    cancel: &AtomicBool,
+    mut asked: impl FnMut(&I),
+) {
+    let is_marching = |item: &I| item.as_ref().state == State::Marching;
+    active.clear();
+    active.extend((0..items.len()).filter(|&i| is_marching(&items[i])));
+    while !cancel.load(Ordering::Relaxed) {
+        for &i in active.iter() {
+            let bundle = items[i].as_mut();
+            bundle.place(cells);
+            stats.culled += u64::from(bundle.is_free());
+        }
+        active.retain(|&i| is_marching(&items[i]));
+        if active.is_empty() {
+            break;
+        }
+        stats.evaluations += active.len() as u64;
+        stats.shared += active.len() as u64;
+        stats.steps += active.len() as u64;
+        stats.work += wide.answer(
+            cells,
+            (&mut *items, &active[..]),
+            |item| {
+                let bundle = item.as_ref();
+                bundle.section.around_piece(&bundle.frame, bundle.piece)
+            },
+            |item| {
+                let bundle = item.as_ref();
+                (bundle.piece, bundle.section.coordinates(&bundle.frame, bundle.piece))
+            },
+            |item, f, answer| {
+                item.as_mut().tell(f, &answer);
+                stats.culled += u64::from(item.as_ref().is_free());
+                asked(item);
+            },
+        );
+        active.retain(|&i| is_marching(&items[i]));
+    }
+}
