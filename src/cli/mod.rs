@@ -25,6 +25,7 @@ mod progress;
 mod render;
 mod repl;
 mod report;
+mod serve;
 mod snapshots;
 mod stats;
 mod topology;

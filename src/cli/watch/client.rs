@@ -4,7 +4,7 @@
 //! then [packed blocks](crate::session::live::Canvas::pack). Only one is under way at a time: the next waits until the
 //! page says that it has shown this one, so that a slow page gets fewer pictures, not later ones.
 
-use super::server::Hall;
+use super::routes::Hall;
 use crate::diag::Diagnostic;
 use crate::session::live::{Command, Report};
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};

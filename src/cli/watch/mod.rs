@@ -2,16 +2,15 @@
 
 mod client;
 mod files;
-mod guard;
 mod page;
-mod server;
+mod routes;
 
 use super::options::{PictureOptions, ScriptOptions, statistics_path};
 use super::report::{Failure, Outcome, Terminal};
+use super::serve::Listen;
 use super::work::Work;
 use crate::session::Session;
 use crate::world::Disk;
-use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -47,13 +46,8 @@ pub struct Args {
     #[arg(long, conflicts_with_all = ["port", "address"])]
     headless: bool,
 
-    /// Port of the page; 0 takes one that is free
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    port: u16,
-
-    /// Interface to serve the page on; anything but the loopback lets others in your network in, who know the address
-    #[arg(long, value_name = "IP", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
-    address: IpAddr,
+    #[command(flatten)]
+    listen: Listen,
 
     /// Writes statistics of each full picture to a file, with --headless
     #[arg(long, value_name = "FILE.json", value_parser = statistics_path, requires = "headless")]

@@ -16,6 +16,9 @@ mod steer;
 mod studio;
 mod wish;
 
+#[cfg(test)]
+mod tests;
+
 pub use canvas::{Canvas, News};
 pub use steer::Move;
 pub use wish::{Command, Message, Refused, Report, Slider, Stage};

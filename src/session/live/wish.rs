@@ -184,6 +184,11 @@ impl Slider {
         let Param { name, default, range: (least, most), value, whole } = param.clone();
         Slider { name, value, default, least, most, whole }
     }
+
+    /// The value that it has.
+    pub fn value(&self) -> f64 {
+        self.value
+    }
 }
 
 /// A diagnostic with the line that it is about.

@@ -7,7 +7,7 @@
 //! - come from our own page, if it says where it comes from, which browsers always do for WebSockets;
 //! - know the token in the address, which is new each time and too long to be guessed.
 
-use super::super::report::{Failure, Terminal, err};
+use crate::cli::report::{Failure, Terminal, err};
 use axum::extract::{ConnectInfo, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::Next;
@@ -28,7 +28,7 @@ pub fn token() -> Result<String, Failure> {
     getrandom::fill(&mut bytes).map_err(|e| {
         Failure::error(
             format!("the system gives no random numbers ({e})"),
-            "--headless needs none: it writes files and serves no page",
+            "pages need them; commands that write files do not",
         )
     })?;
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
@@ -67,6 +67,13 @@ impl Guard {
         }
     }
 
+    /// The answer where there is none: the token is wrong, or what stands behind it.
+    pub fn lost(&self, who: SocketAddr) -> Response {
+        self.log(who, "there is nothing at that address, or its token is wrong");
+        let text = "there is nothing here; open the address that orogen printed\n";
+        (StatusCode::NOT_FOUND, text).into_response()
+    }
+
     /// Says that something was refused.
     pub fn log(&self, who: SocketAddr, what: &str) {
         err(self.terminal.dim(format_args!("refused {who}: {what}")));
@@ -87,13 +94,6 @@ pub async fn check(
         }
         None => sealed(next.run(request).await),
     }
-}
-
-/// What has no other answer: the token is wrong, or what stands behind it.
-pub async fn lost(State(guard): State<Guard>, ConnectInfo(who): ConnectInfo<SocketAddr>) -> Response {
-    guard.log(who, "there is nothing at that address, or its token is wrong");
-    (StatusCode::NOT_FOUND, "there is nothing here; open the address that orogen watch printed\n")
-        .into_response()
 }
 
 /// An answer that browsers keep to themselves, and that runs nothing from elsewhere.

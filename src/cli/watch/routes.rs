@@ -1,21 +1,20 @@
-//! The server of the page: its files, pictures to save, and a WebSocket for each who looks on.
+//! What the page is made of: its files, pictures to save, and a WebSocket for each who looks on.
 
 use super::client;
-use super::guard::{self, Guard};
+use crate::cli::serve::{self, Guard};
 use crate::render::{self, Metadata, Precision};
 use crate::session::live::{Finished, Live};
 use axum::Router;
-use axum::extract::{ConnectInfo, FromRef, Path, State, WebSocketUpgrade};
+use axum::extract::{ConnectInfo, Path, State, WebSocketUpgrade};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use tokio::net::TcpListener;
 use tokio::sync::watch;
 
 /// Files of the page: name, type, and text.
-const FILES: [(&str, &str, &str); 6] = [
+const FILES: [serve::File; 6] = [
     ("", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("style.css", "text/css; charset=utf-8", include_str!("page/style.css")),
     ("main.js", "text/javascript; charset=utf-8", include_str!("page/main.js")),
@@ -38,40 +37,23 @@ pub struct Hall {
     pub guard: Guard,
 }
 
-impl FromRef<Hall> for Guard {
-    fn from_ref(hall: &Hall) -> Guard {
-        hall.guard.clone()
-    }
-}
-
-/// Serves until `end` changes. The token is part of every address.
-pub async fn serve(
-    listener: TcpListener,
-    token: &str,
-    hall: Hall,
-    mut end: watch::Receiver<bool>,
-) -> std::io::Result<()> {
-    let inside = Router::new()
+/// The page, behind its token.
+pub fn routes(hall: Hall) -> Router {
+    Router::new()
         .route("/", get(|hall, who| file(hall, who, Path(String::new()))))
         .route("/live", get(connect))
         .route("/picture/{name}", get(picture))
-        .route("/{name}", get(file));
-    let router = Router::new()
-        .nest(&format!("/{token}"), inside)
-        .fallback(guard::lost)
-        .with_state(hall.clone())
-        .layer(axum::middleware::from_fn_with_state(hall.guard, guard::check));
-    let service = router.into_make_service_with_connect_info::<SocketAddr>();
-    let ended = async move { end.wait_for(|end| *end).await.map(drop).unwrap_or_default() };
-    axum::serve(listener, service).with_graceful_shutdown(ended).await
+        .route("/{name}", get(file))
+        .with_state(hall)
 }
 
 /// A file of the page.
-async fn file(State(hall): State<Hall>, who: ConnectInfo<SocketAddr>, Path(name): Path<String>) -> Response {
-    match FILES.iter().find(|(known, ..)| *known == name) {
-        Some((_, kind, text)) => ([(header::CONTENT_TYPE, *kind)], *text).into_response(),
-        None => guard::lost(State(hall.guard), who).await,
-    }
+async fn file(
+    State(hall): State<Hall>,
+    ConnectInfo(who): ConnectInfo<SocketAddr>,
+    name: Path<String>,
+) -> Response {
+    serve::file(&FILES, name, &hall.guard, who)
 }
 
 /// Somebody looks on.
@@ -94,7 +76,7 @@ async fn picture(State(hall): State<Hall>, Path(name): Path<String>) -> Response
         _ => return (StatusCode::NOT_FOUND, "pictures end in .png or .exr\n").into_response(),
     };
     let Some(finished) = hall.live.finished() else {
-        return (StatusCode::CONFLICT, "the picture is not finished yet\n").into_response();
+        return serve::later("the picture is not finished yet\n");
     };
     let encoded = tokio::task::spawn_blocking(move || encode(&finished, &name)).await;
     match encoded.map_err(|e| e.to_string()).flatten() {
