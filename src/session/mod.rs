@@ -55,6 +55,7 @@ pub struct Loaded {
 }
 
 /// A script with its parameters, and the scene that they make.
+#[derive(Clone)]
 pub struct Session {
     script: PathBuf,
     params: BTreeMap<String, f64>,

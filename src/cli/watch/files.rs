@@ -11,7 +11,7 @@ use super::POLL;
 use crate::diag::Diagnostic;
 use crate::render::{Job, Picture};
 use crate::scene::Scene;
-use crate::session::{self, Loaded, Order};
+use crate::session::{self, Loaded, Order, Session};
 use crate::world::watch::Watch;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -108,9 +108,9 @@ impl State {
         };
         let thread = {
             let (sender, number, order) = (self.sender.clone(), self.number, self.work.order);
-            let (scene, cancel) = (scene.clone(), cancel.clone());
+            let (session, scene, cancel) = (self.work.session.clone(), scene.clone(), cancel.clone());
             std::thread::spawn(move || {
-                draw(&scene, &order, &cancel, |stage, picture| {
+                draw(&session, &scene, &order, &cancel, |stage, picture| {
                     // Nobody listens any more only when the program ends.
                     sender.send(Event::Drawn(number, stage, Box::new(picture))).unwrap_or_default();
                 })
@@ -180,9 +180,10 @@ impl State {
 
 /// Renders quick pictures and then the full one.
 fn draw(
-    scene: &Scene,
+    session: &Session,
+    scene: &Arc<Scene>,
     order: &Order,
-    cancel: &AtomicBool,
+    cancel: &Arc<AtomicBool>,
     tell: impl Fn(Stage, Result<Picture, Box<Diagnostic>>),
 ) {
     let job = Job::unwatched(cancel);
@@ -196,6 +197,6 @@ fn draw(
         stage = Stage::Better;
     }
     if !cancel.load(Ordering::SeqCst) {
-        tell(Stage::Full, session::render(scene, order, &job));
+        tell(Stage::Full, session.render(scene, order, &job, cancel));
     }
 }
