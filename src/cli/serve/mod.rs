@@ -86,7 +86,7 @@ fn cannot(what: &str, e: std::io::Error) -> Failure {
 fn guarded(inside: Router, token: &str, guard: Guard) -> Router {
     let lost = guard.clone();
     Router::new()
-        .nest(&format!("/{token}"), inside)
+        .nest(&format!("/{token}/"), inside)
         .fallback(async move |ConnectInfo(who): ConnectInfo<SocketAddr>| lost.lost(who))
         .layer(axum::middleware::from_fn_with_state(guard, guard::check))
 }
