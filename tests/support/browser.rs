@@ -52,7 +52,7 @@ impl Browser {
         let target = self.call(
             None,
             "Target.createTarget",
-            json!({ "url": address, "browserContextId": context["browserContextId"], "width": 1200, "height": 800 }),
+            json!({ "url": address, "newWindow": true, "browserContextId": context["browserContextId"], "width": 1200, "height": 800 }),
         );
         let session = self.call(
             None,
