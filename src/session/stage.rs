@@ -69,13 +69,9 @@ pub(super) fn render_moments(
     let mut warnings = Vec::new();
     let mut shots = Vec::new();
     for scene in moments {
-        let mut touch = Touch::default();
-        if let Some(keep) = &scene.surface.keep {
-            let correction = topology::correction(scene, keep, order.threads, &watch)?;
-            touch.judge = Some(correction.judge.clone_box());
-            warnings = correction.warnings();
-        }
-        shots.push(Taken::new(scene, order, touch)?);
+        let (taken, odd) = Taken::corrected(scene, order, &watch)?;
+        shots.push(taken);
+        warnings = odd;
     }
     let mut picture = picture(shots, order, job)?;
     picture.warnings.extend(warnings);
@@ -105,14 +101,28 @@ pub(super) fn render_touched(
 }
 
 /// A scene at one moment with its caster, and the same of what is beside its solid.
-struct Taken {
-    scene: render::Prepared,
-    caster: Box<dyn cast::Caster>,
+pub(super) struct Taken {
+    pub scene: render::Prepared,
+    pub caster: Box<dyn cast::Caster>,
     moon: Option<Box<Taken>>,
     sea: Option<Box<Taken>>,
 }
 
 impl Taken {
+    /// With those parts of the solid that the scene keeps, and what is odd about them.
+    pub fn corrected(
+        scene: &Scene,
+        order: &Order,
+        watch: &Watch<'_>,
+    ) -> Result<(Taken, Vec<Diagnostic>), Box<Diagnostic>> {
+        let Some(keep) = &scene.surface.keep else {
+            return Ok((Taken::new(scene, order, Touch::default())?, Vec::new()));
+        };
+        let correction = topology::correction(scene, keep, order.threads, watch)?;
+        let touch = Touch { judge: Some(correction.judge.clone_box()), painter: None };
+        Ok((Taken::new(scene, order, touch)?, correction.warnings()))
+    }
+
     fn new(scene: &Scene, order: &Order, touch: Touch) -> Result<Taken, Box<Diagnostic>> {
         let mut prepared =
             render::prepare(scene, &settings(scene, order)?).map_err(|e| Box::new(e.diagnostic()))?;
