@@ -170,6 +170,7 @@ fn kind(instr: &Instr, kinds: &[Kind]) -> Kind {
     match instr {
         Instr::Const(_) => Kind::Constant,
         Instr::Coordinate(_) => Kind::Linear,
+        Instr::Scale(a, _) | Instr::Shift(a, _) if of(a) == Kind::Term => Kind::Sum,
         Instr::Scale(a, _) | Instr::Shift(a, _) => of(a),
         Instr::Op(op, args) => {
             let args = &args[..op.arity()];
@@ -245,6 +246,14 @@ mod tests {
         let mut shares: Vec<f64> = found.shares.iter().map(|(_, share)| *share).collect();
         shares.sort_by(f64::total_cmp);
         assert!((shares[0] - 0.2).abs() < 1e-9 && (shares[1] - 0.8).abs() < 1e-9, "{shares:?}");
+    }
+
+    #[test]
+    fn slope_begins_at_the_noise_and_not_at_what_is_made_of_it() {
+        let (_, terms) = terms("0.5 * (gradient(7).field() - 0.2)");
+        let found = terms.steepness(&[Interval::around(0.3, 0.1); 3]);
+        let [(slot, _)] = found.shares[..] else { panic!("{found:?}") };
+        assert!(matches!(terms.tape.code()[slot as usize], Instr::Noise(..)));
     }
 
     #[test]

@@ -147,7 +147,7 @@ impl Picker {
 fn dominant(tape: &Arc<Tape>, point: DVec3, ledger: &Ledger) -> Option<Dominant> {
     let terms = Terms::new(tape.clone());
     let found = terms.steepness(&point.to_array().map(Interval::point));
-    if !(found.bound > 0.0) || !found.bound.is_finite() {
+    if found.bound == 0.0 || !found.bound.is_finite() {
         return None;
     }
     let mut lines: BTreeMap<Line, f64> = BTreeMap::new();

@@ -28,7 +28,7 @@ use table::Table;
   orogen profile rock.rhai --size 3840x2160   in as much detail as a larger picture shows
   orogen profile rock.rhai --set octaves=5 --json rock.json
 
-Solid and colours have tables of their own. The bound is what is certain of the slope in boxes of 16
+Solid and colours have tables of their own. The bound is what is certain of the slope in boxes of 8
 pixels around the surface, on average; `without` is what it would be if the line did not vary, and
 `loose` how many times as steep as in samples the line may be for all that is certain.")]
 pub struct Args {

@@ -11,6 +11,9 @@ const BAR: usize = 10;
 /// and those that are shown of a line of a script.
 const TEXT: usize = 56;
 
+/// Shares that are not worth a row.
+const LEAST: f64 = 5e-4;
+
 /// How a profile is shown.
 pub struct Table<'a> {
     script: &'a Path,
@@ -38,7 +41,8 @@ impl<'a> Table<'a> {
     fn cost(&self, title: &str, often: &str, what: &str, cost: &Cost) {
         out(format!("{}  {:.0} ns {what}, {often}", self.terminal.bold(title), cost.nanoseconds));
         let width = self.width(cost.lines.iter().map(|line| &line.line));
-        for line in cost.lines.iter().take(self.top) {
+        let rows = self.rows(cost.lines.iter().map(|line| line.share));
+        for line in cost.lines.iter().take(rows) {
             let parts: Vec<&str> = line.what.iter().take(2).map(String::as_str).collect();
             let more = if line.what.len() > 2 { ", ..." } else { "" };
             let aside = self.terminal.dim(format_args!("{}{more}", parts.join(", ")));
@@ -64,7 +68,8 @@ impl<'a> Table<'a> {
             out(format!("  in {:.1} % of the places there is none", 100.0 * bound.unbounded));
         }
         let width = self.width(bound.lines.iter().map(|line| &line.line));
-        for line in bound.lines.iter().take(self.top) {
+        let rows = self.rows(bound.lines.iter().map(|line| line.share));
+        for line in bound.lines.iter().take(rows) {
             let without = line.without.map(|bound| format!("without {}, ", number(bound)));
             let aside = format!("{}loose {:.1}", without.unwrap_or_default(), line.looseness);
             out(self.row(line.share, &line.line, width, &self.terminal.dim(aside)));
@@ -85,11 +90,17 @@ impl<'a> Table<'a> {
         format!("{percent:>6.1} % {} {:>width$}  {text:<TEXT$}  {aside}", self.bar(share), self.place(line))
     }
 
+    /// How many lines the table shows.
+    fn rows(&self, shares: impl Iterator<Item = f64>) -> usize {
+        shares.take(self.top).take_while(|share| *share >= LEAST).count()
+    }
+
     /// What the lines that are not in the table come to, and an empty line.
-    fn rest(&self, shares: impl Iterator<Item = f64>) {
-        let rest: Vec<f64> = shares.skip(self.top).collect();
-        if !rest.is_empty() {
-            out(format!("{:>6.1} % in {} more, see --top", 100.0 * rest.iter().sum::<f64>(), rest.len()));
+    fn rest(&self, shares: impl Iterator<Item = f64> + Clone) {
+        let rest: Vec<f64> = shares.clone().skip(self.rows(shares)).collect();
+        let sum: f64 = rest.iter().sum();
+        if sum >= LEAST {
+            out(format!("{:>6.1} % in {} more, see --top", 100.0 * sum, rest.len()));
         }
         out("");
     }

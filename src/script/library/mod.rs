@@ -303,7 +303,8 @@ impl Call<'_> {
         if let Some(mut source) = result.write_lock::<Source>() {
             source.set_place(place);
         } else if let Some(field) = result.read_lock::<Field>() {
-            self.host.set_place(field.node, place);
+            let colors = field.color.into_iter().flatten();
+            colors.chain([field.node]).for_each(|node| self.host.set_place(node, place));
         } else if let Some(v) = result.read_lock::<super::value::VectorField>() {
             v.0.iter().for_each(|&node| self.host.set_place(node, place));
         }

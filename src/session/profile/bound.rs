@@ -12,8 +12,8 @@ use std::collections::{BTreeMap, HashSet};
 /// Boxes that are looked at,
 const BOXES: usize = 240;
 
-/// and how many pixels they reach from a point of the surface: as far as the beams that casters begin with.
-pub(super) const REACH: f64 = 8.0;
+/// and how many pixels they reach from a point of the surface: a beam of 64 rays is as wide as such a box.
+pub(super) const REACH: f64 = 4.0;
 
 /// Lines of which it is found out what the bound would be without them.
 const LINES: usize = 12;
@@ -21,7 +21,7 @@ const LINES: usize = 12;
 /// Corners of a box, every other one, where samples are taken besides its middle.
 const CORNERS: [[f64; 3]; 4] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
 
-/// How steep the field may be near the surface: averages over boxes around points of it, which reach eight pixels to each
+/// How steep the field may be near the surface: averages over boxes around points of it, which reach four pixels to each
 /// side.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bound {

@@ -1,6 +1,7 @@
 //! What to do about what a script costs. Each hint is made of something that was measured, and says what.
 
-use super::bound::{Bound, REACH, Slopes};
+use super::Profile;
+use super::bound::{REACH, Slopes};
 use super::cost::{Times, name, pieces};
 use super::sight::{Look, Sight};
 use crate::expr::{Graph, Node, NodeId};
@@ -32,8 +33,9 @@ pub(super) struct Found<'a> {
     pub look: &'a Look,
     pub ledger: &'a Ledger,
     pub times: &'a Times,
-    pub bound: &'a Bound,
     pub slopes: &'a Slopes,
+    /// All but the hints.
+    pub profile: &'a Profile,
 }
 
 /// Share of the time from which on something is worth a hint.
@@ -54,6 +56,7 @@ pub(super) fn of(found: &Found<'_>) -> Vec<Hint> {
     let mut hints = undefined(found);
     hints.extend(boundless(found));
     hints.extend(fine_octaves(found));
+    hints.extend(dear_colors(found));
     hints.extend(slow_noises(found));
     hints.extend(octaves(found));
     hints.extend(loose(found));
@@ -155,6 +158,24 @@ fn octaves(found: &Found<'_>) -> Vec<Hint> {
     found.fractals().into_iter().filter_map(of).collect()
 }
 
+/// Colours that take longer than it takes to find the surface that has them.
+fn dear_colors(found: &Found<'_>) -> Option<Hint> {
+    let Profile { rays, hits, evaluations, solid, shading, .. } = found.profile;
+    let shading = shading.as_ref()?;
+    let finding = *rays as f64 * evaluations * solid.nanoseconds;
+    let coloring = *hits as f64 * shading.nanoseconds;
+    if coloring < finding {
+        return None;
+    }
+    let finding = format!(
+        "colours and material take {:.1} times as long as the rays to the eye do to find the surface; this line has the largest share of that, {}",
+        coloring / finding,
+        percent(shading.lines.first()?.share)
+    );
+    let remedy = "the code of colours is the same everywhere: color few large parts rather than many small ones, or by place, altitude or noise";
+    Some(Hint { line: shading.lines.first()?.line.clone(), finding, remedy: remedy.to_owned() })
+}
+
 /// Noises that take much longer than gradient noise.
 fn slow_noises(found: &Found<'_>) -> Vec<Hint> {
     let (graph, gradient) = (&found.shown.graph, Kind::ALL[0].plain());
@@ -230,7 +251,8 @@ fn boundless(found: &Found<'_>) -> Vec<Hint> {
 
 /// Lines whose bound is far above the slopes that there are.
 fn loose(found: &Found<'_>) -> Vec<Hint> {
-    let lines = found.bound.lines.iter().filter(|line| line.share >= STEEP && line.looseness >= LOOSE);
+    let lines =
+        found.profile.bound.lines.iter().filter(|line| line.share >= STEEP && line.looseness >= LOOSE);
     let of = |line: &super::LineBound| Hint {
         line: line.line.clone(),
         finding: format!(

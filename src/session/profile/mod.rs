@@ -91,23 +91,21 @@ fn measured(
     let shading = cost::of_shading(shown, &look.seen);
     watch.check()?;
     let (bound, slopes) = watch.part(0.8, 1.0, |watch| bound::of(shown, &look.seen, &ledger, watch))?;
-    let hints = hints::of(&hints::Found {
-        shown,
-        look,
-        ledger: &ledger,
-        times: &times,
-        bound: &bound,
-        slopes: &slopes,
-    });
     let stats = &look.stats;
-    Ok(Profile {
+    let solid = times.by_line(&ledger, &shown.graph);
+    let shading = shading.map(|times| times.by_line(&ledger, &shown.graph));
+    let mut profile = Profile {
         rays: stats.rays,
         hits: stats.hits,
         uncertified: stats.uncertified,
         evaluations: stats.evaluations as f64 / stats.rays.max(1) as f64,
-        solid: times.by_line(&ledger, &shown.graph),
-        shading: shading.map(|times| times.by_line(&ledger, &shown.graph)),
+        solid,
+        shading,
         bound,
-        hints,
-    })
+        hints: Vec::new(),
+    };
+    let found =
+        hints::Found { shown, look, ledger: &ledger, times: &times, slopes: &slopes, profile: &profile };
+    profile.hints = hints::of(&found);
+    Ok(profile)
 }
