@@ -84,7 +84,7 @@ impl Picker {
         order: &Order,
         watch: &Watch<'_>,
     ) -> Result<Picker, Box<Diagnostic>> {
-        let (taken, _) = Taken::corrected(scene, order, watch)?;
+        let (taken, _) = Taken::corrected(scene, &order.at_once(), watch)?;
         let shown = &taken.scene;
         let ledger = Arc::new(Ledger::new(&shown.graph, &[shown.field], &loaded.sources));
         Ok(Picker { color: shown.color.clone().map(Evaluator::new), labels: None, ledger, taken })

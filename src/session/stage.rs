@@ -27,6 +27,15 @@ pub struct Order {
     pub threads: Option<NonZeroUsize>,
 }
 
+impl Order {
+    /// The same with a caster that needs no trial of others before its first ray, for few rays: which one is best for a
+    /// whole picture takes longer to find out than they do.
+    pub(super) fn at_once(&self) -> Order {
+        let caster = if self.caster == Kind::Auto { Kind::Beam } else { self.caster };
+        Order { caster, ..*self }
+    }
+}
+
 /// The settings that the script and an order together ask for.
 ///
 /// Where the script gives no bounds, the solid is looked for: in the field as the picture shows it,

@@ -11,10 +11,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Runs of which the shortest counts,
-const RUNS: u32 = 3;
+const RUNS: u32 = 5;
 
-/// each of so many executions, doubled until it takes this long.
-const LEAST: u32 = 4;
+/// each of as many executions as take so long, and no longer: the shorter a run, the likelier it is left alone.
 const LONG: Duration = Duration::from_micros(2);
 
 /// Seconds that each instruction takes at a point, or batch of points; constants take none.
@@ -29,7 +28,7 @@ pub fn seconds<T: Number>(tape: &Arc<Tape>, at: &[T; 3]) -> Vec<f64> {
 }
 
 fn time<T: Number>(evaluator: &mut Evaluator<T>, i: usize, at: &[T; 3]) -> f64 {
-    let mut count = LEAST;
+    let mut count = 1;
     let mut run = |count: u32| {
         let start = Instant::now();
         (0..count).for_each(|_| evaluator.again(i, black_box(at)));

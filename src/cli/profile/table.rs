@@ -11,6 +11,9 @@ const BAR: usize = 10;
 /// and those that are shown of a line of a script.
 const TEXT: usize = 56;
 
+/// Characters in a line of a hint.
+const WIDE: usize = 92;
+
 /// Shares that are not worth a row.
 const LEAST: f64 = 5e-4;
 
@@ -79,8 +82,11 @@ impl<'a> Table<'a> {
 
     fn hint(&self, hint: &Hint) {
         let Hint { line, finding, remedy } = hint;
-        out(format!("{} {}", self.terminal.bold(format_args!("{}:", self.place(line))), line.text));
-        out(format!("  {finding}\n  {} {remedy}\n", self.terminal.bold("Help:")));
+        let text: String = line.text.chars().take(WIDE).collect();
+        out(format!("{} {text}", self.terminal.bold(format_args!("{}:", self.place(line)))));
+        wrapped(finding).iter().for_each(|line| out(format!("  {line}")));
+        let help = wrapped(&format!("Help: {remedy}")).join("\n  ");
+        out(format!("  {}\n", help.replacen("Help:", &self.terminal.bold("Help:"), 1)));
     }
 
     /// `  41.2 % ||||        12  let fine = ...   what`
@@ -131,6 +137,22 @@ impl<'a> Table<'a> {
     }
 }
 
+/// A sentence in lines.
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => line.push_str(word),
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= WIDE => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// A number with three digits that say something.
 fn number(x: f64) -> String {
     let digits = if x > 0.0 { (2.0 - libm::log10(x).floor()).clamp(0.0, 9.0) as usize } else { 0 };
@@ -153,6 +175,14 @@ mod tests {
         for i in 0..=100 {
             assert_eq!(bar(true, f64::from(i) / 100.0).chars().count(), BAR + 9);
         }
+    }
+
+    #[test]
+    fn hints_are_wrapped_between_words() {
+        let text = "a line that goes on and on ".repeat(9);
+        let lines = wrapped(&text);
+        assert!(lines.len() > 2 && lines.iter().all(|line| line.chars().count() <= WIDE));
+        assert_eq!(lines.join(" "), text.trim_end());
     }
 
     #[test]

@@ -8,6 +8,7 @@ use crate::session::ledger::{Ledger, Line};
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashSet};
+use std::time::{Duration, Instant};
 
 /// Boxes that are looked at,
 const BOXES: usize = 240;
@@ -17,6 +18,9 @@ pub(super) const REACH: f64 = 4.0;
 
 /// Lines of which it is found out what the bound would be without them.
 const LINES: usize = 12;
+
+/// After so long, boxes or lines that are left are not looked at any more.
+const PATIENCE: Duration = Duration::from_millis(1000);
 
 /// Corners of a box, every other one, where samples are taken besides its middle.
 const CORNERS: [[f64; 3]; 4] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
@@ -52,7 +56,7 @@ pub struct LineBound {
     pub line: Line,
     /// Its share.
     pub share: f64,
-    /// What the bound would be if the terms of this line did not vary; found out for the first dozen.
+    /// What the bound would be if the terms of this line did not vary; found out for the first dozen, if that is quick.
     pub without: Option<f64>,
     /// How many times as steep as in the samples the bounds of its terms are.
     pub looseness: f64,
@@ -85,20 +89,29 @@ pub(super) fn of(
     watch: &Watch<'_>,
 ) -> Result<(Bound, Slopes), Stopped> {
     let step = seen.len().div_ceil(BOXES).max(1);
-    let seen: Vec<&Sight> = seen.iter().step_by(step).collect();
-    let mut slopes = Slopes { boxes: seen.len(), ..Slopes::default() };
-    let (mut bounds, mut steepest) = (Vec::new(), 0.0);
+    let mut seen: Vec<&Sight> = seen.iter().step_by(step).collect();
+    let (mut slopes, mut bounds, mut steepest) = (Slopes::default(), Vec::new(), 0.0);
+    let start = Instant::now();
     for sight in &seen {
         watch.check()?;
+        if start.elapsed() > PATIENCE {
+            break;
+        }
+        slopes.boxes += 1;
         if let Some((bound, sample)) = look(shown, sight, &mut slopes) {
             bounds.push(bound);
             steepest += sample;
         }
     }
+    seen.truncate(slopes.boxes);
     let (bounded, sum) = (bounds.len().max(1) as f64, bounds.iter().sum::<f64>());
     let mut lines = by_line(&slopes, ledger, sum);
+    let start = Instant::now();
     for line in lines.iter_mut().take(LINES) {
         watch.check()?;
+        if start.elapsed() > PATIENCE {
+            break;
+        }
         line.without = Some(without(shown, &seen, &slopes, ledger, &line.line));
     }
     let bound = Bound {

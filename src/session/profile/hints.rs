@@ -41,6 +41,9 @@ pub(super) struct Found<'a> {
 /// Share of the time from which on something is worth a hint.
 const DEAR: f64 = 0.1;
 
+/// Share of the time that is worth saving.
+const WORTH: f64 = 0.02;
+
 /// Share of the bound, and how loose it must be.
 const STEEP: f64 = 0.25;
 const LOOSE: f64 = 4.0;
@@ -145,7 +148,7 @@ fn octaves(found: &Found<'_>) -> Vec<Hint> {
             return None;
         }
         let saved = share * (1.0 - found.seconds_of(recipe, shown - 1)? / found.seconds_of(recipe, shown)?);
-        if saved < 0.01 {
+        if saved < WORTH {
             return None;
         }
         let finding = format!(

@@ -68,7 +68,7 @@ pub fn profile(
     order: &Order,
     watch: &Watch<'_>,
 ) -> Result<Profile, Box<Diagnostic>> {
-    let (mut taken, _) = watch.part(0.0, 0.3, |watch| Taken::corrected(scene, order, watch))?;
+    let (mut taken, _) = watch.part(0.0, 0.3, |watch| Taken::corrected(scene, &order.at_once(), watch))?;
     let look = watch.part(0.3, 0.5, |watch| sight::look(&mut taken, watch)).map_err(|_| stage::stopped())?;
     if look.seen.is_empty() {
         let error = Diagnostic::error("no ray met the solid, so there is nothing that costs");

@@ -5,10 +5,18 @@ use crate::field::{Stopped, Watch};
 use crate::num::Interval;
 use crate::session::stage::Taken;
 use glam::DVec3;
+use std::time::{Duration, Instant};
 
 /// Bundles of rays, about, and rays across each: as many as beams of the caster need to be worth it.
 const BUNDLES: f64 = 144.0;
 const WITHIN: u32 = 4;
+
+/// After so long as many points will do as have been found, if there are this many.
+const PATIENCE: Duration = Duration::from_millis(1500);
+const ENOUGH: usize = 64;
+
+/// Bundles follow one another by about this share of all, so that the first few are all over the picture, too.
+const GOLDEN: f64 = 0.618_033_988_75;
 
 /// A point of the solid that the picture shows.
 #[derive(Clone, Copy, Debug)]
@@ -38,8 +46,11 @@ pub(super) struct Look {
 /// Casts rays all over the picture.
 pub(super) fn look(taken: &mut Taken, watch: &Watch<'_>) -> Result<Look, Stopped> {
     let mut look = Look { seen: Vec::new(), stats: CastStats::default() };
-    let bundles = bundles(taken);
-    for (i, rays) in bundles.iter().enumerate() {
+    let (bundles, start) = (bundles(taken), Instant::now());
+    for (i, rays) in scattered(&bundles).enumerate() {
+        if start.elapsed() > PATIENCE && look.seen.len() >= ENOUGH {
+            break;
+        }
         let mut hits = vec![Hit::MISS; rays.len()];
         taken.caster.first_hits(rays, &mut hits, &mut look.stats, watch.cancel);
         watch.check()?;
@@ -52,6 +63,15 @@ pub(super) fn look(taken: &mut Taken, watch: &Watch<'_>) -> Result<Look, Stopped
         (watch.progress)((i + 1) as f64 / bundles.len() as f64);
     }
     Ok(look)
+}
+
+/// All entries of a list, each far from the one before.
+fn scattered<T>(list: &[T]) -> impl Iterator<Item = &T> {
+    let count = list.len();
+    let is_coprime = |step: &usize| (2..=*step).all(|d| step % d != 0 || count % d != 0);
+    let about = ((GOLDEN * count as f64) as usize).max(1);
+    let step = (about..=count.max(1)).find(is_coprime).unwrap_or(1);
+    (0..count).map(move |i| &list[i * step % count])
 }
 
 /// Neighbouring lines of sight, here and there in the picture.
@@ -68,4 +88,20 @@ fn bundles(taken: &Taken) -> Vec<Vec<Ray>> {
         (0..WITHIN * WITHIN).filter_map(through).collect()
     };
     (0..(columns * rows) as u32).map(bundle).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scattered_lists_have_every_entry_once() {
+        for count in [0, 1, 2, 7, 144, 154] {
+            let list: Vec<usize> = (0..count).collect();
+            let mut order: Vec<usize> = scattered(&list).copied().collect();
+            assert!(count < 7 || order.windows(2).all(|pair| pair[0].abs_diff(pair[1]) > 1), "{order:?}");
+            order.sort();
+            assert_eq!(order, list);
+        }
+    }
 }
