@@ -32,6 +32,7 @@ fn every_command_has_help_with_examples() {
         "heights",
         "definitions",
         "topology",
+        "profile",
     ] {
         let help = stdout(&bench.run(&format!("{command} --help")).success());
         has(&help, &["Usage: orogen", "Examples:", &format!("orogen {command}")]);
@@ -83,6 +84,10 @@ fn usage_errors_exit_with_2_and_show_how() {
         ("heights a.rhai -o a.png --center 1,2,1e300", &["--center", "0,1.5,0"]),
         ("heights a.rhai -o a.png --radius -1", &["--radius"]),
         ("topology a.rhai --top -1", &["--top 10"]),
+        ("profile", &["SCRIPT"]),
+        ("profile a.rhai --top -1", &["--top 10"]),
+        ("profile a.rhai --json a.txt", &[".json", "--json profile.json"]),
+        ("profile a.rhai --size 640", &["--size", "1920x1080"]),
         ("topology a.rhai --show kept", &["--output"]),
         ("definitions -o a.txt", &[".d.rhai"]),
         ("noise", &["KIND"]),

@@ -21,6 +21,7 @@ mod mesh;
 mod new;
 mod noise;
 mod options;
+mod profile;
 mod progress;
 mod render;
 mod repl;
@@ -53,6 +54,7 @@ Examples:
   orogen heights planet.rhai -o planet.png
                                      a map of its heights
   orogen topology rock.rhai          what it is connected with
+  orogen profile rock.rhai           what its lines cost
   orogen repl rock.rhai              asks questions about its fields
   orogen noise gradient -o figures   what a noise is like: pictures, spectrum, verdicts
 
@@ -86,6 +88,7 @@ enum Command {
     Heights(heights::Args),
     Topology(topology::Args),
     Check(check::Args),
+    Profile(profile::Args),
     Repl(repl::Args),
     New(new::Args),
     Noise(noise::Args),
@@ -128,6 +131,7 @@ impl Command {
             Command::Heights(args) => heights::run(&args, terminal),
             Command::Topology(args) => topology::run(&args, terminal),
             Command::Check(args) => check::run(&args, terminal),
+            Command::Profile(args) => profile::run(&args, terminal),
             Command::Repl(args) => repl::run(&args, terminal),
             Command::New(args) => new::run(&args),
             Command::Noise(args) => noise::run(&args, terminal),

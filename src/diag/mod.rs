@@ -23,6 +23,13 @@ pub struct Place {
     pub width: u32,
 }
 
+impl Place {
+    /// Whether it is in the standard library.
+    pub fn is_embedded(&self) -> bool {
+        self.file.starts_with("std/")
+    }
+}
+
 /// How bad it is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Severity {

@@ -124,6 +124,16 @@ impl Graph {
         self.places[id.0 as usize].get_or_insert_with(|| place.clone());
     }
 
+    /// Records another place.
+    pub fn move_place(&mut self, id: NodeId, place: &Place) {
+        self.places[id.0 as usize] = Some(place.clone());
+    }
+
+    /// The nodes that were added after the first so many.
+    pub fn since(&self, before: usize) -> impl Iterator<Item = NodeId> + use<> {
+        (before as u32..self.len() as u32).map(NodeId)
+    }
+
     /// The value of a node that is a number.
     pub fn as_const(&self, id: NodeId) -> Option<f64> {
         match self.node(id) {

@@ -207,7 +207,7 @@ impl Line<'_> {
             return Err(self.wrong(1, "the value of this line is not a number".to_owned(), hint));
         }
         // What is made of several operations comes from this line as a whole.
-        (before..graph.len()).for_each(|made| graph.set_place(NodeId(made as u32), &self.place(1)));
+        graph.since(before).for_each(|made| graph.set_place(made, &self.place(1)));
         Ok(node)
     }
 

@@ -8,12 +8,14 @@ mod line;
 mod moments;
 mod region;
 mod smooth;
+mod terms;
 mod watch;
 
 pub use line::{Unknown, first_inside};
 pub use moments::{Moments, Survey, survey};
 pub use region::{Extent, extent, lipschitz_outside};
 pub use smooth::{blame, smooth};
+pub use terms::{Steepness, Terms};
 pub use watch::{Stopped, Watch};
 
 use crate::expr::{Graph, NodeId};

@@ -153,6 +153,11 @@ impl Fractal {
         Ok(Fractal { recipe, terms, mean })
     }
 
+    /// How many octaves a footprint leaves something of.
+    pub fn octaves_within(&self, footprint: f64) -> u32 {
+        self.terms.iter().take_while(|term| !term.fade.is_gone(footprint)).count() as u32
+    }
+
     /// The parameters.
     pub fn recipe(&self) -> &Recipe {
         &self.recipe

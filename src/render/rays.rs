@@ -14,6 +14,12 @@ pub(super) fn piece((origin, direction): (DVec3, DVec3), bounds: &Aabb, toleranc
 }
 
 impl Prepared {
+    /// The line of sight through a place in the picture, given in pixels, as far as it lies within the bounds; through the
+    /// middle of a lens.
+    pub fn sight(&self, x: f64, y: f64) -> Option<Ray> {
+        piece(self.view.ray(x, y, [0.5, 0.5]), &self.settings.bounds, self.tolerance)
+    }
+
     /// Tolerance of rays that begin at a point of the solid.
     fn tolerance_from(&self, p: DVec3) -> f64 {
         self.tolerance.at(p.distance(self.view.eye))

@@ -109,11 +109,10 @@ impl Explainer<'_> {
 
     /// An error inside the standard library is shown at the call in the user's own script.
     fn blame_the_user(&self, d: &mut Diagnostic, error: &EvalAltResult) {
-        let embedded = |place: &Place| place.file.starts_with("std/");
-        if !d.place.as_ref().is_some_and(embedded) {
+        if !d.place.as_ref().is_some_and(Place::is_embedded) {
             return;
         }
-        let Some(own) = d.trace.iter().position(|(_, place)| !embedded(place)) else { return };
+        let Some(own) = d.trace.iter().position(|(_, place)| !place.is_embedded()) else { return };
         let (what, place) = d.trace[own].clone();
         let inner = d.place.replace(place.clone());
         if let Some(inner) = inner {

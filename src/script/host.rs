@@ -143,9 +143,20 @@ impl Host {
         }
     }
 
-    /// Records where a node was made.
+    /// Records where a node was made: the first place, but rather one of the user's than one of the standard library.
     pub fn set_place(&self, node: NodeId, place: &Place) {
-        self.graph.borrow_mut().set_place(node, place);
+        let mut graph = self.graph.borrow_mut();
+        if graph.place(node).is_some_and(|known| is_better(place, known)) {
+            graph.move_place(node, place);
+        } else {
+            graph.set_place(node, place);
+        }
+    }
+
+    /// Records where all nodes were made that have come since there were so many, unless that is known.
+    pub fn set_places(&self, before: usize, place: &Place) {
+        let mut graph = self.graph.borrow_mut();
+        graph.since(before).for_each(|node| graph.set_place(node, place));
     }
 
     /// The value of an expression at a point, or its enclosure over a box, by the kind of number.
@@ -194,6 +205,11 @@ impl Host {
         let reads = |id: &NodeId| matches!(graph.node(*id), Node::Input(input) if inputs.contains(input));
         graph.reachable(&[node]).iter().any(reads)
     }
+}
+
+/// Whether a place says more to the user than another.
+pub fn is_better(place: &Place, than: &Place) -> bool {
+    than.is_embedded() && !place.is_embedded()
 }
 
 /// Something is not a number.

@@ -2,7 +2,8 @@
 //! they become expressions.
 
 use super::fault::{Fault, Outcome};
-use super::host::Host;
+use super::host::{Host, is_better};
+use crate::diag::Place;
 use crate::expr::{Input, NodeId};
 use crate::noise::{Fractal, Noise, Recipe};
 use crate::num::{Bounds, Kernel, mix};
@@ -49,12 +50,21 @@ pub struct Source {
     pub domain: Domain,
     /// Coordinates, if not the point's own.
     pub at: Option<[NodeId; 3]>,
+    /// Where in a script it was made.
+    pub place: Option<Place>,
 }
 
 impl Source {
     /// A source at the point.
     pub fn new(kind: Kind) -> Self {
-        Source { kind, domain: Domain::Space, at: None }
+        Source { kind, domain: Domain::Space, at: None, place: None }
+    }
+
+    /// Records where it was made, as for a [node](Host::set_place).
+    pub fn set_place(&mut self, place: &Place) {
+        if self.place.as_ref().is_none_or(|known| is_better(place, known)) {
+            self.place = Some(place.clone());
+        }
     }
 
     /// The noise, of which a sum adds octaves.
@@ -130,8 +140,15 @@ impl Source {
         }
     }
 
-    /// The expression.
+    /// The expression, made where the source was.
     pub fn lower(&self, host: &Host) -> Outcome<NodeId> {
+        let before = host.graph.borrow().len();
+        let node = self.expression(host)?;
+        self.place.iter().for_each(|place| host.set_places(before, place));
+        Ok(node)
+    }
+
+    fn expression(&self, host: &Host) -> Outcome<NodeId> {
         let p = match self.at {
             Some(p) => p,
             None => host.point()?,

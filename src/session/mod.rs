@@ -7,16 +7,20 @@
 //! ```
 //!
 //! A scene also becomes a mesh ([`polygonise`]), samples of a volume ([`Lattice`]), or a map of its
-//! [`heights`].
+//! [`heights`]. What its script costs, line by line, is told by a [`profile`], and what is at a pixel of its picture
+//! by [`picking`].
 //!
 //! A session knows which files its scene came from, so [`Session::load`] does nothing as long as
 //! none of them changed, and a watcher knows what to watch. Commands, previews and tests all make
 //! their pictures through it.
 
 pub mod heights;
+mod ledger;
 pub mod live;
 mod moments;
+pub mod picking;
 mod preview;
+pub mod profile;
 mod reads;
 mod recipe;
 mod samples;
@@ -24,6 +28,7 @@ mod solid;
 mod stage;
 pub mod topology;
 
+pub use ledger::Line;
 pub use preview::{COARSENESS, preview};
 pub use recipe::Digests;
 pub use samples::Lattice;

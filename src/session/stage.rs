@@ -27,6 +27,15 @@ pub struct Order {
     pub threads: Option<NonZeroUsize>,
 }
 
+impl Order {
+    /// The same with a caster that needs no trial of others before its first ray, for few rays: which one is best for a
+    /// whole picture takes longer to find out than they do.
+    pub(super) fn at_once(&self) -> Order {
+        let caster = if self.caster == Kind::Auto { Kind::Beam } else { self.caster };
+        Order { caster, ..*self }
+    }
+}
+
 /// The settings that the script and an order together ask for.
 ///
 /// Where the script gives no bounds, the solid is looked for: in the field as the picture shows it,
@@ -85,17 +94,12 @@ pub(super) fn render_moments(
     let mut warnings = Vec::new();
     let mut shots = Vec::new();
     for scene in moments {
-        let mut touch = Touch::default();
-        if let Some(keep) = &scene.surface.keep {
-            let correction = topology::correction(scene, keep, order.threads, &watch)?;
-            touch.judge = Some(correction.judge.clone_box());
-            warnings = correction.warnings();
-        }
-        let mut taken = Taken::new(scene, order, touch)?;
+        let (mut taken, odd) = Taken::corrected(scene, order, &watch)?;
         if steering.is_some() {
             taken.look_ahead(order.caster);
         }
         shots.push(taken);
+        warnings = odd;
     }
     let mut picture = picture(shots, order, job, steering)?;
     picture.warnings.extend(warnings);
@@ -125,9 +129,9 @@ pub(super) fn render_touched(
 }
 
 /// A scene at one moment with its caster, and the same of what is beside its solid.
-struct Taken {
-    scene: render::Prepared,
-    caster: Box<dyn cast::Caster>,
+pub(super) struct Taken {
+    pub scene: render::Prepared,
+    pub caster: Box<dyn cast::Caster>,
     /// How whole tiles of it are seen, if they are wanted.
     reach: Option<Box<dyn cast::Reach>>,
     moon: Option<Box<Taken>>,
@@ -135,6 +139,20 @@ struct Taken {
 }
 
 impl Taken {
+    /// With those parts of the solid that the scene keeps, and what is odd about them.
+    pub fn corrected(
+        scene: &Scene,
+        order: &Order,
+        watch: &Watch<'_>,
+    ) -> Result<(Taken, Vec<Diagnostic>), Box<Diagnostic>> {
+        let Some(keep) = &scene.surface.keep else {
+            return Ok((Taken::new(scene, order, Touch::default())?, Vec::new()));
+        };
+        let correction = topology::correction(scene, keep, order.threads, watch)?;
+        let touch = Touch { judge: Some(correction.judge.clone_box()), painter: None };
+        Ok((Taken::new(scene, order, touch)?, correction.warnings()))
+    }
+
     fn new(scene: &Scene, order: &Order, touch: Touch) -> Result<Taken, Box<Diagnostic>> {
         let mut prepared =
             render::prepare(scene, &settings(scene, order)?).map_err(|e| Box::new(e.diagnostic()))?;

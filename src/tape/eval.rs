@@ -31,7 +31,7 @@ impl<T: Number> Evaluator<T> {
     }
 
     /// An evaluator that keeps the values of all instructions; see [`value`](Self::value).
-    pub(super) fn keeping_all(tape: Arc<Tape>) -> Self {
+    pub fn keeping_all(tape: Arc<Tape>) -> Self {
         let home = (0..tape.code.len() as u32).collect();
         let mut evaluator =
             Evaluator { registers: vec![T::constant(0.0); tape.code.len()], tape, home, pause: 0 };
@@ -115,8 +115,23 @@ impl<T: Number> Evaluator<T> {
 
     /// The value of an instruction in the last evaluation; of those that are neither outputs nor
     /// constants only if [all are kept](Self::keeping_all).
-    pub(super) fn value(&self, slot: u32) -> &T {
+    pub fn value(&self, slot: u32) -> &T {
         &self.registers[self.home[slot as usize] as usize]
+    }
+
+    /// Evaluates at a point, with a change made to the value of each instruction before others read it. Only for an
+    /// evaluator that [keeps all](Self::keeping_all).
+    pub fn eval_changed(&mut self, p: &[T; 3], mut change: impl FnMut(usize, &mut T)) -> &T {
+        for i in 0..self.tape.code.len() {
+            interpret(&self.tape.code[i], &self.home, i, &mut self.registers, p);
+            change(i, &mut self.registers[self.home[i] as usize]);
+        }
+        self.output(0)
+    }
+
+    /// Executes instruction number `i` again, on the values that the last evaluation left. Likewise.
+    pub(super) fn again(&mut self, i: usize, p: &[T; 3]) {
+        interpret(&self.tape.code[i], &self.home, i, &mut self.registers, p);
     }
 }
 

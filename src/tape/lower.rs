@@ -76,6 +76,8 @@ impl Census {
 pub struct Tape {
     pub(super) code: Vec<Instr>,
     pub(super) outputs: Vec<u32>,
+    /// What each instruction computes.
+    pub(super) origins: Vec<NodeId>,
     /// Counted when it is first asked for.
     work: OnceLock<u64>,
     /// Chosen when the tape is first evaluated.
@@ -90,7 +92,8 @@ impl Tape {
     pub fn new(graph: &Graph, roots: &[NodeId]) -> Tape {
         let mut slot: HashMap<NodeId, u32> = HashMap::new();
         let mut code = Vec::new();
-        for id in graph.reachable_here(roots) {
+        let origins = graph.reachable_here(roots);
+        for &id in &origins {
             let at = |a: &NodeId| slot[a];
             code.push(match graph.node(id) {
                 Node::Const(bits) => Instr::Const(f64::from_bits(*bits)),
@@ -115,11 +118,12 @@ impl Tape {
             slot.insert(id, code.len() as u32 - 1);
         }
         let outputs = roots.iter().map(|r| slot[r]).collect();
-        Tape::of(code, outputs).without_dead_code()
+        Tape::of(code, outputs, origins).without_dead_code()
     }
 
-    pub(super) fn of(code: Vec<Instr>, outputs: Vec<u32>) -> Tape {
-        Tape { code, outputs, work: OnceLock::new(), registers: OnceLock::new(), native: Native::default() }
+    pub(super) fn of(code: Vec<Instr>, outputs: Vec<u32>, origins: Vec<NodeId>) -> Tape {
+        let (work, registers, native) = Default::default();
+        Tape { code, outputs, origins, work, registers, native }
     }
 
     /// Number of instructions.
@@ -137,6 +141,21 @@ impl Tape {
         &self.code
     }
 
+    /// The node that each instruction computes, of the graph that the tape was made from.
+    pub fn origins(&self) -> &[NodeId] {
+        &self.origins
+    }
+
+    /// The nodes that the outputs are.
+    pub fn roots(&self) -> Vec<NodeId> {
+        self.outputs.iter().filter_map(|&o| self.origins.get(o as usize)).copied().collect()
+    }
+
+    /// The instruction that computes an output.
+    pub fn output(&self, k: usize) -> u32 {
+        self.outputs[k]
+    }
+
     /// Number of outputs.
     pub fn outputs(&self) -> usize {
         self.outputs.len()
@@ -148,7 +167,9 @@ impl Tape {
         let first = code.len() as u32;
         code.extend(self.outputs.iter().map(|&o| Instr::Op(Op::Neg(op::Neg), [o, 0, 0, 0, 0, 0])));
         let outputs = (first..code.len() as u32).collect();
-        Tape::of(code, outputs)
+        let negated = self.outputs.iter().filter_map(|&o| self.origins.get(o as usize));
+        let origins = self.origins.iter().chain(negated).copied().collect();
+        Tape::of(code, outputs, origins)
     }
 
     /// How much work there is in the tape.
@@ -208,14 +229,16 @@ impl Tape {
         }
         let mut moved = vec![u32::MAX; self.code.len()];
         let mut code = Vec::with_capacity(self.code.len());
+        let mut origins = Vec::with_capacity(self.code.len());
         for (i, mut instr) in self.code.into_iter().enumerate() {
             if used[i] {
                 instr.map_args(|a| moved[a as usize]);
                 moved[i] = code.len() as u32;
                 code.push(instr);
+                origins.extend(self.origins.get(i));
             }
         }
-        Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect())
+        Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect(), origins)
     }
 }
 

@@ -5,9 +5,10 @@
 //! ([`Many`](crate::num::Many)) an instruction works on many points and its dispatch disappears.
 //! Over a region, [`Tape::prune`] drops what cannot matter there; [`Cells`] do so for all parts of a
 //! region as they are asked for. Tapes that are evaluated often on batches of plain numbers become machine
-//! code ([`native`]).
+//! code ([`native`]). What each instruction takes is told by the clock ([`seconds`]).
 
 mod cells;
+mod clock;
 mod eval;
 mod inner;
 mod lower;
@@ -16,6 +17,7 @@ mod native;
 mod prune;
 
 pub use cells::{Cells, Prunings};
+pub use clock::seconds;
 pub use eval::Evaluator;
 pub use inner::{Flowed, Inner};
 pub use lower::{Census, Instr, Tape};

@@ -61,7 +61,8 @@ impl Tape {
     /// The code after its fate.
     fn with(&self, fates: &[Fate]) -> Tape {
         let mut moved = vec![u32::MAX; self.code.len()];
-        let mut code = Vec::with_capacity(fates.iter().filter(|f| f.is_instruction()).count());
+        let count = fates.iter().filter(|f| f.is_instruction()).count();
+        let (mut code, mut origins) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for (slot, fate) in fates.iter().enumerate() {
             match fate {
                 Fate::Goes => continue,
@@ -76,9 +77,10 @@ impl Tape {
                     code.push(instr);
                 }
             }
+            origins.extend(self.origins.get(slot));
             moved[slot] = code.len() as u32 - 1;
         }
-        Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect())
+        Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect(), origins)
     }
 }
 
@@ -223,5 +225,12 @@ impl Tape {
         let mut ranges = Evaluator::keeping_all(self.clone());
         ranges.eval(region);
         Facts::new(&self.code, &ranges).whole.into_iter().all(|whole| whole)
+    }
+
+    /// The first instruction that is not known to have a value everywhere in a region, though those before it have.
+    pub fn first_undefined(self: &Arc<Tape>, region: &[Interval; 3]) -> Option<u32> {
+        let mut ranges = Evaluator::keeping_all(self.clone());
+        ranges.eval(region);
+        Facts::new(&self.code, &ranges).whole.into_iter().position(|whole| !whole).map(|slot| slot as u32)
     }
 }

@@ -7,6 +7,7 @@
 use super::routes::Hall;
 use crate::diag::Diagnostic;
 use crate::session::live::{Command, Report};
+use crate::session::picking::Picked;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
@@ -21,6 +22,8 @@ enum Said {
     Do(Command),
     /// Parameters are to be written into the script.
     Write,
+    /// Somebody points at a place of the picture, given as shares of its width and height.
+    Pick([f64; 2]),
     /// It has shown everything up to a tick.
     Shown(u64),
 }
@@ -30,6 +33,7 @@ enum Said {
 #[serde(rename_all = "snake_case")]
 enum Told<'a> {
     Report(&'a Report),
+    Picked(Option<Picked>),
     Notice { error: bool, message: String, hints: Vec<String> },
 }
 
@@ -95,12 +99,20 @@ impl Page {
                 Err(refused) => self.notify(true, refused.to_string(), Vec::new()).await,
             },
             Said::Write => self.write().await,
+            Said::Pick(place) => self.pick(place).await,
             Said::Shown(tick) => {
                 self.busy = tick < self.tick;
                 self.show().await
             }
         };
         Ok(sent.is_ok())
+    }
+
+    /// Says what is at a place; nothing if there is no picture.
+    async fn pick(&mut self, place: [f64; 2]) -> Result<(), axum::Error> {
+        let live = self.hall.live.clone();
+        let picked = tokio::task::spawn_blocking(move || live.pick(place)).await;
+        self.tell(&Told::Picked(picked.ok().and_then(Result::ok))).await
     }
 
     /// Writes parameters into the script.

@@ -14,13 +14,14 @@ use std::sync::Arc;
 use tokio::sync::watch;
 
 /// Files of the page: name, type, and text.
-const FILES: [serve::File; 6] = [
+const FILES: [serve::File; 7] = [
     ("", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("style.css", "text/css; charset=utf-8", include_str!("page/style.css")),
     ("main.js", "text/javascript; charset=utf-8", include_str!("page/main.js")),
     ("link.js", "text/javascript; charset=utf-8", include_str!("page/link.js")),
     ("steer.js", "text/javascript; charset=utf-8", include_str!("page/steer.js")),
     ("panel.js", "text/javascript; charset=utf-8", include_str!("page/panel.js")),
+    ("probe.js", "text/javascript; charset=utf-8", include_str!("page/probe.js")),
 ];
 
 /// Longest message that a page has to send.

@@ -36,7 +36,7 @@ fn smooth(c: &Call<'_>) -> Outcome<Dynamic> {
     let Some(d) = rough else { return Ok(Dynamic::from(f)) };
     // What the standard library did is shown where it was asked for.
     let mut fault = Fault::from(d);
-    fault.place = fault.place.filter(|place| !place.file.starts_with("std/"));
+    fault.place = fault.place.filter(|place| !place.is_embedded());
     Err(fault)
 }
 

@@ -109,7 +109,7 @@ fn gradient(c: &Call<'_>, node: NodeId) -> Outcome<[NodeId; 3]> {
 
 /// A place to show: what the standard library did is shown where it was asked for.
 fn shown(place: Option<&Place>) -> Option<Box<Place>> {
-    place.filter(|place| !place.file.starts_with("std/")).cloned().map(Box::new)
+    place.filter(|place| !place.is_embedded()).cloned().map(Box::new)
 }
 
 /// What argument 0 becomes when it is carried along argument 1 for so long.

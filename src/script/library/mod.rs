@@ -160,9 +160,9 @@ impl Library<'_> {
             move |ctx: NativeCallContext<'_>, args: &mut [&mut Dynamic]| {
                 let args: Vec<Dynamic> = args.iter().map(|a| a.flatten_clone()).collect();
                 let call = Call { host: &host, name: &shown, place: place_of(&ctx), args: &args };
-                let start = Instant::now();
-                let result = host.unless_stopped(&shown, start, f(&call))?;
-                call.remember(&result);
+                let (start, before) = (Instant::now(), host.graph.borrow().len());
+                let mut result = host.unless_stopped(&shown, start, f(&call))?;
+                call.remember(&mut result, before);
                 Ok(result)
             },
         );
@@ -296,10 +296,15 @@ impl Call<'_> {
         found.ok_or_else(|| self.wrong(i, "a noise such as gradient(7)"))
     }
 
-    fn remember(&self, result: &Dynamic) {
+    /// Records where the result was made, and whatever was made for it since there were so many nodes.
+    fn remember(&self, result: &mut Dynamic, before: usize) {
         let Some(place) = &self.place else { return };
-        if let Some(field) = result.read_lock::<Field>() {
-            self.host.set_place(field.node, place);
+        self.host.set_places(before, place);
+        if let Some(mut source) = result.write_lock::<Source>() {
+            source.set_place(place);
+        } else if let Some(field) = result.read_lock::<Field>() {
+            let colors = field.color.into_iter().flatten();
+            colors.chain([field.node]).for_each(|node| self.host.set_place(node, place));
         } else if let Some(v) = result.read_lock::<super::value::VectorField>() {
             v.0.iter().for_each(|&node| self.host.set_place(node, place));
         }

@@ -23,8 +23,10 @@ pub use canvas::{Canvas, News};
 pub use steer::Move;
 pub use wish::{Command, Message, Refused, Report, Slider, Stage};
 
+use super::picking::{Picked, Picker};
 use super::{Loaded, Order, Session};
 use crate::diag::Diagnostic;
+use crate::field::Watch;
 use crate::render::{Picture, Steering};
 use crate::scene::{Camera, Param, Scene};
 use crate::script::rewrite;
@@ -72,6 +74,8 @@ struct Shared {
     bell: Condvar,
     canvas: Mutex<Canvas>,
     tell: Box<dyn Fn(Event) + Send + Sync>,
+    /// Says what is at a pixel of a scene.
+    picker: Mutex<Option<(Arc<Scene>, Picker)>>,
 }
 
 #[derive(Default)]
@@ -92,6 +96,15 @@ struct State {
     loaded: Option<Arc<Loaded>>,
     files: Vec<PathBuf>,
     finished: Option<Finished>,
+    subject: Option<Subject>,
+}
+
+/// What the picture is of that is drawn, or was drawn last.
+#[derive(Clone)]
+struct Subject {
+    scene: Arc<Scene>,
+    loaded: Arc<Loaded>,
+    order: Order,
 }
 
 /// A picture under way.
@@ -143,6 +156,7 @@ impl Live {
             bell: Condvar::new(),
             canvas: Mutex::new(Canvas::new([1, 1])),
             tell: Box::new(tell),
+            picker: Mutex::new(None),
         });
         let studio = studio::Studio::new(shared.clone(), session, order);
         Live { shared, thread: Some(std::thread::spawn(move || studio.work())) }
@@ -231,6 +245,30 @@ impl Live {
     /// The files to watch.
     pub fn files(&self) -> Vec<PathBuf> {
         self.shared.state().files.clone()
+    }
+
+    /// What is at a place of the picture, as shares of its width and height. The first question about a scene takes as long
+    /// as it takes to begin a picture of it.
+    ///
+    /// # Errors
+    /// A diagnostic if there is nothing to ask about.
+    pub fn pick(&self, [x, y]: [f64; 2]) -> Result<Picked, Box<Diagnostic>> {
+        let nothing = || Box::new(Diagnostic::error(Refused::Nothing.to_string()));
+        let Subject { scene, loaded, order } = self.shared.state().subject.clone().ok_or_else(nothing)?;
+        let mut kept = self.shared.picker.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut picker = match kept.take() {
+            Some((of, picker)) if Arc::ptr_eq(&of, &scene) => picker,
+            _ => Picker::new(
+                &loaded,
+                &scene,
+                &order,
+                &Watch { cancel: &AtomicBool::new(false), progress: &|_| () },
+            )?,
+        };
+        let [width, height] = order.size.map_or([1.0; 2], |(w, h)| [f64::from(w), f64::from(h)]);
+        let picked = picker.pick(x * width, y * height);
+        *kept = Some((scene, picker));
+        Ok(picked)
     }
 
     /// Writes the values that parameters have into the script, as their defaults. Gives the files that were written.

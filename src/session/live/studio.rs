@@ -1,7 +1,7 @@
 //! The thread that draws.
 
 use super::wish::{Message, Report, Slider, Stage, Wish};
-use super::{Event, Finished, Running, Shared, State};
+use super::{Event, Finished, Running, Shared, State, Subject};
 use crate::cast::Kind;
 use crate::diag::Diagnostic;
 use crate::field::Watch;
@@ -213,6 +213,7 @@ impl Studio {
             canvas.resize(size);
             canvas.view = View::new(&scene.camera, size[0], size[1]).ok();
         }
+        self.shared.state().subject = Some(Subject { scene: scene.clone(), loaded: loaded.clone(), order });
         self.shared.report(|report| report.size = size);
         let look = Look::of(scene);
         let layer = task.wish.layer;
@@ -236,12 +237,34 @@ impl Studio {
             let keep = scene.surface.keep.unwrap_or(Keep::Most(Measure::Minima));
             topology::picture(scene, &order, &analysis, (Show::Components, &keep), &job)?
         } else {
-            self.session.refine(scene, &order, &job, (&task.steering, &task.cancel))?
+            self.refined(scene, &order, &job, task)?
         };
         if picture.finished {
             self.finish(picture, scene, loaded, task);
         }
         Ok(())
+    }
+
+    /// The picture as it is ordered. Where that takes many samples, a picture of one sample comes first: it takes a
+    /// fraction of the time, and shows most of what there is to see.
+    fn refined(
+        &self,
+        scene: &Arc<Scene>,
+        order: &Order,
+        job: &Job<'_>,
+        task: &Task,
+    ) -> Result<Picture, Box<Diagnostic>> {
+        let refine = |samples: u32, job: &Job<'_>| {
+            let order = Order { samples: Some(samples), ..*order };
+            self.session.refine(scene, &order, job, (&task.steering, &task.cancel))
+        };
+        let samples = order.samples.unwrap_or(scene.film.samples);
+        let first = refine(1, job)?;
+        if samples == 1 || !first.finished {
+            return Ok(first);
+        }
+        // Nothing rough takes the place of what is there.
+        refine(samples, &Job { rough: &|_| (), ..*job })
     }
 
     /// The components of a solid, found once for each time that the script is read.

@@ -4,7 +4,7 @@
 const WAITS = [100, 250, 500, 1000, 2000];
 
 export class Link {
-  /** Calls `heard.report`, `heard.notice`, `heard.blocks` and `heard.connected`. */
+  /** Calls `heard.report`, `heard.notice`, `heard.picked`, `heard.blocks` and `heard.connected`. */
   constructor(heard) {
     this.heard = heard;
     this.attempts = 0;
@@ -26,9 +26,10 @@ export class Link {
 
   hear(data) {
     if (typeof data === "string") {
-      const { report, notice } = JSON.parse(data);
+      const { report, notice, picked } = JSON.parse(data);
       if (report) this.heard.report(report);
       if (notice) this.heard.notice(notice);
+      if (picked !== undefined) this.heard.picked(picked);
       return;
     }
     const { tick, size, blocks } = unpack(data);

@@ -2,6 +2,7 @@
 
 import { Link } from "./link.js";
 import { KEYS, Steer } from "./steer.js";
+import { Probe } from "./probe.js";
 import { LAYERS, Panel, by } from "./panel.js";
 
 const canvas = by("picture");
@@ -21,6 +22,7 @@ const link = new Link({
     document.body.dataset.revision = report.revision;
   },
   notice: (notice) => panel.notice(notice),
+  picked: (picked) => probe.show(picked),
   blocks(size, blocks) {
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     for (const { x, y, image } of blocks) brush.putImageData(image, x, y);
@@ -29,6 +31,7 @@ const link = new Link({
 });
 const panel = new Panel(link);
 const steer = new Steer(canvas, by("frame"), link);
+const probe = new Probe(canvas, link);
 
 /** Keeps the picture as it is, to compare the next one with. */
 function keep() {
