@@ -212,7 +212,7 @@ mod tests {
         "min(sphere(1.0), box(0.7).translated([0.5, 0, 0]).rotated([0, 1, 0], 20)) + 0.2 * sin(3.0 * y)",
         "import \"std/fractal\" as f; let n = f::ridged(gradient(7), #{ octaves: 5 }); sphere(1.0) - 0.1 * n * abs(n)",
         "sqrt(x) + y",
-        "x * y + gradient(3).field() / (1.0 + z ** 2)",
+        "x * y + gradient(3) / (1.0 + z ** 2)",
     ];
 
     fn terms(text: &str) -> (Field, Terms) {
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn slope_begins_at_the_noise_and_not_at_what_is_made_of_it() {
-        let (_, terms) = terms("0.5 * (gradient(7).field() - 0.2)");
+        let (_, terms) = terms("0.5 * (gradient(7) - 0.2)");
         let found = terms.steepness(&[Interval::around(0.3, 0.1); 3]);
         let [(slot, _)] = found.shares[..] else { panic!("{found:?}") };
         assert!(matches!(terms.tape.code()[slot as usize], Instr::Noise(..)));

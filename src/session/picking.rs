@@ -172,7 +172,7 @@ mod tests {
         Picker::new(&loaded, loaded.scene.as_ref().unwrap(), &order, &watch).unwrap()
     }
 
-    const TWO: &str = "let ball = sphere(1.0);
+    const TWO: &str = "let ball = length(p) - 1.0;
         let bumps = 0.02 * sin(60.0 * y);
         scene(#{
             surface: (ball + bumps).colored([1.0, 0.5, 0.25]),
@@ -202,6 +202,14 @@ mod tests {
         assert!((at_equator.share - 1.2 / 2.2).abs() < 1e-6, "{at_equator:?}");
         let y = std::f64::consts::PI / 120.0;
         assert_eq!(picker.read(DVec3::new(0.0, y, 1.0)).dominant.unwrap().line.line, 1);
+    }
+
+    #[test]
+    fn another_thread_may_ask() {
+        let mut picker = picker(TWO, (100, 80));
+        let here = picker.pick(50.0, 40.0);
+        let there = std::thread::spawn(move || picker.pick(50.0, 40.0)).join().unwrap();
+        assert_eq!(here, there);
     }
 
     #[test]

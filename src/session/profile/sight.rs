@@ -68,7 +68,7 @@ pub(super) fn look(taken: &mut Taken, watch: &Watch<'_>) -> Result<Look, Stopped
 /// All entries of a list, each far from the one before.
 fn scattered<T>(list: &[T]) -> impl Iterator<Item = &T> {
     let count = list.len();
-    let is_coprime = |step: &usize| (2..=*step).all(|d| !step.is_multiple_of(d) || !count.is_multiple_of(d));
+    let is_coprime = |step: &usize| !(2..=*step).any(|d| step.is_multiple_of(d) && count.is_multiple_of(d));
     let about = ((GOLDEN * count as f64) as usize).max(1);
     let step = (about..=count.max(1)).find(is_coprime).unwrap_or(1);
     (0..count).map(move |i| &list[i * step % count])
