@@ -7,7 +7,7 @@
 //!
 //! An event means "look again", not "this changed": whoever is told reads the files and compares.
 
-use notify::event::{AccessKind, AccessMode, EventKind};
+use notify::event::{AccessKind, AccessMode, EventKind, ModifyKind, RenameMode};
 use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -17,6 +17,9 @@ use std::time::{Duration, Instant};
 
 /// How long events must pause before a save counts as finished.
 pub const QUIET: Duration = Duration::from_millis(40);
+
+/// The same where the last event says that a file is complete: renames are told of in several pieces.
+const SETTLED: Duration = Duration::from_millis(3);
 
 /// After this time a save is reported even if events go on.
 const PATIENCE: Duration = Duration::from_millis(500);
@@ -51,11 +54,12 @@ impl Watch {
         let matters = wanted.clone();
         let on_event = move |event: notify::Result<Event>| {
             // An error means that events were lost, so anything may have happened.
+            let settled = event.as_ref().is_ok_and(settles);
             if event.is_ok_and(|e| !concerns(&e, &matters)) {
                 return;
             }
             // Nobody listens any more only while the watch is being dropped.
-            let _ = sender.send(());
+            let _ = sender.send(if settled { SETTLED } else { QUIET });
         };
         let watcher = notify::recommended_watcher(on_event)
             .map_err(|source| WatchError { folder: PathBuf::from("."), source })?;
@@ -107,13 +111,23 @@ fn concerns(event: &Event, wanted: &Wanted) -> bool {
     event.paths.iter().any(|path| wanted.iter().any(|file| file.starts_with(path)))
 }
 
-/// Calls `saved` once for each burst of events, until the watch is dropped.
-fn debounce(events: &Receiver<()>, mut saved: impl FnMut()) {
-    while events.recv().is_ok() {
+/// Whether a file is complete after an event: it was written and closed, or moved to its place.
+fn settles(event: &Event) -> bool {
+    matches!(
+        event.kind,
+        EventKind::Access(AccessKind::Close(AccessMode::Write))
+            | EventKind::Modify(ModifyKind::Name(RenameMode::To | RenameMode::Both))
+    )
+}
+
+/// Calls `saved` once for each burst of events, until the watch is dropped. Each event says how long the pause after it
+/// must be to end the burst.
+fn debounce(events: &Receiver<Duration>, mut saved: impl FnMut()) {
+    while let Ok(mut pause) = events.recv() {
         let first = Instant::now();
         while first.elapsed() < PATIENCE {
-            match events.recv_timeout(QUIET) {
-                Ok(()) => {}
+            match events.recv_timeout(pause) {
+                Ok(next) => pause = next,
                 Err(RecvTimeoutError::Timeout) => break,
                 Err(RecvTimeoutError::Disconnected) => return,
             }
