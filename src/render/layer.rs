@@ -1,7 +1,7 @@
 //! Layers: what of a pixel a screen shows.
 
 use super::picture::Pixel;
-use super::{Picture, heatmap, tone};
+use super::{heatmap, tone};
 use crate::num::srgb;
 use crate::scene::{Film, Scene, Tone};
 
@@ -48,9 +48,6 @@ impl Look {
 }
 
 impl Layer {
-    /// All of them.
-    pub const ALL: [Layer; 5] = [Layer::Light, Layer::Normals, Layer::Cost, Layer::Depth, Layer::Albedo];
-
     /// Bytes in sRGB of a pixel, which has a `number` that it is dithered by.
     pub fn bytes(self, pixel: &Pixel, look: &Look, number: u64) -> [u8; 3] {
         let plain = |light: [f64; 3]| light.map(|c| (255.0 * srgb::encode(c.clamp(0.0, 1.0))).round() as u8);
@@ -69,13 +66,6 @@ impl Layer {
             Layer::Albedo => plain(pixel.albedo.map(f64::from)),
             Layer::Normals | Layer::Depth => [0; 3],
         }
-    }
-}
-
-impl Picture {
-    /// How its light becomes what screens show.
-    pub fn look(&self, near: f64) -> Look {
-        Look { background: self.background, exposure: self.exposure, tone: self.tone, near }
     }
 }
 

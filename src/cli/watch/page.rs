@@ -66,7 +66,13 @@ fn follow(live: &Live, sender: Sender<Call>, calls: &Receiver<Call>, terminal: &
                     work::report(&loaded, terminal);
                 }
             }
-            Ok(Call::Live(_)) => {}
+            Ok(Call::Live(Event::Finished)) => {
+                if let Some(finished) = live.finished() {
+                    let seconds = live.report().whole;
+                    err(terminal.dim(work::summary(live.script(), &finished.picture, seconds)));
+                }
+            }
+            Ok(Call::Live(Event::Changed)) => {}
             Ok(Call::Interrupted) | Err(RecvTimeoutError::Disconnected) => return Ok(()),
         }
     }

@@ -63,6 +63,7 @@ pub struct Finished {
 
 /// A picture that people watch. Dropping it ends the work.
 pub struct Live {
+    script: PathBuf,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -158,8 +159,9 @@ impl Live {
             tell: Box::new(tell),
             picker: Mutex::new(None),
         });
+        let script = session.script().to_path_buf();
         let studio = studio::Studio::new(shared.clone(), session, order);
-        Live { shared, thread: Some(std::thread::spawn(move || studio.work())) }
+        Live { script, shared, thread: Some(std::thread::spawn(move || studio.work())) }
     }
 
     /// A file was perhaps saved.
@@ -220,6 +222,11 @@ impl Live {
         let [x, y] = movement.place();
         let held = canvas.view.and_then(|view| canvas.point([x * width, y * height], &view));
         Ok(movement.of(camera, held.unwrap_or_else(|| steer::beyond(camera, [x, y], width / height))))
+    }
+
+    /// The script.
+    pub fn script(&self) -> &Path {
+        &self.script
     }
 
     /// What people are told.
