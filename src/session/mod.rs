@@ -6,8 +6,8 @@
 //!     '--- is_stale? <-- files that were read
 //! ```
 //!
-//! A scene also becomes a mesh ([`polygonise`]), samples of a volume ([`Lattice`]), or a map of its
-//! [`heights`].
+//! A scene also becomes a mesh ([`polygonise`]), samples of a volume ([`Lattice`]) or of a [`Plane`], or a map of
+//! its [`heights`].
 //!
 //! A session knows which files its scene came from, so [`Session::load`] does nothing as long as
 //! none of them changed, and a watcher knows what to watch. Commands, previews and tests all make
@@ -15,6 +15,7 @@
 
 pub mod heights;
 mod moments;
+mod plane;
 mod preview;
 mod reads;
 mod recipe;
@@ -23,6 +24,7 @@ mod solid;
 mod stage;
 pub mod topology;
 
+pub use plane::{Plane, along};
 pub use preview::{COARSENESS, preview};
 pub use recipe::Digests;
 pub use samples::Lattice;

@@ -5,10 +5,12 @@
 //! here.
 
 mod bar;
+mod contours;
 mod curves;
 mod heat;
 mod map;
 
+pub use contours::Contours;
 pub use curves::{Axis, Curves, Line};
 pub use heat::Heat;
 pub use map::Map;
