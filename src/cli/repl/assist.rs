@@ -2,6 +2,7 @@
 //! a word or says what a call wants; colours; and Enter starts another line as long as brackets are open.
 
 use super::commands::COMMANDS;
+use super::draw::shortened;
 use super::paint;
 use crate::cli::pictures;
 use crate::script::{Candidate, Completion, Interpreter};
@@ -28,6 +29,8 @@ pub struct Assistant {
 const GAP: &str = "   ";
 /// Signatures in a list are as wide as the widest of them, but no wider than that.
 const WIDE: usize = 44;
+/// So many ways are named where nothing is typed yet.
+const FEW: usize = 24;
 
 impl Assistant {
     /// Help for an interpreter's names.
@@ -81,14 +84,6 @@ fn listed(candidates: Vec<Candidate>, columns: usize) -> Vec<Pair> {
     candidates.into_iter().map(line).collect()
 }
 
-/// A text that is cut where there is no more room.
-fn shortened(text: &str, columns: usize) -> String {
-    if text.chars().count() <= columns {
-        return text.to_owned();
-    }
-    text.chars().take(columns.saturating_sub(3)).chain("...".chars()).collect()
-}
-
 impl Completer for Assistant {
     type Candidate = Pair;
 
@@ -134,7 +129,7 @@ impl Hinter for Assistant {
                 let rest = only.get(typed.len()..)?.to_owned();
                 return Some(Hint { taken: Some(rest.len()), shown: rest });
             }
-            [_, ..] if typed.is_empty() => return note(&texts.join(" ")),
+            [_, ..] if typed.is_empty() && texts.len() <= FEW => return note(&texts.join(" ")),
             _ => {}
         }
         let argument = if line.starts_with(':') { line.split_once(' ')?.1 } else { line };

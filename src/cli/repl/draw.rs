@@ -45,3 +45,23 @@ impl Drawing<'_> {
         Ok(())
     }
 }
+
+/// A text that is cut where there is no more room.
+pub fn shortened(text: &str, characters: usize) -> String {
+    if text.chars().count() <= characters {
+        return text.to_owned();
+    }
+    text.chars().take(characters.saturating_sub(3)).chain("...".chars()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_texts_are_cut() {
+        assert_eq!(shortened("äöü", 3), "äöü");
+        assert_eq!(shortened("äöüäöü", 5), "äö...");
+        assert_eq!(shortened("abcd", 0), "...");
+    }
+}

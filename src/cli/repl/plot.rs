@@ -1,6 +1,6 @@
 //! `:plot`: functions along a ray, or against a variable.
 
-use super::draw::Drawing;
+use super::draw::{Drawing, shortened};
 use super::{Shell, request};
 use crate::analysis::plot::{Axis, Curves, Line as Drawn};
 use crate::cli::pictures::braille::{Chart, short};
@@ -17,6 +17,10 @@ const PLACES: usize = 2001;
 const ROOM: f64 = 0.06;
 /// Places where a curve crosses zero that are said.
 const CROSSINGS: usize = 8;
+
+/// Characters of a title and of a legend.
+const TITLE: usize = 72;
+const LEGEND: usize = 32;
 
 type Points = Vec<(f64, f64)>;
 
@@ -38,18 +42,8 @@ pub fn run(shell: &Shell, argument: &str) -> Outcome {
         shell.say(&error.hint("ask for one: f.at([1, 0, 0])"))
     })?;
     let label = asked.variable.unwrap_or("distance along the ray");
-    let several = asked.functions.len() > 1;
-    let drawn = |(name, points): (&&str, &Points)| Drawn {
-        label: if several { (*name).to_owned() } else { String::new() },
-        points: points.clone(),
-        guide: false,
-    };
-    let zero = Drawn { label: String::new(), points: vec![(ends.0, 0.0), (ends.1, 0.0)], guide: true };
-    let mut lines: Vec<Drawn> = asked.functions.iter().zip(&curves).map(drawn).collect();
-    lines.extend((y.0 < 0.0 && y.1 > 0.0).then_some(zero));
-    let axis = |label: &str, range| Axis { label: label.to_owned(), range, logarithmic: false };
-    let y_label = if several { "" } else { "f" };
-    let figure = Curves { title: argument.to_owned(), x: axis(label, ends), y: axis(y_label, y), lines };
+    let figure =
+        figure(&asked, &curves, Axis { label: label.to_owned(), range: ends, logarithmic: false }, y);
     let chart = Chart { lines: curves.iter().map(Vec::as_slice).collect(), x: ends, y, label, color: true };
     Drawing {
         name: "plot",
@@ -92,6 +86,25 @@ fn path(shell: &Shell, asked: &request::Plot<'_>) -> Result<(Line, (f64, f64)), 
         (Some(_), ..) => wrong("a variable goes from a number to a number", "for example: along x=-2..2"),
         _ => wrong("a ray goes from a point to a point", "for example: along [0, 0, 0]..[2, 0, 0]"),
     }
+}
+
+/// The curves with axes; zero is a line of its own, where it is in sight.
+fn figure(asked: &request::Plot<'_>, curves: &[Points], x: Axis, y: (f64, f64)) -> Curves {
+    let several = asked.functions.len() > 1;
+    let drawn = |(name, points): (&&str, &Points)| Drawn {
+        label: if several { shortened(name, LEGEND) } else { String::new() },
+        points: points.clone(),
+        guide: false,
+    };
+    let mut lines: Vec<Drawn> = asked.functions.iter().zip(curves).map(drawn).collect();
+    if y.0 < 0.0 && y.1 > 0.0 {
+        let points = vec![(x.range.0, 0.0), (x.range.1, 0.0)];
+        lines.push(Drawn { label: String::new(), points, guide: true });
+    }
+    let y = Axis { label: if several { "" } else { "f" }.to_owned(), range: y, logarithmic: false };
+    let way = asked.variable.map_or(String::new(), |name| format!("{name} = "));
+    let title = format!("{} along {way}{}..{}", asked.functions.join(", "), asked.ends.0, asked.ends.1);
+    Curves { title: shortened(&title, TITLE), x, y, lines }
 }
 
 /// From where to where the values of curves go, with some room; `None` if no value is finite.

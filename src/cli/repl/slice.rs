@@ -1,6 +1,6 @@
 //! `:slice`: a plane through a field.
 
-use super::draw::Drawing;
+use super::draw::{Drawing, shortened};
 use super::{Shell, request};
 use crate::analysis::plot::Contours;
 use crate::cli::pictures::braille::short;
@@ -10,15 +10,18 @@ use crate::field::Watch;
 use crate::scene::Scene;
 use crate::session::Plane;
 
+/// Characters of a field in a title.
+const TITLE: usize = 48;
+
 /// Draws what was asked for.
 pub fn run(shell: &Shell, argument: &str) -> Outcome {
     let asked = request::slice(argument).map_err(|e| shell.say(&e))?;
-    let scene = shell.interpreter.borrow_mut().solid(asked.field);
-    let scene = scene.map_err(|e| shell.say(&e))?;
+    let scene = shell.solid(asked.field)?;
     let plane = plane(shell, &asked, &scene)?;
     let sample =
         |size: (u32, u32)| shell.watched("slice", |watch: &Watch<'_>| plane.sample(&scene, size, watch));
-    let title = format!("{} {} = {}", asked.field.unwrap_or("f"), plane.name(), short(plane.offset));
+    let name = shortened(asked.field.unwrap_or("f"), TITLE);
+    let title = format!("{name}, {} = {}", plane.name(), short(plane.offset));
     let figure = |(width, height): (u32, u32)| {
         let too_small =
             || Diagnostic::error("there is no room for a figure").hint("give it a file: to slice.png");
@@ -52,7 +55,8 @@ fn contours<'a>(title: &str, plane: &Plane, width: u32, data: &'a [f64]) -> Cont
 /// The plane that was asked for.
 fn plane(shell: &Shell, asked: &request::Slice<'_>, scene: &Scene) -> Result<Plane, Failure> {
     let number = |text: &str| {
-        let numbers = shell.interpreter.borrow_mut().numbers(text).map_err(|e| shell.say(&e))?;
+        let numbers = shell.interpreter.borrow_mut().numbers(text);
+        let numbers = numbers.map_err(|e| shell.say(&e))?;
         let wrong =
             || Diagnostic::error(format!("`{text}` is a point, not a number")).hint("for example: z=0.5");
         <[f64; 1]>::try_from(numbers).map(|[number]| number).map_err(|_| shell.say(&wrong()))
