@@ -122,19 +122,18 @@ impl Contours<'_> {
         Shades { most, step: round_step(most / LINES) }
     }
 
-    /// How much the value changes from a pixel to the next, in the steepest direction.
+    /// How much the value changes from a pixel to the next, in the steepest direction. Of both neighbours along an
+    /// axis the one counts that differs more: across a crease they may have the same value.
     fn slope(&self, x: usize, y: usize, rows: usize) -> f64 {
         let width = self.width.max(1) as usize;
         let at = |x: usize, y: usize| self.data[y * width + x];
-        let difference = |low: (usize, usize), high: (usize, usize), n: usize| {
-            if n == 0 { 0.0 } else { (at(high.0, high.1) - at(low.0, low.1)) / n as f64 }
+        let here = at(x, y);
+        let steeper = |before: Option<f64>, after: Option<f64>| {
+            [before, after].into_iter().flatten().map(|v| (v - here).abs()).fold(0.0, f64::max)
         };
-        let (left, right) = (x.saturating_sub(1), (x + 1).min(width - 1));
-        let (up, down) = (y.saturating_sub(1), (y + 1).min(rows - 1));
-        libm::hypot(
-            difference((left, y), (right, y), right - left),
-            difference((x, up), (x, down), down - up),
-        )
+        let across = steeper((x > 0).then(|| at(x - 1, y)), (x + 1 < width).then(|| at(x + 1, y)));
+        let down = steeper((y > 0).then(|| at(x, y - 1)), (y + 1 < rows).then(|| at(x, y + 1)));
+        libm::hypot(across, down)
     }
 
     /// Draws everything but the pixels; says where they belong.

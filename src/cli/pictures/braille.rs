@@ -26,16 +26,17 @@ pub struct Chart<'a> {
 impl Chart<'_> {
     /// The chart in so many columns and rows of characters.
     pub fn draw(&self, columns: usize, rows: usize) -> String {
-        let labels = [self.y.1, 0.5 * (self.y.0 + self.y.1), self.y.0].map(short);
+        let labels = [self.y.1, 0.0, self.y.0].map(short);
         let margin = labels.iter().map(|l| l.chars().count()).max().unwrap_or(0);
         let (width, height) = (columns.saturating_sub(margin + 3).max(8), rows.saturating_sub(2).max(3));
         let cells = self.cells(width, height);
+        let zero = self.zero(height * DOTS.1).map(|y| y / DOTS.1);
         let mut out = String::new();
         for (row, line) in cells.chunks(width).enumerate() {
             let label = match row {
                 0 => &labels[0],
                 _ if row == height - 1 => &labels[2],
-                _ if row == height / 2 && height % 2 == 1 => &labels[1],
+                _ if zero == Some(row) => &labels[1],
                 _ => "",
             };
             // Writing to a text cannot fail.
@@ -51,6 +52,20 @@ impl Chart<'_> {
         let gap = width.saturating_sub(left.chars().count() + right.chars().count());
         let _ = write!(out, "{:margin$}  {left}{:^gap$}{right}", "", self.label);
         out
+    }
+
+    /// The row of dots, from the top, in which zero is, if it is in sight.
+    fn zero(&self, rows: usize) -> Option<usize> {
+        let up = -self.y.0 / (self.y.1 - self.y.0) * (rows - 1) as f64;
+        (self.y.0 < 0.0 && self.y.1 > 0.0).then(|| rows - 1 - (up.round() as usize).min(rows - 1))
+    }
+
+    /// What is said of a curve, with a line of its colour.
+    pub fn entry(&self, curve: usize, text: &str) -> String {
+        match self.color {
+            true => format!("\x1b[{}m━\x1b[0m {text}", COLORS[curve % COLORS.len()]),
+            false => text.to_owned(),
+        }
     }
 
     /// A line of characters; neighbours of one colour are coloured together.
@@ -82,9 +97,8 @@ impl Chart<'_> {
             cell.0 |= BITS[x % DOTS.0][y % DOTS.1];
             cell.1 = line.max(cell.1);
         };
-        if self.y.0 < 0.0 && self.y.1 > 0.0 {
-            let y = down - 1 - place(0.0, self.y, down).round() as usize;
-            (0..across).step_by(4).for_each(|x| dot(x, y.min(down - 1), 0));
+        if let Some(y) = self.zero(down) {
+            (0..across).step_by(4).for_each(|x| dot(x, y, 0));
         }
         for (i, line) in self.lines.iter().enumerate() {
             for pair in line.windows(2).filter(|pair| pair.iter().all(|p| p.1.is_finite())) {

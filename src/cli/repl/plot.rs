@@ -3,6 +3,7 @@
 use super::draw::{Drawing, shortened};
 use super::{Shell, request};
 use crate::analysis::plot::{Axis, Curves, Line as Drawn};
+use crate::cli::pictures::Way;
 use crate::cli::pictures::braille::{Chart, short};
 use crate::cli::report::{Failure, Outcome, out};
 use crate::diag::Diagnostic;
@@ -41,6 +42,7 @@ pub fn run(shell: &Shell, argument: &str) -> Outcome {
         let error = Diagnostic::error("no value along there is a finite number");
         shell.say(&error.hint("ask for one: f.at([1, 0, 0])"))
     })?;
+    let several = asked.functions.len() > 1;
     let label = asked.variable.unwrap_or("distance along the ray");
     let figure =
         figure(&asked, &curves, Axis { label: label.to_owned(), range: ends, logarithmic: false }, y);
@@ -55,8 +57,9 @@ pub fn run(shell: &Shell, argument: &str) -> Outcome {
         characters: &|(columns, rows)| chart.draw(columns as usize, rows.min(24) as usize),
     }
     .deliver(shell)?;
-    for (name, points) in asked.functions.iter().zip(&curves) {
-        out(summary(name, points));
+    for (i, (name, points)) in asked.functions.iter().zip(&curves).enumerate() {
+        let said = summary(name, points);
+        out(if several && shell.screen.way() == Way::Blocks { chart.entry(i, &said) } else { said });
     }
     Ok(())
 }
@@ -124,8 +127,10 @@ fn summary(name: &str, points: &Points) -> String {
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (v.min(a), v.max(b)));
     let pairs = points.windows(2).filter(|pair| (pair[0].1 < 0.0) != (pair[1].1 < 0.0));
     let pairs = pairs.filter(|pair| pair.iter().all(|p| p.1.is_finite()));
-    let crossings: Vec<f64> =
-        pairs.map(|p| p[0].0 + (p[1].0 - p[0].0) * (p[0].1 / (p[0].1 - p[1].1))).collect();
+    // As exactly as steps tell.
+    let digits = points.windows(2).next().map_or(1.0, |p| 1e-3 * (p[1].0 - p[0].0));
+    let place = |p: &[(f64, f64)]| p[0].0 + (p[1].0 - p[0].0) * (p[0].1 / (p[0].1 - p[1].1));
+    let crossings: Vec<f64> = pairs.map(|p| (place(p) / digits).round() * digits).collect();
     let places: Vec<String> = crossings.iter().take(CROSSINGS).map(|c| short(*c)).collect();
     let zeros = match crossings.len() {
         0 => String::new(),
