@@ -88,7 +88,10 @@ fn pictures_are_characters_or_pixels_where_that_is_wanted() {
     has(&run("blocks", ":plot x ** 2 along x=-1..1\n"), &["┤", "└─", "x ** 2: from 0 to 1"]);
     has(&run("kitty", ":slice sphere(1.0)\n"), &["\x1b_Ga=T,f=100,q=2,m=1;", "\x1b_Gm=0;"]);
     has(&run("iterm", ":plot x along x=0..1\n"), &["\x1b]1337;File=inline=1;size="]);
-    has(&run("sixel", "sphere(1.0)\n:render\n"), &["\x1bP0;1;0q\"1;1;", "\x1b\\"]);
+    has(
+        &run("sixel", "scene(#{ surface: sphere(1.0), film: film(#{ width: 40, height: 30 }) })\n:render\n"),
+        &["\x1bP0;1;0q\"1;1;", "\x1b\\"],
+    );
     assert_eq!(bench.names(), [""; 0]);
     // A file that is named is written besides.
     has(&run("blocks", "sphere(1.0)\n:slice to s.png\n"), &["▀", "s.png: "]);
@@ -248,7 +251,7 @@ mod terminal {
         user.wait_for("orogen");
         user.press("let ball = sph\t");
         user.wait_for("sphere(radius)");
-        user.press("ere(\r1.0)\r");
+        user.press("(\r1.0)\r");
         user.press("ball.at([3, 0, 0])\r");
         user.wait_for("2.0");
         user.press("\x12ball.at");
@@ -268,7 +271,7 @@ mod terminal {
         let mut user = Keyboard::new(&bench, "repl slow.rhai --pictures none");
         user.wait_for("Ctrl-D leaves");
         for (slow, stopped) in [
-            ("loop { }\r", "was stopped"),
+            ("loop { gradient(7).stats(); }\r", "was stopped"),
             (":topology\r", "stopped before it was finished"),
             (":render slow.png\r", "stopped; no file"),
         ] {

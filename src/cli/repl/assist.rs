@@ -129,7 +129,13 @@ impl Hinter for Assistant {
                 let rest = only.get(typed.len()..)?.to_owned();
                 return Some(Hint { taken: Some(rest.len()), shown: rest });
             }
-            [_, ..] if typed.is_empty() && texts.len() <= FEW => return note(&texts.join(" ")),
+            [only] if typed == *only && ways.candidates[0].signature.contains('(') => {
+                return note(&ways.candidates[0].signature);
+            }
+            [_, ..] if typed.is_empty() && texts.len() <= FEW => {
+                let names: Vec<&str> = ways.candidates.iter().map(|c| c.signature.as_str()).collect();
+                return note(&names.join(" "));
+            }
             _ => {}
         }
         let argument = if line.starts_with(':') { line.split_once(' ')?.1 } else { line };
@@ -212,7 +218,8 @@ mod tests {
         let (call, taken) = hint("torus(").unwrap();
         assert!(call.starts_with("   torus(") && taken.is_none(), "{call}");
         assert!(hint(":slice torus(").unwrap().0.contains("torus("));
-        assert!(hint("octave_sum(gradient(7), \"fbm\", #{ ").unwrap().0.contains("octaves: first: "));
+        assert!(hint("octave_sum(gradient(7), \"fbm\", #{ ").unwrap().0.contains("hurst lacunarity octaves"));
+        assert_eq!(hint("torus").map(|h| h.1), Some(None));
         assert_eq!(hint("let a = 1;"), None);
     }
 
