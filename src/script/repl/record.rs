@@ -45,12 +45,16 @@ impl Record {
         let mut out = String::from("// A session of orogen repl.\n");
         let shown = self.0.iter().rposition(|input| input.solid);
         for (i, input) in self.0.iter().enumerate() {
-            if let Some(file) = &input.file {
-                let _ = write!(out, "\n// From {}.", file.display());
-            }
             let later = self.0[i + 1..].iter().flat_map(|later| functions(&later.text));
             let later: Vec<(String, usize)> = later.map(|f| (f.name, f.arity)).collect();
             let text = without(&input.text, &later);
+            if text.trim().is_empty() {
+                continue;
+            }
+            if let Some(file) = &input.file {
+                // Writing to a text cannot fail.
+                let _ = write!(out, "\n// From {}.", file.display());
+            }
             let text = match shown == Some(i) {
                 true if i + 1 < self.0.len() => named(&text),
                 true => text,
@@ -65,11 +69,13 @@ impl Record {
     }
 }
 
-/// A statement that ends.
+/// A statement that ends; a definition of a function does so by itself.
 fn ended(text: &str) -> String {
     let last = code(text).last().map(|t| (t.text, t.end()));
+    let defined = functions(text).last().map(|f| f.end);
     match last {
         None | Some((";", _)) => text.to_owned(),
+        Some((_, end)) if defined == Some(end) => text.to_owned(),
         Some((_, end)) => format!("{};{}", &text[..end], &text[end..]),
     }
 }
@@ -184,6 +190,7 @@ mod tests {
             !text.contains("{ a }") && text.contains("{ b }") && text.contains("private fn f(c) { -c }"),
             "{text}"
         );
+        assert!(text.ends_with("private fn f(c) { -c }\nf(1);\n"), "{text}");
         let again = script(&[("private fn f(c) { c }; 1", false), ("fn f(d) { d }", false)]);
         assert!(!again.contains("private"), "{again}");
     }
