@@ -215,20 +215,26 @@ mod terminal {
             self.keys.write_all(keys.as_bytes()).unwrap();
         }
 
-        /// Waits until the screen shows something, and forgets what it showed so far.
+        /// Waits until the screen shows something, and forgets what it showed up to that.
         #[track_caller]
         fn wait_for(&self, piece: &str) {
             let start = Instant::now();
             loop {
                 let mut screen = self.screen.lock().unwrap();
-                if screen.contains(piece) {
-                    screen.clear();
+                if let Some(at) = screen.find(piece) {
+                    screen.drain(..at + piece.len());
                     return;
                 }
                 assert!(start.elapsed() < Duration::from_secs(60), "`{piece}` is missing in:\n{screen}");
                 drop(screen);
                 std::thread::sleep(Duration::from_millis(10));
             }
+        }
+
+        /// Waits for the next line to be typed; what is typed before is lost.
+        #[track_caller]
+        fn wait_for_prompt(&self) {
+            self.wait_for("\x1b[?2004h");
         }
 
         fn interrupt(&self) {
@@ -249,18 +255,23 @@ mod terminal {
         let bench = Bench::new(&[]);
         let mut user = Keyboard::new(&bench, "repl --pictures blocks");
         user.wait_for("orogen");
+        user.wait_for_prompt();
         user.press("let ball = sph\t");
         user.wait_for("sphere(radius)");
         user.press("(\r1.0)\r");
+        user.wait_for_prompt();
         user.press("ball.at([3, 0, 0])\r");
         user.wait_for("2.0");
+        user.wait_for_prompt();
         user.press("\x12ball.at");
         user.wait_for("reverse-i-search");
         user.press("\r");
         user.wait_for("2.0");
+        user.wait_for_prompt();
         user.press(":slice ball\r");
         user.wait_for("▀");
         user.wait_for("blue is inside");
+        user.wait_for_prompt();
         user.press(":quit\r");
         assert!(user.child.wait().unwrap().success());
     }
@@ -270,6 +281,7 @@ mod terminal {
         let bench = Bench::new(&[("slow.rhai", SLOW)]);
         let mut user = Keyboard::new(&bench, "repl slow.rhai --pictures none");
         user.wait_for("Ctrl-D leaves");
+        user.wait_for_prompt();
         for (slow, stopped) in [
             ("loop { gradient(7).stats(); }\r", "was stopped"),
             (":topology\r", "stopped before it was finished"),
@@ -279,8 +291,10 @@ mod terminal {
             std::thread::sleep(Duration::from_millis(1500));
             user.interrupt();
             user.wait_for(stopped);
+            user.wait_for_prompt();
             user.press("20 + 22\r");
             user.wait_for("42");
+            user.wait_for_prompt();
         }
         user.press("\x04");
         assert!(user.child.wait().unwrap().success());

@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn short_expressions_are_one_line() {
-        assert_eq!(of("x + 2.0 * y"), "x + 2 * y\n");
+        assert_eq!(of("x + y * 2.0"), "x + y * 2\n");
     }
 
     #[test]
