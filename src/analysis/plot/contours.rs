@@ -223,8 +223,8 @@ fn covered(distance: f64, half_width: f64) -> f64 {
 /// away from it. Blue and ochre are told apart by everybody, and by lightness the sides are alike.
 fn shade(share: f64) -> [f64; 3] {
     let size = libm::sqrt(share.abs().min(1.0));
-    let (hue, chroma, fall) = if share < 0.0 { (250.0, 0.108, 0.42) } else { (72.0, 0.105, 0.27) };
-    oklab::linear(0.965 - fall * size * size, chroma * size * (1.6 - 0.6 * size), hue)
+    let (hue, chroma, fall) = if share < 0.0 { (250.0, 0.1, 0.42) } else { (72.0, 0.105, 0.27) };
+    oklab::linear(0.95 - fall * size * size, chroma * size * (1.6 - 0.6 * size), hue)
 }
 
 /// The next of 1, 2, 5, 10, ... that is no less.
