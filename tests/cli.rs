@@ -611,7 +611,7 @@ fn colours_only_where_they_are_wanted() {
     assert!(usage.contains('\x1b'));
 }
 
-// ---- check, new, repl ---------------------------------------------------------------------------
+// ---- check, new ---------------------------------------------------------------------------------
 
 #[test]
 fn check_says_what_a_script_describes() {
@@ -651,60 +651,6 @@ fn new_never_overwrites() {
     has(&stderr(&bench.run("new gone/rock").code(1)), &["gone", "mkdir"]);
     bench.run("new file/rock").code(1);
     assert_eq!(bench.read("rock.rhai"), b"mine");
-}
-
-#[test]
-fn repl_answers_on_a_pipe() {
-    let bench = Bench::new(&[]);
-    let run = |lines: &str| bench.command("repl").write_stdin(lines).assert();
-    assert_eq!(stdout(&run("1 + 1\n").success()), "2\n");
-    let said = stdout(&run("let f = sphere(1.0);\nf.at([3, 0, 0])\n").success());
-    assert_eq!(said, "2.0\n");
-    has(&stdout(&run("interval(1, 2) + interval(1, 2)\n").success()), &["[1.99", ", 4.00"]);
-    has(&stdout(&run("fn double(n) {\n  2 * n\n}\ndouble(21)\n").success()), &["42"]);
-    assert_eq!(stderr(&run("1\n").success()), "");
-}
-
-#[test]
-fn repl_fails_on_a_pipe_when_a_line_fails() {
-    let bench = Bench::new(&[]);
-    let run = bench.command("repl").write_stdin("sphre(1.0)\nprint(\"on\")\n").assert().code(1);
-    has(&stderr(&run), &["sphre", "sphere"]);
-    assert_eq!(stdout(&run), "");
-    has(&stderr(&bench.command("repl").write_stdin(":lod x\n").assert().code(1)), &[":lod", ":load"]);
-    has(&stderr(&bench.command("repl").write_stdin("fn f(\n").assert().code(1)), &["Error"]);
-    has(&stderr(&bench.command("repl gone.rhai").write_stdin("1\n").assert().code(1)), &["gone.rhai"]);
-}
-
-#[test]
-fn repl_commands() {
-    let bench =
-        Bench::new(&[("a.rhai", "let s = param(\"size\", 1.0, 0.5..2.0);\nlet ball = sphere(s);\nball")]);
-    let run = |lines: &str| bench.command("repl a.rhai").write_stdin(lines).assert();
-    has(&stdout(&run(":params\n").success()), &["size", "0.5", "2"]);
-    has(&stdout(&run("ball.at([3, 0, 0])\n").success()), &["2"]);
-    has(&stdout(&run(":help\n").success()), &[":load", ":render", ":params", ":quit"]);
-    has(&stdout(&run(":help sphere\n").success()), &["sphere("]);
-    has(&stderr(&run(":help sphre\n").code(1)), &["sphere"]);
-    assert_eq!(stdout(&run(":quit\n1 + 1\n").success()), "");
-    run(":render out.png\n").success();
-    assert!(bench.picture("out.png").2[0] > 5.0);
-    run(":render\n").success();
-    assert_eq!(bench.names(), ["a.png", "a.rhai", "out.png"]);
-}
-
-#[test]
-fn repl_finds_modules_headings_and_words() {
-    let bench = Bench::new(&[]);
-    let run = |lines: &str| bench.command("repl").write_stdin(lines).assert();
-    has(&stdout(&run(":help fractal\n").success()), &["std/fractal", "import", "fractal::ridged("]);
-    has(&stdout(&run(":help warp\n").success()), &["std/warp", "warp::by_noise("]);
-    has(&stdout(&run(":help noise\n").success()), &["Noise", "gradient(seed)", "octave_sum("]);
-    has(&stdout(&run(":help hurst\n").success()), &["`hurst`", "octave_sum(", "spectral("]);
-    has(&stderr(&run(":help ridgd\n").code(1)), &["did you mean `fractal::ridged`?"]);
-    assert_eq!(stdout(&run("let noise = 42;\n:help noise\n").success()), "42\n");
-    let said = stdout(&run("gradient(-3)\n").success());
-    has(&said, &["seed -3"]);
 }
 
 // ---- noise --------------------------------------------------------------------------------------

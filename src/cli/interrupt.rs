@@ -2,7 +2,8 @@
 //!
 //! An orderly end is the command's business: `render` writes what it has, `watch` leaves, `repl`
 //! gives up the evaluation. A second Ctrl-C does no damage either, since files are written beside
-//! their place and renamed into it.
+//! their place and renamed into it. A session that somebody types into is worth more than an evaluation: there
+//! a third one is needed.
 
 use super::progress::Progress;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -23,15 +24,28 @@ impl Interrupt {
     /// after each [`reset`](Interrupt::reset)). Also taken for Ctrl-C: a polite request of the
     /// system to end, and the terminal being closed.
     pub fn listen(first: impl Fn() + Send + 'static) -> Interrupt {
+        Interrupt::enduring(1, first)
+    }
+
+    /// Listens for a session: two presses are taken for impatience, and only the third for an end.
+    pub fn patient() -> Interrupt {
+        Interrupt::enduring(2, || {})
+    }
+
+    /// Listens, and ends the program at the press after so many.
+    fn enduring(presses: usize, first: impl Fn() + Send + 'static) -> Interrupt {
         let interrupt = Interrupt::default();
         let (heard, first) = (interrupt.clone(), Mutex::new(first));
         // Without the handler Ctrl-C ends the program at once, which does no damage.
         let _ = ctrlc::set_handler(move || {
-            if heard.count.fetch_add(1, Ordering::SeqCst) > 0 {
+            let earlier = heard.count.fetch_add(1, Ordering::SeqCst);
+            if earlier >= presses {
                 std::process::exit(1);
             }
             heard.flag.store(true, Ordering::SeqCst);
-            first.lock().unwrap_or_else(PoisonError::into_inner)();
+            if earlier == 0 {
+                first.lock().unwrap_or_else(PoisonError::into_inner)();
+            }
         });
         interrupt
     }

@@ -21,6 +21,7 @@ mod mesh;
 mod new;
 mod noise;
 mod options;
+mod pictures;
 mod profile;
 mod progress;
 mod render;

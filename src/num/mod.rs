@@ -38,6 +38,7 @@ mod keyframes;
 mod local;
 mod many;
 mod number;
+pub mod oklab;
 mod parabola;
 mod pointwise;
 mod real;

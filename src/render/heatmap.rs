@@ -2,7 +2,7 @@
 
 use super::Picture;
 use crate::analysis::plot::{Figure, Heat, PlotError};
-use crate::num::srgb;
+use crate::num::oklab;
 use std::f64::consts::PI;
 
 /// Share of the pixels that the colours tell apart. A few that graze the surface cost many times what
@@ -55,25 +55,13 @@ impl Heatmap {
 
 /// The colour at a share of the way from cheap to expensive: equal steps look equally large.
 pub(super) fn color(share: f64) -> [u8; 3] {
-    linear(share).map(|c| (255.0 * srgb::encode(c.clamp(0.0, 1.0))).round() as u8)
+    oklab::bytes(linear(share))
 }
 
-/// The same as linear red, green and blue. In the perceptual space Oklab (Ottosson 2020) lightness
-/// rises evenly while the hue turns from violet through red to yellow, as strong as screens can show.
+/// The same as linear red, green and blue. Lightness rises evenly while the hue turns from violet through red to
+/// yellow, as strong as screens can show.
 fn linear(share: f64) -> [f64; 3] {
-    let lightness = 0.2 + 0.75 * share;
-    let hue = (-70.0 + 178.0 * share) * (PI / 180.0);
-    let chroma = 0.11 + 0.05 * libm::sin(PI * share);
-    let (a, b) = (chroma * libm::cos(hue), chroma * libm::sin(hue));
-    let l = lightness + 0.3963377774 * a + 0.2158037573 * b;
-    let m = lightness - 0.1055613458 * a - 0.0638541728 * b;
-    let s = lightness - 0.0894841775 * a - 1.2914855480 * b;
-    let [l, m, s] = [l, m, s].map(|c| c * c * c);
-    [
-        4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s,
-        -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
-        -0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s,
-    ]
+    oklab::linear(0.2 + 0.75 * share, 0.11 + 0.05 * libm::sin(PI * share), -70.0 + 178.0 * share)
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@ use crate::diag;
 
 /// Columns of a page on a terminal.
 const WIDTH: usize = 96;
+/// Columns at its left that stay free, at most.
+const INDENT: usize = 6;
 /// A word that more functions than these speak of says nothing.
 const MOST: usize = 30;
 
@@ -86,7 +88,7 @@ fn line(entry: &Entry, about: String) -> String {
 }
 
 /// The first sentence of a documentation.
-fn sentence(doc: &str) -> String {
+pub fn sentence(doc: &str) -> String {
     let words: Vec<&str> = doc.lines().take_while(|line| !line.is_empty()).collect();
     let text = words.join(" ");
     match text.split_once(". ") {
@@ -95,17 +97,32 @@ fn sentence(doc: &str) -> String {
     }
 }
 
-/// A line in lines of a screen's width, indented; entries of a list a little more.
+/// A text in lines that fit a screen, with some room on their left.
+pub fn wrapped(text: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let last = lines.last().map_or(0, |line| line.chars().count());
+        if last > 0 && last + 1 + word.chars().count() > WIDTH - INDENT {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            *line += if line.is_empty() { "" } else { " " };
+            *line += word;
+        }
+    }
+    lines.retain(|line| !line.is_empty());
+    lines
+}
+
+/// A line of a documentation in lines of a screen's width, indented; entries of a list a little more.
 fn paragraph(text: &str) -> String {
     let hanging = if text.starts_with("- ") { "      " } else { "    " };
-    let (mut out, mut line) = (String::new(), String::from("   "));
-    for word in text.split_whitespace() {
-        if line.chars().count() + word.chars().count() >= WIDTH {
-            out += &format!("{}\n", std::mem::replace(&mut line, hanging[1..].to_owned()));
-        }
-        line += &format!(" {word}");
+    let lines = wrapped(text);
+    if lines.is_empty() {
+        return "\n".to_owned();
     }
-    out + line.trim_end() + "\n"
+    let line = |(i, line): (usize, &String)| format!("{}{line}\n", if i == 0 { "    " } else { hanging });
+    lines.iter().enumerate().map(line).collect()
 }
 
 fn speaks_of(entry: &Entry, word: &str) -> bool {

@@ -28,8 +28,17 @@ pub struct Token<'a> {
     pub line: u32,
     /// Column from 1, in characters.
     pub column: u32,
+    /// Where it starts, in bytes.
+    pub start: usize,
     /// Whether it has an end; texts and block comments may lack one.
     pub closed: bool,
+}
+
+impl Token<'_> {
+    /// Where it ends, in bytes.
+    pub fn end(&self) -> usize {
+        self.start + self.text.len()
+    }
 }
 
 /// The tokens of a text; anything at all has some.
@@ -41,9 +50,9 @@ pub fn tokens(text: &str) -> Vec<Token<'_>> {
             scan.take(c.len_utf8());
             continue;
         }
-        let (line, column) = (scan.line, scan.column);
+        let (line, column, start) = (scan.line, scan.column, text.len() - scan.rest.len());
         let (kind, length, closed) = extent(scan.rest, c);
-        found.push(Token { kind, text: scan.take(length), line, column, closed });
+        found.push(Token { kind, text: scan.take(length), line, column, start, closed });
     }
     found
 }
@@ -195,6 +204,19 @@ pub fn key_after(text: &str, line: u32, column: u32, key: &str) -> Option<(u32, 
     None
 }
 
+/// The brackets that are open at the end of some tokens, the innermost last, each with its number.
+pub fn open_brackets(tokens: &[Token<'_>]) -> Vec<usize> {
+    let mut open = Vec::new();
+    for (i, token) in tokens.iter().enumerate() {
+        match token.text {
+            "(" | "{" | "[" => open.push(i),
+            ")" | "}" | "]" => drop(open.pop()),
+            _ => {}
+        }
+    }
+    open
+}
+
 /// Whether a bracket, text or comment is still open, so that more lines must follow.
 pub fn is_open(text: &str) -> bool {
     let mut depth = 0i32;
@@ -219,15 +241,8 @@ pub fn is_open(text: &str) -> bool {
 
 /// The innermost bracket that is never closed.
 pub fn unclosed(text: &str) -> Option<Token<'_>> {
-    let mut open = Vec::new();
-    for token in tokens(text) {
-        match token.text {
-            "(" | "{" | "[" => open.push(token),
-            ")" | "}" | "]" => drop(open.pop()),
-            _ => {}
-        }
-    }
-    open.pop()
+    let tokens = tokens(text);
+    open_brackets(&tokens).last().map(|i| tokens[*i])
 }
 
 /// Names that a text declares: variables, constants, functions with their parameters, and modules.

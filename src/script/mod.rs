@@ -16,6 +16,7 @@
 //! folder, and bounded time and memory. Native functions return errors and never panic.
 
 mod apply;
+mod complete;
 mod definitions;
 mod diagnose;
 mod engine;
@@ -31,14 +32,19 @@ mod realise;
 mod repl;
 pub mod rewrite;
 mod show;
+mod syntax;
+mod tree;
 mod value;
 
+pub use complete::{Candidate, Completion};
 pub use definitions::definitions;
 pub use engine::Limits;
 pub use library::Entry;
 pub use modules::{PRELUDE, STD};
 pub use realise::{Draw, Realised, realise};
-pub use repl::Interpreter;
+pub use repl::{Interpreter, Line};
+pub use syntax::{Role, roles};
+pub use tree::tree;
 
 use crate::diag::{Diagnostic, Sources};
 use crate::expr::{Input, Node, NodeId};

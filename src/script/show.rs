@@ -279,25 +279,10 @@ fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut St
             let c = f64::from_bits(*bits);
             let _ = if c < 0.0 && outer > 1 { write!(out, "({c})") } else { write!(out, "{c}") };
         }
-        Node::Input(input) => out.push_str(match input {
-            Input::X => "x",
-            Input::Y => "y",
-            Input::Z => "z",
-            Input::Time => "time",
-            Input::Footprint => "footprint",
-        }),
+        Node::Input(_) => out.push_str(&head(graph, node)),
         Node::Op(op, args) => write_op(graph, op, args, outer, depth, out),
-        Node::Noise(noise, p) => {
-            let (seed, settings) = (given_seed(noise), noise_settings(noise));
-            let _ = write!(out, "{}({seed}, {}{settings})(", noise.kind.name(), noise.frequency);
-            write_list(graph, p, depth, out);
-        }
-        Node::Grid(grid, p) => {
-            let _ = write!(out, "grid({})(", sizes(grid));
-            write_list(graph, p, depth, out);
-        }
-        Node::Shape(shape, p) => {
-            let _ = write!(out, "{}(", shape.body().name());
+        Node::Noise(_, p) | Node::Grid(_, p) | Node::Shape(_, p) | Node::Fractal(_, p, ..) => {
+            let _ = write!(out, "{}(", head(graph, node));
             write_list(graph, p, depth, out);
         }
         Node::Flow(flow, p) => {
@@ -310,12 +295,38 @@ fn write_node(graph: &Graph, node: NodeId, outer: u8, depth: usize, out: &mut St
             out.push_str(")(");
             write_list(graph, p, depth, out);
         }
-        Node::Fractal(f, p, _, hurst) => {
+    }
+}
+
+/// What a node is without what it is made of: the name of an operation, a noise with its settings.
+pub fn head(graph: &Graph, node: NodeId) -> String {
+    match graph.node(node) {
+        Node::Const(bits) => f64::from_bits(*bits).to_string(),
+        Node::Input(input) => match input {
+            Input::X => "x",
+            Input::Y => "y",
+            Input::Z => "z",
+            Input::Time => "time",
+            Input::Footprint => "footprint",
+        }
+        .to_owned(),
+        Node::Op(Op::Powi(powi), _) => format!("**{}", powi.n),
+        Node::Op(op, _) => match parameter(op) {
+            Some(parameter) => format!("{} {parameter}", op.name()),
+            None => op.name().to_owned(),
+        },
+        Node::Noise(noise, _) => {
+            let (seed, settings) = (given_seed(noise), noise_settings(noise));
+            format!("{}({seed}, {}{settings})", noise.kind.name(), noise.frequency)
+        }
+        Node::Grid(grid, _) => format!("grid({})", sizes(grid)),
+        Node::Shape(shape, _) => shape.body().name().to_owned(),
+        Node::Flow(..) => "flow".to_owned(),
+        Node::Fractal(f, _, _, hurst) => {
             let recipe = f.recipe();
             let (name, kind) = (recipe.model.name(), recipe.noise.kind.name());
             let settings = noise_settings(&recipe.noise) + fractal_settings(recipe, hurst.is_some()).as_str();
-            let _ = write!(out, "{name}({kind}, {} octaves{settings})(", recipe.octaves);
-            write_list(graph, p, depth, out);
+            format!("{name}({kind}, {} octaves{settings})", recipe.octaves)
         }
     }
 }

@@ -6,8 +6,8 @@
 //!     '--- is_stale? <-- files that were read
 //! ```
 //!
-//! A scene also becomes a mesh ([`polygonise`]), samples of a volume ([`Lattice`]), or a map of its
-//! [`heights`]. What its script costs, line by line, is told by a [`profile`], and what is at a pixel of its picture
+//! A scene also becomes a mesh ([`polygonise`]), samples of a volume ([`Lattice`]) or of a [`Plane`], or a map of
+//! its [`heights`]. What its script costs, line by line, is told by a [`profile`], and what is at a pixel of its picture
 //! by [`picking`].
 //!
 //! A session knows which files its scene came from, so [`Session::load`] does nothing as long as
@@ -19,6 +19,7 @@ mod ledger;
 pub mod live;
 mod moments;
 pub mod picking;
+mod plane;
 mod preview;
 pub mod profile;
 mod reads;
@@ -29,6 +30,7 @@ mod stage;
 pub mod topology;
 
 pub use ledger::Line;
+pub use plane::{Plane, along};
 pub use preview::{COARSENESS, preview};
 pub use recipe::Digests;
 pub use samples::Lattice;

@@ -70,7 +70,8 @@ impl Bench {
         command
     }
 
-    fn plain_command(&self, arguments: &str) -> std::process::Command {
+    /// The same without a limit of its time, to be started.
+    pub fn plain_command(&self, arguments: &str) -> std::process::Command {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_orogen"));
         command.current_dir(self.folder.path()).args(arguments.split_whitespace());
         command.env_remove("NO_COLOR").env("XDG_DATA_HOME", self.path("data"));

@@ -41,6 +41,12 @@ pub struct Curves {
     pub lines: Vec<Line>,
 }
 
+/// The drawing library draws thick lines with jagged edges, so everything is drawn so many times as large, and made
+/// small again.
+const FINER: u32 = 3;
+/// Sizes of letters there.
+const LETTERS: [i32; 3] = [FINER as i32 * TITLE, FINER as i32 * TEXT, FINER as i32 * (TEXT + 1)];
+
 /// What is drawn on.
 type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 
@@ -93,25 +99,26 @@ impl Curves {
     /// [`PlotError`]
     pub fn draw(&self, width: u32) -> Result<Figure, PlotError> {
         font()?;
-        let height = width * 3 / 4;
+        let (width, height) = (FINER * width, FINER * (width * 3 / 4));
         let mut figure = Figure::blank(width, height);
         let backend = BitMapBackend::with_buffer(&mut figure.rgb, (width, height));
         let root = backend.into_drawing_area();
         self.draw_on(&root)?;
         root.present().map_err(drawing)?;
         drop(root);
-        Ok(figure)
+        Ok(figure.coarser(FINER))
     }
 
     fn draw_on(&self, root: &Area<'_>) -> Result<(), PlotError> {
         root.fill(&WHITE).map_err(drawing)?;
         let scale = |axis: &Axis| Scale { range: axis.range, logarithmic: axis.logarithmic };
+        let [title, text, label] = LETTERS;
         let mut chart = ChartBuilder::on(root)
-            .caption(&self.title, (FONT, TITLE))
-            .margin(10)
-            .margin_right(18)
-            .x_label_area_size(42)
-            .y_label_area_size(62)
+            .caption(&self.title, (FONT, title))
+            .margin(FINER * 10)
+            .margin_right(FINER * 18)
+            .x_label_area_size(FINER * 42)
+            .y_label_area_size(FINER * 62)
             .build_cartesian_2d(scale(&self.x), scale(&self.y))
             .map_err(drawing)?;
         let format = |axis: &Axis| {
@@ -123,35 +130,42 @@ impl Curves {
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
-            .bold_line_style(BLACK.mix(0.12))
+            .bold_line_style(BLACK.mix(0.12).stroke_width(FINER))
+            .axis_style(BLACK.stroke_width(FINER))
+            .set_all_tick_mark_size(FINER * 5)
             .x_desc(&self.x.label)
             .y_desc(&self.y.label)
             .x_labels(12)
             .y_labels(9)
             .x_label_formatter(&x_format)
             .y_label_formatter(&y_format)
-            .label_style((FONT, TEXT))
-            .axis_desc_style((FONT, TEXT + 1))
+            .label_style((FONT, text))
+            .axis_desc_style((FONT, label))
             .draw()
             .map_err(drawing)?;
         let mut colors = COLORS.iter().cycle();
         for line in &self.lines {
             let style = match (line.guide, colors.next()) {
-                (false, Some(color)) => color.stroke_width(2),
-                _ => GUIDE.stroke_width(1),
+                (false, Some(color)) => color.stroke_width(2 * FINER),
+                _ => GUIDE.stroke_width(FINER),
             };
             let drawn = chart.draw_series(LineSeries::new(self.visible(line), style)).map_err(drawing)?;
             if !line.label.is_empty() {
-                drawn.label(&line.label).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+                let length = 18 * FINER as i32;
+                drawn
+                    .label(&line.label)
+                    .legend(move |(x, y)| PathElement::new([(x, y), (x + length, y)], style));
             }
         }
         if self.lines.iter().any(|l| !l.label.is_empty()) {
             chart
                 .configure_series_labels()
                 .position(self.legend())
-                .label_font((FONT, TEXT))
+                .label_font((FONT, text))
+                .legend_area_size(FINER * 26)
+                .margin(FINER * 5)
                 .background_style(WHITE.mix(0.85))
-                .border_style(BLACK.mix(0.2))
+                .border_style(BLACK.mix(0.2).stroke_width(FINER))
                 .draw()
                 .map_err(drawing)?;
         }

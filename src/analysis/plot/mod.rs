@@ -5,10 +5,12 @@
 //! here.
 
 mod bar;
+mod contours;
 mod curves;
 mod heat;
 mod map;
 
+pub use contours::Contours;
 pub use curves::{Axis, Curves, Line};
 pub use heat::Heat;
 pub use map::Map;
@@ -81,6 +83,24 @@ impl Figure {
         Figure { width, height, rgb: bytes.flat_map(|b| [b; 3]).collect() }
     }
 
+    /// The picture made smaller by a whole factor: each pixel is the mean of those that it covers.
+    fn coarser(&self, by: u32) -> Figure {
+        let (width, height) = (self.width / by, self.height / by);
+        let mut rgb = Vec::with_capacity(3 * (width * height) as usize);
+        for y in 0..height {
+            for x in 0..width {
+                let mut sum = [0; 3];
+                for row in y * by..(y + 1) * by {
+                    let start = 3 * (row * self.width + x * by) as usize;
+                    let pixels = self.rgb[start..start + 3 * by as usize].chunks_exact(3);
+                    pixels.for_each(|p| (0..3).for_each(|c| sum[c] += u32::from(p[c])));
+                }
+                rgb.extend(sum.map(|s| (s / (by * by)) as u8));
+            }
+        }
+        Figure { width, height, rgb }
+    }
+
     fn set(&mut self, x: i32, y: i32, color: [u8; 3]) {
         if (0..self.width as i32).contains(&x) && (0..self.height as i32).contains(&y) {
             let start = 3 * (y as usize * self.width as usize + x as usize);
@@ -148,6 +168,14 @@ mod tests {
     fn zero_has_no_sign() {
         assert_eq!([-0.0, -0.04, -0.06, 0.0].map(|v| tick(v, 1)), ["0.0", "0.0", "-0.1", "0.0"]);
         assert_eq!(tick(-3e-17, 0), "0");
+    }
+
+    #[test]
+    fn coarser_pictures_are_means() {
+        let figure = Figure::grey(5, 2, [0, 10, 20, 30, 9, 100, 110, 120, 130, 9].into_iter());
+        let coarser = figure.coarser(2);
+        assert_eq!((coarser.width, coarser.height), (2, 1));
+        assert_eq!(coarser.rgb, [55, 55, 55, 75, 75, 75]);
     }
 
     #[test]

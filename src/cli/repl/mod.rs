@@ -1,20 +1,32 @@
 //! `orogen repl`: questions and answers.
 //!
-//! On a terminal lines are edited, completed and remembered. On a pipe there is no prompt, answers
-//! go to standard output, and the first line that fails ends the program with code 1.
+//! On a terminal lines are edited, completed, coloured and remembered, and pictures are shown where the terminal
+//! can. On a pipe there is no prompt, answers go to standard output, pictures to files, and the first line that
+//! fails ends the program with code 1.
 
+mod assist;
 mod commands;
+mod cost;
+mod draw;
 mod edit;
+mod help;
+mod paint;
+mod plot;
+mod render;
+mod request;
+mod save;
+mod slice;
+mod topology;
 
 use super::check::parameters;
 use super::interrupt::Interrupt;
+use super::pictures::{Screen, Way};
 use super::progress::Progress;
-use super::report::{Failure, Outcome, Terminal, err, out};
-use super::work;
+use super::report::{Failure, Outcome, Terminal, out};
 use crate::diag::Diagnostic;
-use crate::render::{self, Job, Metadata};
+use crate::field::Watch;
+use crate::scene::Scene;
 use crate::script::{self, Interpreter, Limits};
-use crate::session::{self, Order};
 use crate::world::Disk;
 use commands::Action;
 use edit::{Input, Lines};
@@ -23,13 +35,14 @@ use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
-use std::time::Instant;
 
 /// Ask questions about fields, line by line
 ///
 /// Expressions are answered with their values: fields at points, ranges over boxes, intervals and
-/// affine forms. What SCRIPT defines is at hand. Tab completes; Ctrl-C clears the line or stops an
-/// evaluation; Ctrl-D leaves. On a pipe, the first line that fails ends it with exit code 1.
+/// affine forms. What SCRIPT defines is at hand. Tab completes, with signatures; Ctrl-R searches what was
+/// typed before; Enter goes on in another line while a bracket is open, Alt-Enter always; Ctrl-C clears the
+/// line or stops an evaluation; Ctrl-D leaves. On a pipe, pictures go to files, and the first line that fails
+/// ends it with exit code 1.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   orogen repl
@@ -41,21 +54,31 @@ In the REPL:
   > f.at([1, 0, 0])                          value at a point
   > f.range(region([0, 0, 0], [1, 1, 1]))    enclosure over a box
   > interval(1, 2) * interval(-1, 1)         interval arithmetic
+  > :slice f z=0                             a plane through it, as a picture
+  > :plot f along [-2, 0, 0]..[2, 0, 0]      its values along a ray, as a curve
+  > :tree f                                  its expression graph
+  > :save rock.rhai                          all that, as a script
   > :help                                    commands and names")]
 pub struct Args {
     /// Script to load first
     #[arg(value_name = "SCRIPT")]
     script: Option<PathBuf>,
+
+    /// How pictures are shown: kitty, iterm, sixel, blocks (of characters) or none
+    /// [default: what the terminal can; none on a pipe]
+    #[arg(long, value_name = "HOW", hide_possible_values = true)]
+    pictures: Option<Way>,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
-    let interrupt = Interrupt::listen(|| {});
+    let live = std::io::stdin().is_terminal();
+    let interrupt = if live { Interrupt::patient() } else { Interrupt::listen(|| {}) };
     let root = args.script.as_deref().and_then(Path::parent).map(Path::to_path_buf).unwrap_or_default();
     let interpreter = Interpreter::new(Arc::new(Disk), root, Limits::default(), Some(interrupt.flag()));
     let interpreter = Rc::new(RefCell::new(interpreter.map_err(Failure::Error)?));
-    let live = std::io::stdin().is_terminal();
-    let mut shell = Shell { interpreter, interrupt, terminal: *terminal, live, script: None };
+    let screen = Screen::new(args.pictures, terminal);
+    let mut shell = Shell { interpreter, interrupt, terminal: *terminal, screen, live, script: None };
     if let Some(script) = &args.script
         && shell.load(script).is_err()
         && !live
@@ -72,6 +95,8 @@ struct Shell {
     interpreter: Rc<RefCell<Interpreter>>,
     interrupt: Interrupt,
     terminal: Terminal,
+    /// Where pictures are shown.
+    screen: Screen,
     /// Whether somebody types.
     live: bool,
     /// The script that was loaded last, after which pictures are named.
@@ -138,19 +163,26 @@ impl Shell {
     }
 
     fn act(&mut self, action: Action, argument: Option<&str>) -> Step {
-        match (action, argument) {
-            (Action::Quit, _) => return Ok(false),
-            (Action::Help, None) => {
-                out(overview(&self.terminal));
-            }
-            (Action::Help, Some(name)) => self.help(name)?,
-            (Action::Params, _) => {
+        let text = argument.unwrap_or_default();
+        match action {
+            Action::Quit => return Ok(false),
+            Action::Help => help::run(self, argument)?,
+            Action::Params => {
                 let scene = self.interpreter.borrow().scene();
                 let list = scene.and_then(|scene| parameters(&scene, ""));
                 out(list.unwrap_or_else(|| "no parameters".into()));
             }
-            (Action::Load, file) => self.load(Path::new(file.unwrap_or_default()))?,
-            (Action::Render, file) => self.render(file)?,
+            Action::Load => self.load(Path::new(text))?,
+            Action::Save => save::run(self, Path::new(text))?,
+            Action::Render => render::run(self, argument)?,
+            Action::Plot => plot::run(self, text)?,
+            Action::Slice => slice::run(self, text)?,
+            Action::Tree => {
+                let scene = self.solid(argument)?;
+                out(script::tree(&scene.graph, scene.surface.field).trim_end());
+            }
+            Action::Cost => cost::run(self, argument)?,
+            Action::Topology => topology::run(self, argument)?,
         }
         Ok(true)
     }
@@ -167,6 +199,9 @@ impl Shell {
     fn show(&self, answer: Result<Option<String>, Box<Diagnostic>>) -> Outcome {
         self.interpreter.borrow_mut().output().iter().for_each(out);
         match answer {
+            Ok(Some(answer)) if self.terminal.color && std::io::stdout().is_terminal() => {
+                out(paint::answer(answer.trim_end()));
+            }
             Ok(Some(answer)) => out(answer.trim_end()),
             Ok(None) => {}
             Err(error) => return Err(self.say(&error)),
@@ -174,51 +209,24 @@ impl Shell {
         Ok(())
     }
 
-    fn render(&self, file: Option<&str>) -> Outcome {
-        let stem = self.script.as_deref().and_then(Path::file_stem).unwrap_or("repl".as_ref());
-        let path = file.map_or_else(|| Path::new(stem).with_extension("png"), PathBuf::from);
-        let scene = self.interpreter.borrow().scene().ok_or_else(|| {
-            self.say(&Diagnostic::error("there is nothing to render yet").hint("for example: sphere(1.0)"))
-        })?;
-        render::can_save(&path).map_err(|e| self.say(&Diagnostic::error(e.to_string())))?;
-        let start = Instant::now();
-        let progress = Progress::new(&self.terminal, &path.display().to_string());
-        let step = |p: render::Progress| progress.set(p.done as f64 / p.total.max(1) as f64);
-        let flag = self.interrupt.flag();
-        let job = Job { progress: &step, ..Job::unwatched(&flag) };
-        let picture = session::render(&scene, &Order::default(), &job);
-        progress.finish();
-        let picture = picture.map_err(|error| self.say(&error))?;
-        if !picture.finished {
-            return Err(self.say(&Diagnostic::error("stopped; no file was written")));
-        }
-        for warning in &picture.warnings {
-            self.say(warning);
-        }
-        render::save(&path, &picture, &Metadata::default())
-            .map_err(|e| self.say(&Diagnostic::error(e.to_string())))?;
-        err(work::summary(&path, &picture, start.elapsed().as_secs_f64()));
-        Ok(())
+    /// The scene that an expression means, or the last one.
+    fn solid(&self, expression: Option<&str>) -> Result<Scene, Failure> {
+        let scene = self.interpreter.borrow_mut().solid(expression);
+        self.interpreter.borrow_mut().output().iter().for_each(out);
+        scene.map_err(|e| self.say(&e))
     }
 
-    fn help(&self, name: &str) -> Outcome {
-        let text = self.interpreter.borrow().help(name);
-        if let Some(text) = text {
-            out(text.trim_end());
-            return Ok(());
-        }
-        // A variable explains itself by its value.
-        let known = self.interpreter.borrow().names().iter().any(|known| known == name);
-        if known {
-            let answer = self.interpreter.borrow_mut().eval(name);
-            return self.show(answer);
-        }
-        let interpreter = self.interpreter.borrow();
-        let error = Diagnostic::error(format!("nothing is called `{name}`"));
-        Err(match interpreter.nearest(name) {
-            Some(near) => self.say(&error.hint(format!("did you mean `{near}`?"))),
-            None => self.say(&error.hint(":help alone lists what there is")),
-        })
+    /// Does a long job, with a bar, until Ctrl-C.
+    fn watched<T>(
+        &self,
+        name: &str,
+        work: impl FnOnce(&Watch<'_>) -> Result<T, Box<Diagnostic>>,
+    ) -> Result<T, Box<Diagnostic>> {
+        let progress = Progress::new(&self.terminal, name);
+        let flag = self.interrupt.flag();
+        let done = work(&Watch { cancel: &flag, progress: &|share| progress.set(share) });
+        progress.finish();
+        done
     }
 
     /// Says what went wrong.
@@ -226,35 +234,4 @@ impl Shell {
         self.terminal.diagnostic(diagnostic, &self.interpreter.borrow().sources());
         Failure::Reported
     }
-}
-
-/// Commands, and the names of all functions by group.
-fn overview(terminal: &Terminal) -> String {
-    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
-    for entry in script::reference() {
-        match groups.iter_mut().find(|(group, _)| *group == entry.group) {
-            Some((_, names)) => names.push(entry.name),
-            None => groups.push((entry.group, vec![entry.name])),
-        }
-    }
-    let mut text = format!("{}\n{}", terminal.bold("Commands"), commands::help());
-    for (group, mut names) in groups {
-        names.dedup();
-        text += &format!("\n{}\n{}", terminal.bold(group), wrapped(&names));
-    }
-    text + "\n\n:help NAME explains a name, a module or a word, for example :help sphere, :help fractal, :help hurst"
-}
-
-/// Words in lines of a screen's width.
-fn wrapped(words: &[String]) -> String {
-    let mut lines = vec![String::from(" ")];
-    for word in words {
-        if lines.last().is_some_and(|line| line.len() + word.len() > 78) {
-            lines.push(" ".into());
-        }
-        if let Some(line) = lines.last_mut() {
-            *line += &format!(" {word}");
-        }
-    }
-    lines.join("\n")
 }

@@ -1,7 +1,7 @@
 //! `orogen topology`: what a solid is connected with.
 
 mod local;
-mod report;
+pub mod report;
 
 use super::interrupt::Flag;
 use super::options::{self, PictureOptions, ScriptOptions};

@@ -1,13 +1,21 @@
 //! One line after another: what a REPL needs of scripts.
 
+mod ask;
+mod record;
+
+pub use ask::Line;
+
+use super::complete::{Candidate, Completion, Known};
 use super::diagnose::Explainer;
 use super::engine::{self, INPUTS, KEYWORDS, Limits, Setup};
 use super::host::Host;
 use super::library::Entry;
+use super::value::type_name;
 use super::{SceneValue, finish, help, lexer, modules, scene_value, show};
 use crate::diag::{Diagnostic, Sources};
 use crate::scene::Scene;
 use crate::world::World;
+use record::Record;
 use rhai::{AST, Dynamic, EvalAltResult, Scope};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -30,6 +38,10 @@ pub struct Interpreter {
     imports: Vec<AST>,
     /// Everything typed, so that places in functions of earlier inputs stay right.
     text: String,
+    /// What was typed and loaded without an error, to be saved.
+    record: Record,
+    /// Names of imported modules of the standard library, with those modules.
+    aliases: Vec<(String, String)>,
     scene: Option<SceneValue>,
     entries: Vec<Entry>,
 }
@@ -59,6 +71,8 @@ impl Interpreter {
             functions,
             imports: Vec::new(),
             text,
+            record: Record::default(),
+            aliases: Vec::new(),
             scene: None,
             entries,
         })
@@ -69,6 +83,12 @@ impl Interpreter {
     /// # Errors
     /// Whatever is wrong with the input; what it did before stays done.
     pub fn eval(&mut self, input: &str) -> Result<Option<String>, Box<Diagnostic>> {
+        let value = self.evaluate(input)?;
+        Ok(self.answer(None, input, &value))
+    }
+
+    /// The value of an input.
+    fn evaluate(&mut self, input: &str) -> Result<Dynamic, Box<Diagnostic>> {
         // Each input stands below the earlier ones, as lines of one text.
         let lines = self.text.lines().count();
         let padded = "\n".repeat(lines) + input;
@@ -94,23 +114,25 @@ impl Interpreter {
             .map_err(|e| Box::new(Diagnostic::error(modules::unreadable(&name, &e).message)))?;
         self.setup.loaded.source(&name, &text);
         self.setup.loaded.clear();
-        self.execute(&name, &text)
+        let value = self.execute(&name, &text)?;
+        Ok(self.answer(Some(path), &text, &value))
     }
 
-    fn execute(&mut self, name: &str, text: &str) -> Result<Option<String>, Box<Diagnostic>> {
+    /// Keeps an input that went well, and describes its value.
+    fn answer(&mut self, file: Option<&Path>, input: &str, value: &Dynamic) -> Option<String> {
+        let scene = (!value.is_unit()).then(|| scene_value(&self.setup, value).ok()).flatten();
+        self.record.add(file, input, scene.is_some());
+        self.scene = scene.or(self.scene.take());
+        (!value.is_unit()).then(|| show::summary(&self.setup.host, value))
+    }
+
+    fn execute(&mut self, name: &str, text: &str) -> Result<Dynamic, Box<Diagnostic>> {
         self.setup.host.deadline.set(Instant::now().checked_add(self.limits.time));
         let result = self.run(name, text);
-        let value = result.map_err(|e| {
+        result.map_err(|e| {
             let explainer = Explainer { setup: &self.setup, limits: &self.limits, main: name };
             Box::new(explainer.explain(&e))
-        })?;
-        if value.is_unit() {
-            return Ok(None);
-        }
-        if let Ok(scene) = scene_value(&self.setup, &value) {
-            self.scene = Some(scene);
-        }
-        Ok(Some(show::summary(&self.setup.host, &value)))
+        })
     }
 
     fn run(&mut self, name: &str, text: &str) -> Result<Dynamic, Box<EvalAltResult>> {
@@ -124,7 +146,8 @@ impl Interpreter {
             Ok::<AST, Box<EvalAltResult>>(ast)
         };
         let ast = compile(text)?;
-        let imports = import_statements(text).iter().map(|t| compile(t)).collect::<Result<Vec<_>, _>>()?;
+        let statements = import_statements(text);
+        let imports = statements.iter().map(|(t, _)| compile(t)).collect::<Result<Vec<_>, _>>()?;
         // Imports end with the run that makes them, so they run again.
         let mut whole = self.functions.clone();
         for import in &self.imports {
@@ -137,6 +160,7 @@ impl Interpreter {
         self.functions = self.functions.merge(&ast.clone_functions_only());
         if result.is_ok() {
             self.imports.extend(imports);
+            self.aliases.extend(statements.into_iter().filter_map(|(_, alias)| alias));
         }
         result
     }
@@ -146,20 +170,59 @@ impl Interpreter {
         lexer::is_open(input)
     }
 
-    /// Names for completion: functions, variables, inputs, modules, keywords.
+    /// Names that mean something: functions, variables, inputs, modules, keywords.
     pub fn names(&self) -> Vec<String> {
         let is_word = |name: &str| name.starts_with(|c: char| c.is_alphabetic());
         let mut names: Vec<String> =
             self.entries.iter().map(|e| e.name.clone()).filter(|n| is_word(n)).collect();
-        names.extend(self.scope.iter().map(|(name, ..)| name.to_owned()));
-        names.extend(self.functions.iter_functions().map(|f| f.name.to_owned()));
-        names.extend(INPUTS.iter().map(|(name, _)| (*name).to_owned()));
-        names.extend(["p", "PI", "TAU"].map(str::to_owned));
+        names.extend(self.own_names().into_iter().map(|c| c.text));
         names.extend(modules::STD.iter().map(|(name, _)| format!("std/{name}")));
-        names.extend(KEYWORDS.iter().map(|k| (*k).to_owned()));
         names.sort();
         names.dedup();
         names
+    }
+
+    /// What is no function of the reference: what the user has named, inputs, keywords.
+    fn own_names(&self) -> Vec<Candidate> {
+        let candidate = |text: &str, signature: String, about: String| Candidate {
+            text: text.to_owned(),
+            signature,
+            about,
+        };
+        let named = self.scope.iter();
+        let mut names: Vec<Candidate> = named
+            .map(|(name, _, value)| candidate(name, name.to_owned(), type_name(&value).to_owned()))
+            .collect();
+        names.extend(self.functions.iter_functions().map(|f| {
+            candidate(
+                f.name,
+                format!("{}({})", f.name, f.params.join(", ")),
+                "a function of yours".to_owned(),
+            )
+        }));
+        let inputs = INPUTS.iter().map(|(name, _)| *name).chain(["p", "PI", "TAU"]);
+        names.extend(inputs.map(|name| {
+            let about =
+                input_help(name).and_then(|text| text.trim_end().split_once(": ")).map_or("", |t| t.1);
+            candidate(name, name.to_owned(), about.to_owned())
+        }));
+        names.extend(KEYWORDS.iter().map(|k| candidate(k, (*k).to_owned(), String::new())));
+        names
+    }
+
+    /// How a text that ends at the cursor can go on.
+    pub fn complete(&self, text: &str) -> Completion {
+        Known { entries: &self.entries, others: self.own_names(), aliases: &self.aliases }.complete(text)
+    }
+
+    /// What the call wants that a text ends in: its signatures, and what it does.
+    pub fn call(&self, text: &str) -> Vec<&Entry> {
+        Known { entries: &self.entries, others: Vec::new(), aliases: &self.aliases }.signatures(text)
+    }
+
+    /// Everything that went well so far, as a script; `None` if there is nothing.
+    pub fn script(&self) -> Option<String> {
+        (!self.record.is_empty()).then(|| self.record.script())
     }
 
     /// What a name means: signatures, a sentence, an example; or what there is in a module, under a
@@ -197,8 +260,12 @@ impl Interpreter {
     }
 }
 
-/// The import statements at the top level of a text, each padded to its line.
-fn import_statements(text: &str) -> Vec<String> {
+/// An import statement, padded to its line; and if it is of the standard library, the name that it gives to which
+/// module.
+type Import = (String, Option<(String, String)>);
+
+/// The import statements at the top level of a text.
+fn import_statements(text: &str) -> Vec<Import> {
     let all: Vec<_> = lexer::tokens(text).into_iter().filter(|t| t.kind != lexer::Kind::Comment).collect();
     let mut depth = 0;
     let mut found = Vec::new();
@@ -209,7 +276,10 @@ fn import_statements(text: &str) -> Vec<String> {
             "import" if depth == 0 => {
                 let words: Vec<&str> = all[i..].iter().take(4).map(|t| t.text).collect();
                 if let [_, path, "as", alias] = words[..] {
-                    found.push(format!("{}import {path} as {alias};", "\n".repeat(token.line as usize - 1)));
+                    let statement =
+                        format!("{}import {path} as {alias};", "\n".repeat(token.line as usize - 1));
+                    let module = path.trim_matches('"').strip_prefix("std/");
+                    found.push((statement, module.map(|module| (alias.to_owned(), module.to_owned()))));
                 }
             }
             _ => {}

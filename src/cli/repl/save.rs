@@ -1,0 +1,32 @@
+//! `:save`: the session as a script, and whether that runs.
+
+use super::Shell;
+use crate::cli::report::{Outcome, out};
+use crate::diag::Diagnostic;
+use crate::session::Session;
+use crate::world::{Disk, atomic};
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Writes the script, and runs it for a test.
+pub fn run(shell: &Shell, path: &Path) -> Outcome {
+    if path.extension().is_none_or(|ending| ending != "rhai") {
+        let error = Diagnostic::error(format!("`{}` does not end in .rhai", path.display()));
+        return Err(
+            shell.say(&error.hint(format!("for example: :save {}", path.with_extension("rhai").display())))
+        );
+    }
+    let script = shell.interpreter.borrow().script().ok_or_else(|| {
+        shell
+            .say(&Diagnostic::error("there is nothing to save yet").hint("for example: let f = sphere(1.0);"))
+    })?;
+    let written = atomic::write(path, |f| f.write_all(script.as_bytes()));
+    written.map_err(|e| shell.say(&Diagnostic::error(e.to_string())))?;
+    out(format_args!("{}: {} lines", path.display(), script.lines().count()));
+    let loaded = Session::new(path, Arc::new(Disk)).load(&shell.interrupt.flag());
+    for diagnostic in &loaded.diagnostics {
+        shell.terminal.diagnostic(diagnostic, &loaded.sources);
+    }
+    Ok(())
+}

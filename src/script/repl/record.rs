@@ -1,0 +1,206 @@
+//! What was typed and loaded so far, as a script that comes to the same.
+//!
+//! A session may do what a script may not: ask without using the answer, define a function again, load a file
+//! again, and look at a solid before going on. So what it asked is ended with a semicolon, of functions and
+//! loaded files the last version counts, and the solid that was seen last becomes the value of the script.
+
+use crate::script::lexer::{self, Kind, Token};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// The name of the last solid, where the session went on after it.
+const SOLID: &str = "last_solid";
+
+/// An input that had no error.
+#[derive(Clone, Debug)]
+struct Input {
+    /// The file that it was loaded from, if it was.
+    file: Option<PathBuf>,
+    text: String,
+    /// Whether its value was a solid or a scene.
+    solid: bool,
+}
+
+/// Inputs in their order.
+#[derive(Clone, Debug, Default)]
+pub struct Record(Vec<Input>);
+
+impl Record {
+    /// Adds an input. A file that is loaded again takes the place of what it was.
+    pub fn add(&mut self, file: Option<&Path>, text: &str, solid: bool) {
+        let file = file.map(Path::to_path_buf);
+        if file.is_some() {
+            self.0.retain(|input| input.file != file);
+        }
+        self.0.push(Input { file, text: text.to_owned(), solid });
+    }
+
+    /// Whether there is nothing.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The script.
+    pub fn script(&self) -> String {
+        let mut out = String::from("// A session of orogen repl.\n");
+        let shown = self.0.iter().rposition(|input| input.solid);
+        for (i, input) in self.0.iter().enumerate() {
+            let later = self.0[i + 1..].iter().flat_map(|later| functions(&later.text));
+            let later: Vec<(String, usize)> = later.map(|f| (f.name, f.arity)).collect();
+            let text = without(&input.text, &later);
+            if text.trim().is_empty() {
+                continue;
+            }
+            if let Some(file) = &input.file {
+                // Writing to a text cannot fail.
+                let _ = write!(out, "\n// From {}.", file.display());
+            }
+            let text = match shown == Some(i) {
+                true if i + 1 < self.0.len() => named(&text),
+                true => text,
+                false => ended(&text),
+            };
+            let _ = write!(out, "\n{}\n", text.trim());
+        }
+        if shown.is_some_and(|i| i + 1 < self.0.len()) {
+            let _ = write!(out, "\n{SOLID}\n");
+        }
+        out
+    }
+}
+
+/// A statement that ends; a definition of a function does so by itself.
+fn ended(text: &str) -> String {
+    let last = code(text).last().map(|t| (t.text, t.end()));
+    let defined = functions(text).last().map(|f| f.end);
+    match last {
+        None | Some((";", _)) => text.to_owned(),
+        Some((_, end)) if defined == Some(end) => text.to_owned(),
+        Some((_, end)) => format!("{};{}", &text[..end], &text[end..]),
+    }
+}
+
+/// The value of a text under a name: what follows its last statement that ends.
+fn named(text: &str) -> String {
+    let tokens = code(text);
+    let mut depth = 0i32;
+    let mut start = tokens.first().map_or(0, |t| t.start);
+    for (i, token) in tokens.iter().enumerate() {
+        match token.text {
+            "(" | "{" | "[" => depth += 1,
+            ")" | "}" | "]" => depth -= 1,
+            ";" if depth == 0 => start = tokens.get(i + 1).map_or(text.len(), |t| t.start),
+            _ => {}
+        }
+    }
+    // A definition of a function needs no semicolon after it.
+    if let Some(last) = functions(text).into_iter().rfind(|f| f.start >= start) {
+        start = tokens.iter().find(|t| t.start >= last.end).map_or(text.len(), |t| t.start);
+    }
+    ended(&format!("{}let {SOLID} = {}", &text[..start], &text[start..]))
+}
+
+/// A definition of a function, and where it is.
+struct Definition {
+    name: String,
+    arity: usize,
+    start: usize,
+    end: usize,
+}
+
+/// The functions that a text defines.
+fn functions(text: &str) -> Vec<Definition> {
+    let tokens = code(text);
+    let mut found = Vec::new();
+    for (i, token) in tokens.iter().enumerate().filter(|(_, t)| t.text == "fn") {
+        let [name, open, ..] = &tokens[i + 1..] else { continue };
+        let close = matching(&tokens, i + 2).filter(|_| open.text == "(" && name.kind == Kind::Word);
+        let Some(close) = close else { continue };
+        let Some(end) = matching(&tokens, close + 1) else { continue };
+        let names = tokens[i + 3..close].iter().filter(|t| t.kind == Kind::Word).count();
+        let private = i > 0 && tokens[i - 1].text == "private";
+        let start = if private { tokens[i - 1].start } else { token.start };
+        found.push(Definition { name: name.text.to_owned(), arity: names, start, end: tokens[end].end() });
+    }
+    found
+}
+
+/// Which bracket closes the one with this number.
+fn matching(tokens: &[Token<'_>], open: usize) -> Option<usize> {
+    let mut depth = 0i32;
+    for (i, token) in tokens.iter().enumerate().skip(open) {
+        match token.text {
+            "(" | "{" | "[" => depth += 1,
+            ")" | "}" | "]" => depth -= 1,
+            _ if i == open => return None,
+            _ => {}
+        }
+        if depth == 0 {
+            return Some(i);
+        }
+    }
+    None
+}
+
+/// A text without functions that are defined again later.
+fn without(text: &str, later: &[(String, usize)]) -> String {
+    let mut out = text.to_owned();
+    for f in functions(text).into_iter().rev() {
+        if later.iter().any(|(name, arity)| *name == f.name && *arity == f.arity) {
+            out.replace_range(f.start..f.end, "");
+        }
+    }
+    out
+}
+
+fn code(text: &str) -> Vec<Token<'_>> {
+    lexer::tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn script(inputs: &[(&str, bool)]) -> String {
+        let mut record = Record::default();
+        inputs.iter().for_each(|(text, solid)| record.add(None, text, *solid));
+        let (_, body) =
+            record.script().split_once("\n\n").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+        body.replace("\n\n", "\n")
+    }
+
+    #[test]
+    fn questions_end_and_the_last_solid_is_the_value() {
+        assert_eq!(script(&[("let f = 2", false), ("f + 1 // two", false)]), "let f = 2;\nf + 1; // two\n");
+        assert_eq!(script(&[("let r = 2;", false), ("sphere(r)", true)]), "let r = 2;\nsphere(r)\n");
+        let went_on = script(&[("let r = 2; sphere(r)", true), ("r = 3", false)]);
+        assert_eq!(went_on, "let r = 2; let last_solid = sphere(r);\nr = 3;\nlast_solid\n");
+        let defined = script(&[("fn f(r) { sphere(r) } f(1.0)", true), ("1", false)]);
+        assert_eq!(defined, "fn f(r) { sphere(r) } let last_solid = f(1.0);\n1;\nlast_solid\n");
+    }
+
+    #[test]
+    fn the_last_function_of_a_name_counts() {
+        let text = script(&[
+            ("fn f(a) { a }\nfn f(a, b) { b }", false),
+            ("private fn f(c) { -c }", false),
+            ("f(1)", false),
+        ]);
+        assert!(
+            !text.contains("{ a }") && text.contains("{ b }") && text.contains("private fn f(c) { -c }"),
+            "{text}"
+        );
+        assert!(text.ends_with("private fn f(c) { -c }\nf(1);\n"), "{text}");
+        let again = script(&[("private fn f(c) { c }; 1", false), ("fn f(d) { d }", false)]);
+        assert!(!again.contains("private"), "{again}");
+    }
+
+    #[test]
+    fn a_file_that_was_loaded_again_is_there_once() {
+        let mut record = Record::default();
+        record.add(Some(Path::new("a.rhai")), "let a = 1;", false);
+        record.add(Some(Path::new("a.rhai")), "let a = 2;", false);
+        let script = record.script();
+        assert!(!script.contains("a = 1") && script.contains("// From a.rhai.\nlet a = 2;"), "{script}");
+    }
+}
