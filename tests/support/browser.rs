@@ -14,6 +14,10 @@ const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chro
 /// How long anything on a page may take.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// Keeps the WebSockets of a page.
+const RECORD: &str = "window.sockets = []; \
+    window.WebSocket = class extends WebSocket { constructor(...all) { super(...all); sockets.push(this); } };";
+
 /// A browser; it ends with the test.
 pub struct Browser {
     child: Child,
@@ -46,20 +50,28 @@ impl Browser {
         Some(Browser { child, socket, last: 0, _folder: folder })
     }
 
-    /// Opens a page in a window of its own.
+    /// Opens a page in a window of its own. Its `sockets` are all WebSockets that it ever opened.
     pub fn open(&mut self, address: &str) -> Page {
         let context = self.call(None, "Target.createBrowserContext", json!({}));
         let target = self.call(
             None,
             "Target.createTarget",
-            json!({ "url": address, "newWindow": true, "browserContextId": context["browserContextId"], "width": 1200, "height": 800 }),
+            json!({
+                "url": "about:blank", "newWindow": true, "width": 1200, "height": 800,
+                "browserContextId": context["browserContextId"],
+            }),
         );
         let session = self.call(
             None,
             "Target.attachToTarget",
             json!({ "targetId": target["targetId"], "flatten": true }),
         );
-        Page(session["sessionId"].as_str().unwrap().to_owned())
+        let page = Page(session["sessionId"].as_str().unwrap().to_owned());
+        self.call(Some(&page), "Page.enable", json!({}));
+        self.call(Some(&page), "Page.addScriptToEvaluateOnNewDocument", json!({ "source": RECORD }));
+        self.call(Some(&page), "Page.navigate", json!({ "url": address }));
+        self.wait(&page, "document.readyState === 'complete'");
+        page
     }
 
     /// Says something to the browser, and gives what it answers.

@@ -148,7 +148,8 @@ export class Panel {
 function status(report) {
   const size = report.size.join(" × ");
   switch (report.stage) {
-    case "done": return `${size} in ${report.whole.toFixed(2)} s, ${report.cost.toFixed(1)} evaluations a pixel${parts(report)}`;
+    case "done": return `${size}; recognisable after ${report.first.toFixed(2)} s, done after `
+      + `${report.whole.toFixed(2)} s; ${report.cost.toFixed(1)} evaluations a pixel${parts(report)}`;
     case "failed": return "the script has an error; the last good picture stays";
     case "drawing": return report.playing ? `${size}, playing` : `${size}, ${Math.floor(100 * report.progress)} %`;
     default: return "reading the script";
