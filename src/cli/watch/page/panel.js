@@ -97,8 +97,8 @@ export class Panel {
       const { box, range, number } = this.sliders.get(p.name);
       box.classList.toggle("changed", p.value !== p.default);
       for (const input of [range, number]) {
-        const step = p.whole ? 1 : (p.most - p.least) / 1000;
-        Object.assign(input, { min: p.least, max: p.most, step: input === number && !p.whole ? "any" : step });
+        const step = p.whole ? 1 : 10 ** Math.floor(Math.log10((p.most - p.least) / 200));
+        Object.assign(input, { min: p.least, max: p.most, step: input === number && !p.whole ? "any" : step || "any" });
         if (document.activeElement !== input || p.value === p.default) input.value = short(p.value);
       }
     }
