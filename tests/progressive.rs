@@ -182,7 +182,7 @@ fn the_region_can_be_moved_while_a_picture_refines() {
     let jump = |_: &Rough| {
         let i = count.fetch_add(1, Ordering::Relaxed) as u32;
         let region = Rect { x: i * 7 % 140, y: i * 5 % 90, width: 9, height: 9 };
-        steering.focus((i % 3 > 0).then_some(region));
+        steering.focus((!i.is_multiple_of(3)).then_some(region));
     };
     let cancel = AtomicBool::new(false);
     let job = Job { rough: &jump, ..Job::unwatched(&cancel) };

@@ -197,6 +197,7 @@ pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
                 stats.culled += u64::from(item.as_ref().is_free());
                 asked(item);
             },
+            cancel,
         );
         active.retain(|&i| is_marching(&items[i]));
     }

@@ -18,7 +18,7 @@ use super::{Rough, Steering, locked};
 use crate::cast::{Bundle, CastStats, Frame, Reach};
 use glam::DVec3;
 use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The point of a lamp, and of a step through the air, that stands for all.
 const MIDDLE: f64 = 0.5;
@@ -110,6 +110,9 @@ impl<'a> Scout<'a> {
             tiles.into_iter().map(|tile| ((tile.rect, tile.level), tile.bundle)).unzip();
         self.reach.advance(&mut bundles, &mut self.stats, job.cancel);
         let mut painted = self.paint(&rects, &bundles, job.cancel);
+        if job.cancel.load(Ordering::Relaxed) {
+            return Vec::new();
+        }
         self.tiles += painted.len() as u64;
         let mut parts = Vec::new();
         for ((rect, level), bundle) in rects.iter().zip(&bundles).filter(|(_, bundle)| !bundle.is_free()) {
