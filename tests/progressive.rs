@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 /// A solid with thin parts, holes and pieces that float, and what of it makes scenes.
 const ROCK: &str = "sphere(1.0) + 0.3 * gradient(1).scaled(4.0) + 0.15 * gradient(2).scaled(8.0)";
 const RIDGES: &str = "sphere(1.0) + 0.3 * sqrt(abs(gradient(5).scaled(6.0)))";
-const RINGS: &str = "union(torus(1.0, 0.02), sphere(0.4), box([0.05, 2.4, 0.05]))";
+const RINGS: &str = "union([torus(1.0, 0.02), sphere(0.4), box([0.05, 2.4, 0.05])])";
 const GROUND: &str = "max(y - 0.2 * gradient(3).scaled(3.0), box([4.0, 1.6, 4.0]))";
 
 /// How the solids are seen: from afar, closely, from within the bounds along the ground, and by parallel lines.
@@ -95,7 +95,7 @@ fn every_picture_on_the_way_shows_all_of_the_solid() {
                 let seen = last.pixels.iter().filter(is_solid).count();
                 let mut before = usize::MAX;
                 for side in Steering::SIDES {
-                    let rough = snapshots.at(side, &last);
+                    let rough = snapshots.at(side, None, &last);
                     let lost =
                         rough.pixels.iter().zip(&last.pixels).filter(|(r, l)| !is_solid(r) && is_solid(l));
                     assert_eq!(lost.count(), 0, "{surface} {camera} {way:?}: lost at {side}");
@@ -146,7 +146,7 @@ fn a_part_of_a_picture_refines_as_well() {
     let order = Order { part: orogen::render::Part::Region(window), ..Order::default() };
     let (last, snapshots) = refined(&scene, &order, &Steering::default());
     same(&last, &batch(&scene, &order));
-    assert_eq!(snapshots.at(8, &last).window, window);
+    assert_eq!(snapshots.at(8, None, &last).window, window);
 }
 
 #[test]

@@ -89,7 +89,9 @@ impl Bundle {
             return None;
         }
         let ahead = self.root(section.centre).map_or(0.0, |r| TOWARDS * (r - from));
-        let march = March::new(from, to, self.march.stretch.max(ahead), None);
+        // A bundle that is whole looks at least as far ahead as it is wide: parts of one that got stuck get on.
+        let least = if self.is_whole { section.radius(&self.frame, from) } else { 0.0 };
+        let march = March::new(from, to, self.march.stretch.max(ahead).max(least), None);
         let part = Bundle::of(self.frame, section, march, (rays, self.tolerance));
         Some(Bundle { last: self.last, is_whole: self.is_whole, ..part })
     }
@@ -104,12 +106,13 @@ impl Bundle {
         self.march.free
     }
 
-    /// The point where its middle line is expected to meet the surface; where nothing is expected, the one up to
-    /// which it is known not to.
+    /// The point where its middle line is expected to meet the surface, if that is no farther ahead than the bundle is
+    /// wide: guesses over more than that are no good. Else the one up to which it is known not to.
     pub fn face(&self) -> DVec3 {
         let March { free, far, .. } = self.march;
-        let depth = self.root(self.section.centre).map_or(free, |root| root.clamp(free, far));
-        self.section.spine_at(&self.frame, depth)
+        let near = free..=(free + 2.0 * self.section.radius(&self.frame, free)).min(far);
+        let expected = self.root(self.section.centre).filter(|root| near.contains(root));
+        self.section.spine_at(&self.frame, expected.unwrap_or(free))
     }
 
     /// Decides which piece to look at, or that the bundle is too wide to go on.

@@ -65,8 +65,8 @@ impl Steering {
 
     /// Asks for a part of the picture before all others, or for none.
     pub fn focus(&self, region: Option<Rect>) {
-        *locked(&self.region) = region;
-        self.changes.fetch_add(1, Ordering::Release);
+        let before = std::mem::replace(&mut *locked(&self.region), region);
+        self.changes.fetch_add(usize::from(before != region), Ordering::Release);
     }
 
     /// The region, if it is another than after so many changes.
