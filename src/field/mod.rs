@@ -12,7 +12,7 @@ mod watch;
 
 pub use line::{Unknown, first_inside};
 pub use moments::{Moments, Survey, survey};
-pub use region::{Extent, extent, lipschitz_outside};
+pub use region::{Extent, extent, extent_until, lipschitz_outside, lipschitz_until};
 pub use smooth::{blame, smooth};
 pub use watch::{Stopped, Watch};
 
