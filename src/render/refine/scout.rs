@@ -93,7 +93,8 @@ impl<'a> Scout<'a> {
     ) {
         let Some(rect) = square.intersection(&self.whole()) else { return };
         let Prepared { settings, view, tolerance, .. } = self.scene;
-        let (rectangle, rays) = (view.rectangle(&rect, self.around), rect.area() as usize);
+        // As much as a beam of the caster is worth, if not more.
+        let (rectangle, rays) = (view.rectangle(&rect, self.around), rect.area().max(64) as usize);
         let bundle = match of {
             Some(bundle) => bundle.part(rectangle, &settings.bounds, rays),
             None => Bundle::new(&self.frame, rectangle, &settings.bounds, (rays, *tolerance)),
