@@ -6,7 +6,7 @@
 //! and by beams. Pictures that are refined by `render::refine` share nothing between rough and finished tiles: what
 //! that costs is the second table.
 //!
-//! `cargo bench --bench progressive [-- SIZE]`, 800 pixels a side unless told otherwise.
+//! `cargo bench --bench progressive [-- SIZE]`, 400 pixels a side unless told otherwise.
 
 use orogen::cast::{Bundle, CastStats, Frame, Hit, Kind, Ray, Reach, caster, reach};
 use orogen::field::Field;
@@ -32,7 +32,7 @@ fn scene(path: &str) -> Scene {
 
 fn main() {
     let told = std::env::args().skip(1).find_map(|told| told.parse().ok());
-    let size = told.unwrap_or(800).clamp(16, 4096);
+    let size = told.unwrap_or(400).clamp(16, 4096);
     println!("Evaluations of the field, {size}x{size} pixels, one ray each:\n");
     println!(
         "| figure | sphere | speculative | auto | balls, then speculative | of speculative (printed) | of sphere (printed) | bands, then beams | of auto |"
@@ -44,7 +44,7 @@ fn main() {
     println!("\nSeconds from the call, on {} threads:\n", rayon::current_num_threads());
     println!("| scene | first tile | 128 | 64 | 32 | 16 | 8 | all | at once | more |");
     println!("|---|---|---|---|---|---|---|---|---|---|");
-    for name in ["planet", "asteroid", "figures/7.06", "figures/7.07", "figures/5.10"] {
+    for name in ["planet", "figures/7.05", "figures/7.07", "figures/5.10"] {
         timeline(name);
     }
 }
@@ -175,7 +175,7 @@ impl View {
 /// A row of the second table.
 fn timeline(name: &str) {
     let scene = scene(&format!("scripts/{name}.rhai"));
-    let size = if name == "planet" { Some((1280, 720)) } else { None };
+    let size = if name == "planet" { Some((640, 360)) } else { None };
     let order = Order { size, ..Order::default() };
     let (cancel, told) = (AtomicBool::new(false), Mutex::new(BTreeMap::<u32, Duration>::new()));
     let start = Instant::now();
