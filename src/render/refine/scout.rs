@@ -2,8 +2,8 @@
 //!
 //! A tile that is not proven free shows the place where the surface is expected in its middle, or else where it may begin
 //! at the earliest, which lies on another surface of the same field, `f = c > 0`, around the solid. Its colour is that
-//! of the field's own there, in the light of the same lamps and the same sky but without shadows; where the surface
-//! turns away from the eye, as it may near a crease, its other side is shown. So rough tiles are as bright as finished
+//! of the field's own there, in the light of the same lamps and the same sky but without shadows; where that surface
+//! turns away from the eye, as it may near a crease, it is turned towards it. So rough tiles are as bright as finished
 //! ones, and nothing jumps.
 
 use super::super::gather::{Light, Met, Outcome, Sum};
@@ -149,7 +149,8 @@ impl<'a> Scout<'a> {
     fn met(&self, rect: &Rect, mut patch: Patch) -> Pixel {
         let (origin, direction) = line(&self.scene.view, rect);
         for normal in [&mut patch.normal, &mut patch.shading] {
-            *normal *= -normal.dot(direction).signum();
+            // As in a mirror that the eye looks straight into: what faces up still does.
+            *normal -= 2.0 * normal.dot(direction).max(0.0) * direction;
         }
         let distance = patch.position.distance(origin);
         let (through, scattered) = self.around().along((origin, direction, distance), MIDDLE, &[]);
