@@ -6,7 +6,8 @@
 //! and by beams. Pictures that are refined by `render::refine` share nothing between rough and finished tiles: what
 //! that costs is the second table.
 //!
-//! `cargo bench --bench progressive [-- SIZE]`, 400 pixels a side unless told otherwise.
+//! `cargo bench --bench progressive [-- SIZE] [ROW]...`, 400 pixels a side unless told otherwise; rows are figure-7.05 and so
+//! on in the first table, and names of scenes in the second.
 
 use orogen::cast::{Bundle, CastStats, Frame, Hit, Kind, Ray, Reach, caster, reach};
 use orogen::field::Field;
@@ -31,20 +32,27 @@ fn scene(path: &str) -> Scene {
 }
 
 fn main() {
-    let told = std::env::args().skip(1).find_map(|told| told.parse().ok());
-    let size = told.unwrap_or(400).clamp(16, 4096);
+    let told: Vec<String> = std::env::args().skip(1).filter(|told| !told.starts_with('-')).collect();
+    let size = told.iter().find_map(|told| told.parse::<u32>().ok()).unwrap_or(400).clamp(16, 4096);
+    let names: Vec<&String> = told.iter().filter(|told| told.parse::<u32>().is_err()).collect();
+    let is_wanted = |name: &str| names.is_empty() || names.iter().any(|wanted| *wanted == name);
     println!("Evaluations of the field, {size}x{size} pixels, one ray each:\n");
     println!(
-        "| figure | sphere | speculative | auto | balls, then speculative | of speculative (printed) | of sphere (printed) | bands, then beams | of auto |"
+        "| figure | sphere | speculative | auto | balls, then speculative | of speculative (printed) | of sphere (printed) \
+         | bands, then beams | of auto |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    for (figure, printed) in PUBLISHED {
+    for (figure, printed) in
+        PUBLISHED.into_iter().filter(|(figure, _)| is_wanted(&format!("figure-{figure}")))
+    {
         previewer(figure, printed, size);
     }
     println!("\nSeconds from the call, on {} threads:\n", rayon::current_num_threads());
     println!("| scene | first tile | 128 | 64 | 32 | 16 | 8 | all | at once | more |");
     println!("|---|---|---|---|---|---|---|---|---|---|");
-    for name in ["planet", "figures/7.05", "figures/7.07", "figures/5.10"] {
+    for name in
+        ["planet", "figures/7.05", "figures/7.07", "figures/5.10"].into_iter().filter(|name| is_wanted(name))
+    {
         timeline(name);
     }
 }
