@@ -109,7 +109,8 @@ pub(super) fn render_moments(
     }
     let mut picture = picture(shots, order, job, steering)?;
     picture.warnings.extend(warnings);
-    picture.denoised = order.denoise.then(|| render::denoise(&picture));
+    let is_smoothed = order.denoise && picture.tiles > 0;
+    picture.denoised = is_smoothed.then(|| render::denoise(&picture));
     Ok(picture)
 }
 
