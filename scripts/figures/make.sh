@@ -99,6 +99,18 @@ picture 6.11b 6.11 --time 0.2 --set spline=1
 picture 6.11c 6.11 --time 0.2 --set fast=1
 picture 6.11d 6.11 --time 0.2 --set fast=1 --set spline=1
 
+# Chapter 7: pictures on their way to the finished one, which has the plain number. 7.8 has two to five octaves; of 7.14 a
+# part is asked for before the rest.
+picture 7.5 7.05 --snapshots 32,16,4
+picture 7.6 7.06 --size 200x200 --snapshots 16,8,4
+picture 7.7 7.07 --snapshots 32,16,4
+picture 7.8a 7.07 --set octaves=2
+picture 7.8b 7.07 --set octaves=3
+picture 7.8c 7.07 --set octaves=4
+picture 7.8d 7.07 --set octaves=5
+picture 7.13 5.10 --snapshots 32,16,4
+picture 7.14 7.14 --snapshots 16,8,4 --focus 200,88,96x64
+
 # Chapter 8: a sphere that falls to pieces; what the pieces are connected with; the pieces in red, and gone. Of
 # three octaves there are 7000 minima to find, and two or three minutes to wait.
 picture 8.1a 8.1 --set amplitude=0.1

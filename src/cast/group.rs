@@ -145,6 +145,9 @@ pub(super) fn march<S: Strategy>(
         outcomes.resize(active.len(), None);
         let order = by_tape(cells, &questions);
         for batch in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)).flat_map(|s| s.chunks(S::Batch::LANES)) {
+            if cancel.load(Ordering::Relaxed) {
+                break;
+            }
             evaluator.turn_to(batch[0].0);
             let answers = evaluator.eval(&gathered::<S>(&questions, batch));
             stats.evaluations += batch.len() as u64;

@@ -28,6 +28,7 @@ mod beam;
 mod bent;
 mod group;
 mod handover;
+mod later;
 mod passage;
 mod pieces;
 mod reach;
@@ -36,10 +37,11 @@ mod sifted;
 mod sphere;
 
 pub use beam::{Bundle, Frame};
+pub use later::Later;
 pub use reach::{Reach, reach};
 pub use sifted::{Judge, Ruling, Sifted};
 
-use crate::field::{Field, lipschitz_outside};
+use crate::field::{Field, lipschitz_outside, lipschitz_until};
 use crate::num::{Affine, Interval, ROUNDOFF, Reduced};
 use crate::scene::Aabb;
 use crate::tape::{Cells, Census, Evaluator};
@@ -52,7 +54,7 @@ use pieces::{Pieces, Seek};
 use segment::SegmentTracing;
 use sphere::SphereTracing;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A piece of a line: `origin + t direction` for `near <= t <= far`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -278,7 +280,8 @@ pub fn caster_in(
 ) -> Result<Box<dyn Caster>, CastError> {
     let own = cells.clone();
     match kind {
-        Kind::Auto | Kind::Sphere | Kind::Speculative => {}
+        Kind::Auto => return Ok(auto(field, region, cells, typical, &AtomicBool::new(false))),
+        Kind::Sphere | Kind::Speculative => {}
         Kind::Segment => return Ok(Box::new(Handover::new(SegmentTracing { any: false }, own))),
         Kind::Interval => return Ok(Box::new(Group::new(Pieces::<Interval>::halving(Seek::First), own))),
         Kind::Standard => return Ok(Box::new(Group::new(Pieces::<Affine>::halving(Seek::First), own))),
@@ -300,28 +303,36 @@ pub fn caster_in(
         }
     }
     let lipschitz = lipschitz_outside(field, region);
-    let bounded = lipschitz.is_finite() && lipschitz > 0.0;
-    let spheres = |relaxation| {
-        let strategy = SphereTracing { lipschitz, relaxation, any: false };
-        Box::new(Handover::new(strategy, cells.clone()))
-    };
-    match kind {
-        Kind::Auto => {
-            let mut beams: Box<dyn Caster> = Box::new(Beams::new(cells.clone()));
-            if bounded && lipschitz < STEEP {
-                let mut balls = spheres(RELAXATION);
-                let (at_points, along_pieces) = costs(cells.tape().census());
-                let most = along_pieces * trial(&mut *beams, typical, f64::INFINITY) / at_points;
-                if trial(&mut *balls, typical, most) < most {
-                    return Ok(balls);
-                }
-            }
-            Ok(beams)
-        }
-        _ if !bounded => Err(CastError::NoLipschitzBound),
-        Kind::Sphere => Ok(spheres(1.0)),
-        _ => Ok(spheres(RELAXATION)),
+    if !(lipschitz.is_finite() && lipschitz > 0.0) {
+        return Err(CastError::NoLipschitzBound);
     }
+    let relaxation = if kind == Kind::Sphere { 1.0 } else { RELAXATION };
+    Ok(spheres(lipschitz, relaxation, cells))
+}
+
+fn spheres(lipschitz: f64, relaxation: f64, cells: &Arc<Cells>) -> Box<dyn Caster> {
+    Box::new(Handover::new(SphereTracing { lipschitz, relaxation, any: false }, cells.clone()))
+}
+
+/// The caster that suits a field, by trial. Once `cancel` is set, any.
+fn auto(
+    field: &Field,
+    region: &Aabb,
+    cells: &Arc<Cells>,
+    typical: &[Vec<Ray>],
+    cancel: &AtomicBool,
+) -> Box<dyn Caster> {
+    let mut beams: Box<dyn Caster> = Box::new(Beams::new(cells.clone()));
+    let lipschitz = lipschitz_until(field, region, &|| cancel.load(Ordering::Relaxed));
+    if let Some(lipschitz) = lipschitz.filter(|&bound| bound > 0.0 && bound < STEEP) {
+        let mut balls = spheres(lipschitz, RELAXATION, cells);
+        let (at_points, along_pieces) = costs(cells.tape().census());
+        let most = along_pieces * trial(&mut *beams, typical, f64::INFINITY, cancel) / at_points;
+        if trial(&mut *balls, typical, most, cancel) < most {
+            return balls;
+        }
+    }
+    beams
 }
 
 /// What an evaluation at a point costs, and what one along a piece of a line: about as many
@@ -339,10 +350,10 @@ fn costs(census: Census) -> (f64, f64) {
 const STEEP: f64 = 1e4;
 
 /// Work that the rays need; no more than some of them where that is more than `most`.
-fn trial(caster: &mut dyn Caster, bundles: &[Vec<Ray>], most: f64) -> f64 {
+fn trial(caster: &mut dyn Caster, bundles: &[Vec<Ray>], most: f64, cancel: &AtomicBool) -> f64 {
     let mut stats = CastStats::default();
     for rays in bundles {
-        caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats, &AtomicBool::new(false));
+        caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats, cancel);
         if stats.work as f64 >= most {
             break;
         }

@@ -6,10 +6,10 @@ use super::interrupt::Interrupt;
 use super::options::{FileOptions, PictureOptions, ScriptOptions, statistics_path};
 use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err};
-use super::snapshots::Sides;
+use super::snapshots::{Series, Sides};
 use super::stats;
 use super::work::{self, Work};
-use crate::render::{self, Format, Job, Rough, Snapshots};
+use crate::render::{self, Format, Job, Rect, Rough};
 use crate::session::Session;
 use crate::world::{Disk, Memory};
 use std::path::{Path, PathBuf};
@@ -91,6 +91,11 @@ pub struct Args {
     /// of the solid and more. There are none through a lens, all around, of what moves, and with a sea or a moon.
     #[arg(long, value_name = "SIDE,...", conflicts_with_all = ["frames", "heatmap"])]
     snapshots: Option<Sides>,
+
+    /// Finishes a part of the picture before the rest, from when rough tiles of the first side are there: left, top, width and
+    /// height in pixels
+    #[arg(long, value_name = "X,Y,WxH", requires = "snapshots")]
+    focus: Option<Rect>,
 }
 
 /// What a pixel may cost.
@@ -164,13 +169,13 @@ fn render(mut work: Work, args: &Args, terminal: &Terminal) -> Outcome {
         progress.set(done);
     };
     let flag = interrupt.flag();
-    let snapshots = Snapshots::default();
-    let keep = |tile: &Rough| snapshots.keep(tile);
+    let series = args.snapshots.clone().map(|sides| Series::new(sides, args.focus));
     let job = Job { progress: &step, ..Job::unwatched(&flag) };
-    let picture = match &args.snapshots {
-        Some(sides) => {
-            let (job, steering) = (Job { rough: &keep, ..job }, sides.steering());
-            work.session.refine(&scene, &work.order, &job, (&steering, &flag))
+    let picture = match &series {
+        Some(series) => {
+            let see = |tile: &Rough| series.see(tile);
+            let job = Job { rough: &see, ..job };
+            work.session.refine(&scene, &work.order, &job, (&series.steering, &flag))
         }
         None => work.session.render(&scene, &work.order, &job, &flag),
     };
@@ -184,8 +189,8 @@ fn render(mut work: Work, args: &Args, terminal: &Terminal) -> Outcome {
         Some(Cost::Evals) => work.save_heatmap(&picture)?,
         None => work.save(&loaded, &scene, &picture)?,
     };
-    if let Some(sides) = &args.snapshots {
-        sides.save(&snapshots, (&work, &loaded, &scene), &picture)?;
+    if let Some(series) = &series {
+        series.save((&work, &loaded, &scene), &picture)?;
     }
     work.save_stats(&file, &scene, &picture)?;
     err(work::summary(&file, &picture, start.elapsed().as_secs_f64()));

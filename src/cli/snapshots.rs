@@ -2,7 +2,7 @@
 
 use super::report::Failure;
 use super::work::Work;
-use crate::render::{Picture, Snapshots, Steering};
+use crate::render::{Picture, Rect, Rough, Snapshots, Steering};
 use crate::scene::Scene;
 use crate::session::Loaded;
 use std::path::{Path, PathBuf};
@@ -29,21 +29,39 @@ impl FromStr for Sides {
     }
 }
 
-impl Sides {
-    /// Steers towards them.
-    pub fn steering(&self) -> Steering {
-        self.0.last().map_or_else(Steering::default, |&finest| Steering::down_to(finest))
+/// A picture that is watched on its way.
+pub struct Series {
+    sides: Vec<u32>,
+    /// What is asked for before the rest, from the first of these sides on.
+    focus: Option<Rect>,
+    pub steering: Steering,
+    seen: Snapshots,
+}
+
+impl Series {
+    pub fn new(Sides(sides): Sides, focus: Option<Rect>) -> Series {
+        let steering = sides.last().map_or_else(Steering::default, |&finest| Steering::down_to(finest));
+        Series { sides, focus, steering, seen: Snapshots::default() }
+    }
+
+    /// Sees a rough tile.
+    pub fn see(&self, tile: &Rough) {
+        self.seen.keep(tile);
+        if self.focus.is_some() && self.sides.first() == Some(&tile.side) {
+            self.steering.focus(self.focus);
+        }
     }
 
     /// Saves a picture for each side, numbered.
     pub fn save(
         &self,
-        snapshots: &Snapshots,
         (work, loaded, scene): (&Work, &Loaded, &Scene),
         picture: &Picture,
     ) -> Result<(), Failure> {
-        for (number, &side) in (1..).zip(&self.0) {
-            work.save_to(&numbered(&work.output, number), loaded, scene, &snapshots.at(side, picture))?;
+        for (number, &side) in (1..).zip(&self.sides) {
+            let focus = self.focus.filter(|_| number > 1);
+            let snapshot = self.seen.at(side, focus, picture);
+            work.save_to(&numbered(&work.output, number), loaded, scene, &snapshot)?;
         }
         Ok(())
     }

@@ -13,7 +13,7 @@ mod watch;
 
 pub use line::{Unknown, first_inside};
 pub use moments::{Moments, Survey, survey};
-pub use region::{Extent, extent, lipschitz_outside};
+pub use region::{Extent, extent, extent_until, lipschitz_outside, lipschitz_until};
 pub use smooth::{blame, smooth};
 pub use terms::{Steepness, Terms};
 pub use watch::{Stopped, Watch};

@@ -64,17 +64,22 @@ fn is_last<'a>(parts: impl ExactSizeIterator<Item = &'a Part>) -> bool {
 
 /// Finds a box around the solid `f <= 0` in `region`, by excluding cells where `f > 0` is certain.
 pub fn extent(field: &Field, region: &Aabb) -> Extent {
+    extent_until(field, region, &|| false)
+}
+
+/// The same, but nothing more is excluded when `halt` says so.
+pub fn extent_until(field: &Field, region: &Aabb, halt: &dyn Fn() -> bool) -> Extent {
     let mut ranges = Evaluator::<Interval>::new(field.tape().clone());
     let mut parts = vec![Part { cell: *region, tape: field.tape().clone() }];
     let mut found;
     loop {
         #[allow(clippy::neg_cmp_op_on_partial_ord)] // a cell that has no value is not excluded
-        parts.retain(|part| !(eval(&mut ranges, part, &part.cell.intervals()).lo > 0.0));
+        parts.retain(|part| halt() || !(eval(&mut ranges, part, &part.cell.intervals()).lo > 0.0));
         let Some(all) = parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b)) else {
             return Extent::Empty;
         };
         found = all;
-        if is_last(parts.iter()) || found.diagonal() < 1e-9 * region.diagonal() {
+        if halt() || is_last(parts.iter()) || found.diagonal() < 1e-9 * region.diagonal() {
             break;
         }
         parts = parts.iter().flat_map(Part::octants).collect();
@@ -93,6 +98,11 @@ pub fn extent(field: &Field, region: &Aabb) -> Extent {
 /// Lipschitz bound of `f` over the part of a region where `f >= 0` is possible, which is all that a
 /// ray approaching from outside ever sees. Infinite where there is no bound.
 pub fn lipschitz_outside(field: &Field, region: &Aabb) -> f64 {
+    lipschitz_until(field, region, &|| false).unwrap_or(f64::INFINITY)
+}
+
+/// The same, given up when `halt` says so.
+pub fn lipschitz_until(field: &Field, region: &Aabb, halt: &dyn Fn() -> bool) -> Option<f64> {
     let mut slopes = Evaluator::<Slope>::new(field.tape().clone());
     let mut duals = Evaluator::<Dual>::new(field.tape().clone());
     let mut bound: f64 = 0.0;
@@ -101,6 +111,9 @@ pub fn lipschitz_outside(field: &Field, region: &Aabb) -> f64 {
         let last = is_last(parts.iter());
         let mut steep = Vec::new();
         for part in parts {
+            if halt() {
+                return None;
+            }
             let x = part.cell.intervals();
             let slope =
                 eval(&mut slopes, &part, &std::array::from_fn(|axis| Slope::coordinate(x[axis], axis)));
@@ -131,5 +144,5 @@ pub fn lipschitz_outside(field: &Field, region: &Aabb) -> f64 {
         }
         parts = steep.iter().flat_map(|(_, part)| part.octants()).collect();
     }
-    bound
+    Some(bound)
 }

@@ -127,7 +127,8 @@ mod tests {
     fn noisy(noise: f32) -> Picture {
         let film = Film { width: SIDE, height: SIDE, ..Film::default() };
         let settings = Settings::of_film(&film, Aabb::cube(1.0));
-        let mut picture = Picture::new(&settings, [0.0; 3]).unwrap();
+        let mut picture = Picture::reserved(&settings, [0.0; 3]).unwrap();
+        picture.fill();
         for (i, pixel) in picture.pixels.iter_mut().enumerate() {
             let (x, y) = (i as u32 % SIDE, i as u32 / SIDE);
             let albedo = if y.is_multiple_of(8) { 0.2 } else { 0.8 };

@@ -1,6 +1,6 @@
 //! The job of rendering: who watches it and can stop it, and what comes of it.
 
-use super::refine::{Rough, Steering, refine};
+use super::refine::{Rough, Steering, develop};
 use super::worker::Shot;
 use super::{Picture, Pixel, Prepared, Rect, RenderError, Stats, tile};
 use crate::cast::Caster;
@@ -58,7 +58,9 @@ pub fn render(scene: &Prepared, caster: &dyn Caster, job: &Job<'_>) -> Result<Pi
 /// As for [`render`]; [`RenderError::Samples`] if there is no moment.
 pub fn render_moments(shots: &[Shot<'_>], job: &Job<'_>) -> Result<Picture, RenderError> {
     let still: Vec<Shot<'_>> = shots.iter().map(|shot| Shot { reach: None, ..*shot }).collect();
-    refine(&still, job, &Steering::default())
+    let mut picture = develop(&still, job, &Steering::default())?;
+    picture.fill();
+    Ok(picture)
 }
 
 /// A picture in the making.
@@ -88,6 +90,7 @@ impl<'a> Film<'a> {
 
     /// Puts a finished tile in its place, and tells of it.
     pub fn put(&mut self, rect: &Rect, pixels: &[Pixel], job: &Job<'_>) {
+        self.picture.fill();
         self.picture.put(rect, pixels);
         self.picture.tiles += 1;
         self.picture.finished = self.picture.tiles as usize == self.total;
@@ -115,7 +118,6 @@ pub(super) fn finish(picture: &mut Picture, shots: &[Shot<'_>], threads: Vec<Sta
         (all.tapes, all.instructions, all.whole) =
             (all.tapes + one.tapes, all.instructions + one.instructions, one.whole);
     }
-    picture.empty = picture.pixels.iter().all(|p| p.depth.is_infinite());
     picture.warnings = shots.first().map_or(Vec::new(), |shot| warnings(shot.scene, picture));
 }
 

@@ -76,7 +76,7 @@ pub use merge::{MergeError, merge};
 pub use overlay::Overlay;
 pub use painter::Painter;
 pub use picture::{Picture, Pixel};
-pub use prepare::{Prepared, prepare};
+pub use prepare::{Prepared, prepare, shown};
 pub use probe::Probe;
 pub use refine::{Rough, Snapshots, Steering, refine};
 pub use reflect::Reflecting;

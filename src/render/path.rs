@@ -230,6 +230,10 @@ impl Paths {
         let around = Surroundings { sky: &scene.sky, air: seer.scene.air.as_ref(), suns: &scene.suns };
         let mut sunny = self.sunny.as_slice();
         for (i, path) in self.paths.iter_mut().enumerate() {
+            // Air takes its time.
+            if i % 64 == 0 && to.go_on().is_none() {
+                return;
+            }
             let (lit, others) = sunny.split_at(self.nodes.get(i).copied().unwrap_or(0));
             sunny = others;
             let patch = path.distance.is_finite().then(|| &self.patches[path.patch]);

@@ -93,8 +93,9 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// A picture of nothing yet.
-    pub(super) fn new(settings: &Settings, background: [f32; 3]) -> Result<Picture, RenderError> {
+    /// A picture that will hold a window, and has room for it but no pixels yet: to write to so much memory takes longer
+    /// than the first rough tiles.
+    pub(super) fn reserved(settings: &Settings, background: [f32; 3]) -> Result<Picture, RenderError> {
         let Settings { width, height, .. } = *settings;
         let window = settings.window()?;
         let count = window.width as usize * window.height as usize;
@@ -103,7 +104,6 @@ impl Picture {
             let needed = settings.memory_needed();
             RenderError::Memory { width, height, needed, limit: 0 }
         })?;
-        pixels.resize(count, Pixel::EMPTY);
         Ok(Picture {
             width,
             height,
@@ -119,6 +119,11 @@ impl Picture {
             warnings: Vec::new(),
             stats: Stats::default(),
         })
+    }
+
+    /// Fills the window with nothing, unless there is something in it already.
+    pub(super) fn fill(&mut self) {
+        self.pixels.resize(self.window.area() as usize, Pixel::EMPTY);
     }
 
     /// Whether the window is all of the picture.
@@ -144,7 +149,9 @@ impl Picture {
         for y in seen.y..seen.bottom() {
             let from = (y - tile.y) as usize * tile.width as usize + (seen.x - tile.x) as usize;
             let to = self.place(seen.x, y);
-            self.pixels[to..to + columns].copy_from_slice(&pixels[from..from + columns]);
+            let row = &pixels[from..from + columns];
+            self.pixels[to..to + columns].copy_from_slice(row);
+            self.empty &= row.iter().all(|pixel| pixel.depth.is_infinite());
         }
     }
 

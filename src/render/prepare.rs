@@ -8,6 +8,7 @@ use super::{Atmosphere, Painter, Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId};
+use crate::field::Field;
 use crate::scene::{Light, Scene, Sea, Sky, Sun, Surface};
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
@@ -106,6 +107,17 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
         warnings,
         graph,
     })
+}
+
+/// The field that the picture shows, alone: to find out where there is anything of it, before a scene is prepared.
+///
+/// # Errors
+/// As for [`prepare`], as far as it is about settings, cameras and the size of the expression.
+pub fn shown(scene: &Scene, settings: &Settings) -> Result<Field, RenderError> {
+    settings.check()?;
+    let view = View::new(&scene.camera, settings.width, settings.height).map_err(RenderError::Camera)?;
+    let (graph, roots) = view.spacing(settings.samples).limit(&scene.graph, &[scene.surface.field])?;
+    Ok(Field::new(&graph, roots[0]))
 }
 
 /// A light with a direction, whatever it was given.

@@ -6,7 +6,7 @@ use crate::scene::Finish;
 use crate::tape::{Cells, Evaluator};
 use glam::DVec3;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Points evaluated together.
 const LANES: usize = 16;
@@ -93,9 +93,10 @@ impl Surface {
         Surface { painter: None, ..self }
     }
 
-    /// Describes the solid at points, each seen along a direction; `out` gets a patch for each.
+    /// Describes the solid at points, each seen along a direction; `out` gets a patch for each. What it gets once `cancel`
+    /// is set means nothing.
     pub(super) fn patches(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>, cancel: &AtomicBool) {
-        self.describe(seen, out);
+        self.describe(seen, out, cancel);
         if let Some(painter) = &mut self.painter {
             let points: Vec<DVec3> = out.iter().map(|patch| patch.position).collect();
             let mut colors: Vec<DVec3> = out.iter().map(|patch| patch.albedo).collect();
@@ -120,12 +121,15 @@ impl Surface {
     }
 
     /// The same by the expressions alone.
-    fn describe(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>) {
+    fn describe(&mut self, seen: &[(DVec3, DVec3)], out: &mut Vec<Patch>, cancel: &AtomicBool) {
+        let goes_on = || !cancel.load(Ordering::Relaxed);
         out.clear();
         if self.cells.is_uniform() {
-            for batch in seen.chunks(LANES) {
+            for batch in seen.chunks(LANES).take_while(|_| goes_on()) {
                 self.batch(batch.iter().copied(), |patch, _| out.push(patch));
             }
+            // Whoever asked has as many as they asked for.
+            out.resize(seen.len(), Patch::PLAIN);
             return;
         }
         out.resize(seen.len(), Patch::PLAIN);
@@ -133,7 +137,7 @@ impl Surface {
         let places = seen.iter().enumerate().map(|(i, (p, _))| (i, p.to_array(), 0.0));
         for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
             self.field.turn_to(same[0].0);
-            for batch in same.chunks(LANES) {
+            for batch in same.chunks(LANES).take_while(|_| goes_on()) {
                 self.batch(batch.iter().map(|(_, i)| seen[*i]), |patch, k| out[batch[k].1] = patch);
             }
         }

@@ -7,6 +7,7 @@ use crate::field::{self, Extent, Field, Watch};
 use crate::render::{self, Job, Painter, Part, Picture, Precision, Settings, Shot, Steering, View};
 use crate::scene::{Aabb, Scene};
 use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a picture should be like, where it differs from what the script says.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,6 +45,15 @@ impl Order {
 /// # Errors
 /// A diagnostic where no picture can be made like that.
 pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic>> {
+    settings_until(scene, order, &|| false)
+}
+
+/// The same; when `halt` says so, no closer bounds are looked for.
+fn settings_until(
+    scene: &Scene,
+    order: &Order,
+    halt: &dyn Fn() -> bool,
+) -> Result<Settings, Box<Diagnostic>> {
     let mut settings = Settings::of(scene, Aabb::cube(reach(scene)));
     if let Some((width, height)) = order.size {
         (settings.width, settings.height) = (width, height);
@@ -51,8 +61,8 @@ pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic
     settings.samples = order.samples.unwrap_or(settings.samples);
     settings.part = order.part;
     if scene.bounds.is_none() {
-        let shown = render::prepare(scene, &settings).map_err(|e| Box::new(e.diagnostic()))?;
-        settings.bounds = bounds(scene, &mut Field::new(&shown.graph, shown.field));
+        let shown = render::shown(scene, &settings).map_err(|e| Box::new(e.diagnostic()))?;
+        settings.bounds = bounds_until(scene, &shown, halt);
     }
     Ok(settings)
 }
@@ -103,7 +113,8 @@ pub(super) fn render_moments(
     }
     let mut picture = picture(shots, order, job, steering)?;
     picture.warnings.extend(warnings);
-    picture.denoised = order.denoise.then(|| render::denoise(&picture));
+    let is_smoothed = order.denoise && picture.tiles > 0;
+    picture.denoised = is_smoothed.then(|| render::denoise(&picture));
     Ok(picture)
 }
 
@@ -123,7 +134,7 @@ pub(super) fn render_touched(
     touch: Touch,
     job: &Job<'_>,
 ) -> Result<(Picture, View), Box<Diagnostic>> {
-    let shot = Taken::new(scene, order, touch)?;
+    let shot = Taken::new(scene, order, touch, job.cancel)?;
     let view = shot.scene.view;
     Ok((picture(vec![shot], order, job, None)?, view))
 }
@@ -146,26 +157,36 @@ impl Taken {
         watch: &Watch<'_>,
     ) -> Result<(Taken, Vec<Diagnostic>), Box<Diagnostic>> {
         let Some(keep) = &scene.surface.keep else {
-            return Ok((Taken::new(scene, order, Touch::default())?, Vec::new()));
+            return Ok((Taken::new(scene, order, Touch::default(), watch.cancel)?, Vec::new()));
         };
         let correction = topology::correction(scene, keep, order.threads, watch)?;
         let touch = Touch { judge: Some(correction.judge.clone_box()), painter: None };
-        Ok((Taken::new(scene, order, touch)?, correction.warnings()))
+        Ok((Taken::new(scene, order, touch, watch.cancel)?, correction.warnings()))
     }
 
-    fn new(scene: &Scene, order: &Order, touch: Touch) -> Result<Taken, Box<Diagnostic>> {
-        let mut prepared =
-            render::prepare(scene, &settings(scene, order)?).map_err(|e| Box::new(e.diagnostic()))?;
+    fn new(
+        scene: &Scene,
+        order: &Order,
+        touch: Touch,
+        cancel: &AtomicBool,
+    ) -> Result<Taken, Box<Diagnostic>> {
+        let halt = || cancel.load(Ordering::Relaxed);
+        let mut prepared = render::prepare(scene, &settings_until(scene, order, &halt)?)
+            .map_err(|e| Box::new(e.diagnostic()))?;
         prepared.painter = touch.painter;
         let mut field = Field::new(&prepared.graph, prepared.field);
         let Settings { bounds, .. } = prepared.settings;
-        let mut caster =
-            cast::caster_in(order.caster, &mut field, &bounds, &prepared.cells, &prepared.typical_rays())
-                .map_err(no_caster)?;
+        let typical = prepared.typical_rays();
+        let mut caster: Box<dyn cast::Caster> = match order.caster {
+            Kind::Auto => Box::new(cast::Later::new(field, bounds, prepared.cells.clone(), typical)),
+            kind => {
+                cast::caster_in(kind, &mut field, &bounds, &prepared.cells, &typical).map_err(no_caster)?
+            }
+        };
         if let Some(judge) = touch.judge {
             caster = Box::new(Sifted::new(caster, &prepared.cells, &bounds, judge));
         }
-        let alone = |scene: Scene| Taken::new(&scene, order, Touch::default()).map(Box::new);
+        let alone = |scene: Scene| Taken::new(&scene, order, Touch::default(), cancel).map(Box::new);
         let moon = scene.moon.as_ref().map(|moon| alone(moon.scene(scene))).transpose()?;
         let sea = scene.sea.as_ref().map(|sea| alone(sea.scene(scene))).transpose()?;
         Ok(Taken { scene: prepared, caster, reach: None, moon, sea })
@@ -254,9 +275,13 @@ pub fn stopped() -> Box<Diagnostic> {
 /// A box for a scene that gives none: around the solid if it ends, else around what the camera can
 /// be meant to show.
 pub fn bounds(scene: &Scene, field: &mut Field) -> Aabb {
+    bounds_until(scene, field, &|| false)
+}
+
+fn bounds_until(scene: &Scene, field: &Field, halt: &dyn Fn() -> bool) -> Aabb {
     for half in REACHES {
         // Inside the smallest cube that holds it, the search finds a box that fits closely.
-        if let Extent::Within(found) = field::extent(field, &Aabb::cube(half)) {
+        if let Extent::Within(found) = field::extent_until(field, &Aabb::cube(half), halt) {
             return found;
         }
     }

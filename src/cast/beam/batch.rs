@@ -5,6 +5,7 @@ use super::sketch::Sketch;
 use crate::num::{Parabola, Parabolas};
 use crate::tape::{Cells, Evaluator, Tape};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Lanes of a batch: where all pieces have one tape, and where few do. Where one does there are no lanes, so
 /// that none is idle.
@@ -28,7 +29,8 @@ impl<const K: usize> Batches<K> {
     }
 
     /// Asks about a piece of each of the `active` entries of a list. `around` is a place and how far the
-    /// piece reaches from it, `ask` the piece and its coordinates, `tell` gets the answer. Returns the work.
+    /// piece reaches from it, `ask` the piece and its coordinates, `tell` gets the answer. Returns the work. Once `cancel`
+    /// is set, no more are answered.
     pub(super) fn answer<I>(
         &mut self,
         cells: &Cells,
@@ -36,10 +38,12 @@ impl<const K: usize> Batches<K> {
         around: impl Fn(&I) -> ([f64; 3], f64),
         ask: impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
         mut tell: impl FnMut(&mut I, &Parabola<K>, Answer),
+        cancel: &AtomicBool,
     ) -> u64 {
+        let goes_on = || !cancel.load(Ordering::Relaxed);
         let mut work = 0;
         if cells.is_uniform() {
-            for batch in active.chunks(MANY) {
+            for batch in active.chunks(MANY).take_while(|_| goes_on()) {
                 work += answer(&mut self.many, items, batch.iter().copied(), &ask, &mut tell);
             }
             return work;
@@ -50,7 +54,7 @@ impl<const K: usize> Batches<K> {
             (i, at, reach)
         });
         for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
-            for batch in same.chunks(MANY) {
+            for batch in same.chunks(MANY).take_while(|_| goes_on()) {
                 let entries = batch.iter().map(|(_, i)| *i);
                 work += match batch.len() {
                     1 => answer(self.one.turn_to(same[0].0), items, entries, &ask, &mut tell),

@@ -16,6 +16,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// than its rays would have alone.
 const NARROW: f64 = 0.3;
 
+/// Half the piece that a whole bundle looks at before it is given up, as a share of its radius.
+const CLOSER: f64 = 0.6;
+
 /// Pieces after which a bundle is cut, however well it goes on.
 const PATIENCE: u32 = 200;
 
@@ -64,7 +67,7 @@ impl Bundle {
     }
 
     /// All lines through a rectangle of places in a frame, as far as they are in a region; `None` if none is.
-    /// `rays` of them will be cast, to within `tolerance`.
+    /// As much work is done for them as for `rays` rays that are cast to within `tolerance`.
     pub fn new(
         frame: &Frame,
         rectangle: [[f64; 2]; 2],
@@ -89,7 +92,9 @@ impl Bundle {
             return None;
         }
         let ahead = self.root(section.centre).map_or(0.0, |r| TOWARDS * (r - from));
-        let march = March::new(from, to, self.march.stretch.max(ahead), None);
+        // A bundle that is whole looks at least as far ahead as it is wide: parts of one that got stuck get on.
+        let least = if self.is_whole { section.radius(&self.frame, from) } else { 0.0 };
+        let march = March::new(from, to, self.march.stretch.max(ahead).max(least), None);
         let part = Bundle::of(self.frame, section, march, (rays, self.tolerance));
         Some(Bundle { last: self.last, is_whole: self.is_whole, ..part })
     }
@@ -104,29 +109,43 @@ impl Bundle {
         self.march.free
     }
 
-    /// The point where its middle line is expected to meet the surface; where nothing is expected, the one up to
-    /// which it is known not to.
+    /// The point where its middle line is expected to meet the surface, if that is no farther ahead than the bundle is
+    /// wide: guesses over more than that are no good. Else the one up to which it is known not to.
     pub fn face(&self) -> DVec3 {
         let March { free, far, .. } = self.march;
-        let depth = self.root(self.section.centre).map_or(free, |root| root.clamp(free, far));
-        self.section.spine_at(&self.frame, depth)
+        let near = free..=(free + 2.0 * self.section.radius(&self.frame, free)).min(far);
+        let expected = self.root(self.section.centre).filter(|root| near.contains(root));
+        self.section.spine_at(&self.frame, expected.unwrap_or(free))
     }
 
     /// Decides which piece to look at, or that the bundle is too wide to go on.
     fn place(&mut self, cells: &Cells) {
+        let radius = self.section.radius(&self.frame, self.march.free);
+        let seen = self.piece.half;
+        let mut is_narrow = self.take_piece(cells);
+        if is_narrow && self.is_whole && seen > radius {
+            // What was seen last was so long that it says nothing of pieces as long as the bundle is wide.
+            self.march.stretch = CLOSER * radius;
+            is_narrow = self.take_piece(cells);
+        }
+        if is_narrow && self.state == State::Marching {
+            self.state = State::Ended;
+        }
+    }
+
+    /// Takes the next piece, and says whether it is too short or too much to be looked at.
+    fn take_piece(&mut self, cells: &Cells) -> bool {
         let around = |piece| self.section.around_piece(&self.frame, piece);
         let Some((piece, work)) = worthwhile(&mut self.march, cells, self.tolerance, around) else {
             self.state = State::Free;
-            return;
+            return false;
         };
         self.piece = piece;
-        let is_last = self.is_whole && piece.mid + piece.half >= self.march.far;
-        let is_narrow = !is_last && piece.half < NARROW * self.section.radius(&self.frame, piece.mid);
         let free = self.march.free;
         let (at, _) = around(Piece { mid: free, half: 0.0 });
-        if is_narrow || is_too_much(work, self.rays, cells, self.tolerance, (at, free)) {
-            self.state = State::Ended;
-        }
+        let is_last = self.is_whole && piece.mid + piece.half >= self.march.far;
+        let is_narrow = !is_last && piece.half < NARROW * self.section.radius(&self.frame, piece.mid);
+        is_narrow || is_too_much(work, self.rays, cells, self.tolerance, (at, free))
     }
 
     fn tell(&mut self, f: &Parabola<2>, answer: &Answer) {
@@ -197,6 +216,7 @@ pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
                 stats.culled += u64::from(item.as_ref().is_free());
                 asked(item);
             },
+            cancel,
         );
         active.retain(|&i| is_marching(&items[i]));
     }

@@ -196,6 +196,7 @@ impl Beams {
                     thin.tell(ray, &answer, want, value);
                     costs[thin.ray] += 1.0;
                 },
+                cancel,
             );
             active.retain(|&i| thin[i].hit.is_none());
         }

@@ -59,8 +59,9 @@ impl Balls {
         Balls { lipschitz, region, cells, points, probes: Vec::new() }
     }
 
-    /// The field at all probes, by the tapes of the places where they are; `tell` gets each value.
-    fn ask(&mut self, stats: &mut CastStats, mut tell: impl FnMut(&mut Probe, f64)) {
+    /// The field at all probes, by the tapes of the places where they are; `tell` gets each value. Once `cancel` is
+    /// set, no more are told.
+    fn ask(&mut self, stats: &mut CastStats, cancel: &AtomicBool, mut tell: impl FnMut(&mut Probe, f64)) {
         let Balls { cells, points, probes, .. } = self;
         stats.evaluations += probes.len() as u64;
         stats.shared += probes.len() as u64;
@@ -68,7 +69,7 @@ impl Balls {
         let places = probes.iter().enumerate().map(|(i, probe)| (i, probe.at.to_array(), 0.0));
         for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
             points.turn_to(same[0].0);
-            for batch in same.chunks(LANES) {
+            for batch in same.chunks(LANES).take_while(|_| !cancel.load(Ordering::Relaxed)) {
                 // Idle lanes repeat the last.
                 let place = |lane: usize| probes[batch[lane.min(batch.len() - 1)].1].at;
                 let values = points
@@ -123,7 +124,7 @@ impl Reach for Balls {
         self.probes.extend(marching.map(|(i, bundle)| bundle.probe(i, bundle.march.free, &region)));
         while !self.probes.is_empty() && !cancel.load(Ordering::Relaxed) {
             let mut backtracks = 0;
-            self.ask(stats, |probe, f| {
+            self.ask(stats, cancel, |probe, f| {
                 let bundle = &mut bundles[probe.bundle];
                 // A hair less, for the rounding of the field, of this division, and of the place.
                 let rounding = 8.0 * ROUNDOFF * probe.at.abs().max_element() + bundle.frame.hair(probe.depth);

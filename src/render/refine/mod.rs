@@ -65,8 +65,8 @@ impl Steering {
 
     /// Asks for a part of the picture before all others, or for none.
     pub fn focus(&self, region: Option<Rect>) {
-        *locked(&self.region) = region;
-        self.changes.fetch_add(1, Ordering::Release);
+        let before = std::mem::replace(&mut *locked(&self.region), region);
+        self.changes.fetch_add(usize::from(before != region), Ordering::Release);
     }
 
     /// The region, if it is another than after so many changes.
@@ -93,14 +93,27 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Renders as [`render_moments`](super::render_moments) does, rough tiles first where the first shot has a way to make
-/// them. A cancelled job gives the tiles that were finished.
+/// them. A cancelled job gives the tiles that were finished; where there is none, the window of the picture is empty.
 ///
 /// # Errors
 /// As for [`render_moments`](super::render_moments).
 pub fn refine(shots: &[Shot<'_>], job: &Job<'_>, steering: &Steering) -> Result<Picture, RenderError> {
+    let mut picture = develop(shots, job, steering)?;
+    if picture.pixels.is_empty() {
+        picture.window = Rect { x: 0, y: 0, width: 0, height: 0 };
+    }
+    Ok(picture)
+}
+
+/// The same, but a picture without a finished tile has no pixels at all.
+pub(super) fn develop(
+    shots: &[Shot<'_>],
+    job: &Job<'_>,
+    steering: &Steering,
+) -> Result<Picture, RenderError> {
     let scene = shots.first().ok_or(RenderError::Samples(0))?.scene;
     let start = Instant::now();
-    let mut picture = Picture::new(&scene.settings, scene.sky.background.as_vec3().to_array())?;
+    let mut picture = Picture::reserved(&scene.settings, scene.sky.background.as_vec3().to_array())?;
     let queue = Queue::new(&picture, rayon::current_num_threads());
     let film = Mutex::new(Film::new(&mut picture, queue.finished_tiles()));
     let scout = Scout::new(shots, steering.finest);

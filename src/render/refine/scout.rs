@@ -2,8 +2,8 @@
 //!
 //! A tile that is not proven free shows the place where the surface is expected in its middle, or else where it may begin
 //! at the earliest, which lies on another surface of the same field, `f = c > 0`, around the solid. Its colour is that
-//! of the field's own there, in the light of the same lamps and the same sky but without shadows; where the surface
-//! turns away from the eye, as it may near a crease, its other side is shown. So rough tiles are as bright as finished
+//! of the field's own there, in the light of the same lamps and the same sky but without shadows; where that surface
+//! turns away from the eye, as it may near a crease, it is turned towards it. So rough tiles are as bright as finished
 //! ones, and nothing jumps.
 
 use super::super::gather::{Light, Met, Outcome, Sum};
@@ -18,7 +18,7 @@ use super::{Rough, Steering, locked};
 use crate::cast::{Bundle, CastStats, Frame, Reach};
 use glam::DVec3;
 use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The point of a lamp, and of a step through the air, that stands for all.
 const MIDDLE: f64 = 0.5;
@@ -93,7 +93,8 @@ impl<'a> Scout<'a> {
     ) {
         let Some(rect) = square.intersection(&self.whole()) else { return };
         let Prepared { settings, view, tolerance, .. } = self.scene;
-        let (rectangle, rays) = (view.rectangle(&rect, self.around), rect.area() as usize);
+        // As much as a beam of the caster is worth, if not more.
+        let (rectangle, rays) = (view.rectangle(&rect, self.around), rect.area().max(64) as usize);
         let bundle = match of {
             Some(bundle) => bundle.part(rectangle, &settings.bounds, rays),
             None => Bundle::new(&self.frame, rectangle, &settings.bounds, (rays, *tolerance)),
@@ -110,6 +111,9 @@ impl<'a> Scout<'a> {
             tiles.into_iter().map(|tile| ((tile.rect, tile.level), tile.bundle)).unzip();
         self.reach.advance(&mut bundles, &mut self.stats, job.cancel);
         let mut painted = self.paint(&rects, &bundles, job.cancel);
+        if job.cancel.load(Ordering::Relaxed) {
+            return Vec::new();
+        }
         self.tiles += painted.len() as u64;
         let mut parts = Vec::new();
         for ((rect, level), bundle) in rects.iter().zip(&bundles).filter(|(_, bundle)| !bundle.is_free()) {
@@ -145,7 +149,8 @@ impl<'a> Scout<'a> {
     fn met(&self, rect: &Rect, mut patch: Patch) -> Pixel {
         let (origin, direction) = line(&self.scene.view, rect);
         for normal in [&mut patch.normal, &mut patch.shading] {
-            *normal *= -normal.dot(direction).signum();
+            // As in a mirror that the eye looks straight into: what faces up still does.
+            *normal -= 2.0 * normal.dot(direction).max(0.0) * direction;
         }
         let distance = patch.position.distance(origin);
         let (through, scattered) = self.around().along((origin, direction, distance), MIDDLE, &[]);

@@ -1,7 +1,9 @@
 //! Snapshots: what a picture looked like on its way, put together afterwards.
 
-use super::super::Picture;
+use super::super::tile::tiles;
+use super::super::{Picture, Rect};
 use super::{Rough, locked};
+use std::cmp::Reverse;
 use std::sync::Mutex;
 
 /// Keeps rough tiles.
@@ -16,15 +18,28 @@ impl Snapshots {
         locked(&self.tiles).push(*tile);
     }
 
-    /// What was seen when all rough tiles of a side were there, and none that are smaller.
-    pub fn at(&self, side: u32, picture: &Picture) -> Picture {
-        let mut tiles: Vec<Rough> =
-            locked(&self.tiles).iter().filter(|tile| tile.side >= side).copied().collect();
-        tiles.sort_by_key(|tile| std::cmp::Reverse(tile.side));
+    /// What was seen when all rough tiles of a side were there, and none that are smaller; but in a region of interest,
+    /// if there was one, the finished tiles.
+    pub fn at(&self, side: u32, region: Option<Rect>, picture: &Picture) -> Picture {
+        let kept = locked(&self.tiles);
+        let mut tiles: Vec<&Rough> = kept.iter().filter(|tile| tile.side >= side).collect();
+        tiles.sort_by_key(|tile| Reverse(tile.side));
         let mut snapshot = Picture { finished: false, denoised: None, ..picture.clone() };
         for Rough { rect, pixel, .. } in tiles {
-            snapshot.put(&rect, &vec![pixel; rect.area() as usize]);
+            snapshot.put(rect, &vec![*pixel; rect.area() as usize]);
+        }
+        let is_finished = |tile: &Rect| region.is_some_and(|region| region.intersection(tile).is_some());
+        for tile in tiles_of(picture).filter(is_finished) {
+            let rows = tile.y..tile.bottom();
+            let own = rows.flat_map(|y| (tile.x..tile.right()).map(move |x| *picture.pixel(x, y)));
+            snapshot.put(&tile, &own.collect::<Vec<_>>());
         }
         snapshot
     }
+}
+
+/// The tiles of a picture, as far as they are in its window.
+fn tiles_of(picture: &Picture) -> impl Iterator<Item = Rect> {
+    let all = tiles(picture.width, picture.height).into_iter();
+    all.filter_map(|tile| tile.intersection(&picture.window))
 }
