@@ -298,6 +298,11 @@ impl Live {
                 .map_err(|e| Box::new(Diagnostic::error(e.to_string())))?;
             written.push(path);
         }
+        if !written.is_empty() {
+            // From here on they are the script's own, and follow it.
+            self.shared.state().wish.params.clear();
+            self.saved();
+        }
         Ok(written)
     }
 }
