@@ -48,7 +48,7 @@ Examples:
   orogen render                      the built-in planet, to planet.png
   orogen new rock                    a script to start from, rock.rhai
   orogen watch rock.rhai             a page that follows your edits
-  orogen explore rock.rhai           a page of pictures with other parameters, to choose and breed
+  orogen explore rock.rhai           pictures with other parameters, to choose and breed
   orogen render rock.rhai --size 1920x1080 --samples 16
   orogen render rock.rhai --frames 1-250
   orogen video rock.####.png -o rock.mp4

@@ -5,7 +5,7 @@ use super::super::interrupt::Interrupt;
 use super::super::progress::Progress;
 use super::super::report::{Failure, Outcome, Terminal, err, plural};
 use super::told::{Told, settings};
-use super::{Args, begin};
+use super::{Args, Beginning, begin};
 use crate::diag::Diagnostic;
 use crate::session::Order;
 use std::collections::BTreeMap;
@@ -20,10 +20,9 @@ pub fn run(args: &Args, folder: &Path, terminal: &Terminal) -> Outcome {
     let progress = Progress::new(terminal, &args.script.display().to_string());
     let flag = Interrupt::stopping(&progress).flag();
     let mut files = Folder::new(folder)?;
-    let (subject, gallery) = begin(args, terminal, Some(&progress), &flag)?;
-    let order =
-        Order { size: Some((args.size.width, args.size.height)), samples: Some(1), ..Order::default() };
-    let told = Told::new(args, &subject, &gallery);
+    let Beginning { subject, gallery, size } = begin(args, terminal, Some(&progress), &flag)?;
+    let order = Order { size: Some(size), samples: Some(1), ..Order::default() };
+    let told = Told::new(args, &subject, &gallery, size);
     let mut figures = String::new();
     let mut failed = 0;
     for (id, specimen) in gallery.specimens.iter().enumerate() {
@@ -72,16 +71,19 @@ fn page(told: &Told<'_>, figures: &str) -> String {
 
 /// A picture with the command that makes it, or with what is wrong with it.
 fn figure(told: &Told<'_>, id: usize, values: &BTreeMap<String, f64>, fault: Option<&str>) -> String {
-    let [width, height] = told.size;
+    let (width, height) = told.size;
     let command = escaped(&format!("{}{}", told.command, settings(values)));
-    let picture = match fault {
-        None => format!(
-            "<a class=\"picture\" href=\"{id}.png\"><img src=\"{id}.png\" width=\"{width}\" height=\"{height}\" alt=\"picture {id}\"></a>"
+    let (state, picture) = match fault {
+        None => (
+            "drawn",
+            format!(
+                "<a class=\"picture\" href=\"{id}.png\"><img src=\"{id}.png\" width=\"{width}\" height=\"{height}\" alt=\"picture {id}\"></a>"
+            ),
         ),
-        Some(message) => format!("<p class=\"fault\">{}</p>", escaped(message)),
+        Some(message) => ("failed", format!("<p class=\"fault\">{}</p>", escaped(message))),
     };
     format!(
-        "<figure class=\"specimen\">{picture}<figcaption><b>{id}</b></figcaption><code>{command}</code></figure>\n"
+        "<figure class=\"specimen {state}\">{picture}<figcaption><b>{id}</b></figcaption><code>{command}</code></figure>\n"
     )
 }
 

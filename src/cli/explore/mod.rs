@@ -48,9 +48,9 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
 
-    /// Width and height of the small pictures in pixels
-    #[arg(long, value_name = "WxH", default_value = "240x180", value_parser = small)]
-    size: Size,
+    /// Width and height of the small pictures in pixels [default: 240 wide, shaped as the script's picture]
+    #[arg(long, value_name = "WxH", value_parser = small)]
+    size: Option<Size>,
 
     #[command(flatten)]
     scripting: ScriptOptions,
@@ -66,6 +66,9 @@ pub struct Args {
     #[command(flatten)]
     listen: Listen,
 }
+
+/// Width of a small picture, unless another is asked for.
+const WIDTH: u32 = 240;
 
 /// Largest side of a small picture: hundreds of them are in memory.
 const LARGEST: u32 = 1024;
@@ -93,13 +96,21 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     }
 }
 
+/// What there is to begin with.
+struct Beginning {
+    subject: Subject,
+    gallery: Gallery,
+    /// Width and height of small pictures.
+    size: (u32, u32),
+}
+
 /// Reads the script, and takes the first generation from its space.
 fn begin(
     args: &Args,
     terminal: &Terminal,
     progress: Option<&Progress>,
     cancel: &Arc<AtomicBool>,
-) -> Result<(Subject, Gallery), Failure> {
+) -> Result<Beginning, Failure> {
     let mut session = Session::new(&args.script, Arc::new(Disk));
     explore::freeze(&mut session);
     session.set(args.scripting.params()?, args.scripting.time);
@@ -111,7 +122,9 @@ fn begin(
     if space.axes.is_empty() {
         return Err(nothing_to_vary(&args.script, &subject));
     }
-    Ok((subject, Gallery::new(space, args.count, args.seed)))
+    let (width, height) = args.size.map_or_else(|| subject.size(WIDTH), |size| (size.width, size.height));
+    let gallery = Gallery::new(space, args.count, args.seed);
+    Ok(Beginning { subject, gallery, size: (width, height.min(LARGEST)) })
 }
 
 /// Why there is nothing to explore.

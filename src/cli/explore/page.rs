@@ -4,7 +4,7 @@ use super::super::interrupt::Interrupt;
 use super::super::report::{Outcome, Terminal, err, plural};
 use super::super::serve::Server;
 use super::routes::{Hall, routes};
-use super::{Args, begin};
+use super::{Args, Beginning, begin};
 use crate::session::explore::Atelier;
 use std::sync::mpsc::channel;
 
@@ -13,13 +13,13 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let (pressed, end) = channel();
     // Nobody listens any more only when the program ends.
     let interrupt = Interrupt::listen(move || pressed.send(()).unwrap_or_default());
-    let (subject, gallery) = begin(args, terminal, None, &interrupt.flag())?;
+    let Beginning { subject, gallery, size } = begin(args, terminal, None, &interrupt.flag())?;
     let axes = plural(gallery.space().axes.len() as u64, "parameter");
-    let hall = Hall::new(args, Atelier::new(subject), gallery);
+    let hall = Hall::new(args, size, Atelier::new(subject), gallery);
     let server = Server::start(args.listen, *terminal, |guard| routes(hall, guard))?;
     err(format_args!("{} is at {}", args.script.display(), terminal.bold(&server.address)));
     err(terminal.dim(format_args!("{axes} to explore; Ctrl-C ends it")));
-    // The interrupt lives as long as the program: there is a Ctrl-C in the end.
+    // It ends with Ctrl-C, or at once where nobody can tell of that.
     let _ = end.recv();
     Ok(())
 }

@@ -51,12 +51,14 @@ pub struct Hall {
     gallery: Mutex<Gallery>,
     /// What the command was started with.
     args: Args,
+    /// Width and height of small pictures.
+    size: (u32, u32),
 }
 
 impl Hall {
     /// For pictures of a gallery.
-    pub fn new(args: &Args, atelier: Atelier, gallery: Gallery) -> Hall {
-        Hall { atelier, gallery: Mutex::new(gallery), args: args.clone() }
+    pub fn new(args: &Args, size: (u32, u32), atelier: Atelier, gallery: Gallery) -> Hall {
+        Hall { atelier, gallery: Mutex::new(gallery), args: args.clone(), size }
     }
 
     fn gallery(&self) -> MutexGuard<'_, Gallery> {
@@ -65,7 +67,7 @@ impl Hall {
 
     /// The gallery as it is told.
     fn told(&self) -> Response {
-        json(StatusCode::OK, &Told::new(&self.args, self.atelier.subject(), &self.gallery()))
+        json(StatusCode::OK, &Told::new(&self.args, self.atelier.subject(), &self.gallery(), self.size))
     }
 
     /// The values of a specimen by the name of a file that is about it.
@@ -77,7 +79,7 @@ impl Hall {
 
     /// Width and height of the pictures in a folder.
     fn size(&self, folder: &str) -> Option<(u32, u32)> {
-        let (width, height) = (self.args.size.width, self.args.size.height);
+        let (width, height) = self.size;
         let times = ENLARGED.min(WIDEST / width.max(height)).max(1);
         match folder {
             "thumb" => Some((width, height)),

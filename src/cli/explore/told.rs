@@ -16,7 +16,7 @@ pub struct Told<'a> {
     /// The command that renders it, but for the parameters that vary.
     pub command: String,
     /// Width and height of small pictures.
-    pub size: [u32; 2],
+    pub size: (u32, u32),
     /// Whether copies of the script have to stay beside it.
     pub company: bool,
     /// The parameters that do not vary.
@@ -27,13 +27,13 @@ pub struct Told<'a> {
 
 impl<'a> Told<'a> {
     /// About the gallery of a command.
-    pub fn new(args: &Args, subject: &Subject, gallery: &'a Gallery) -> Told<'a> {
+    pub fn new(args: &Args, subject: &Subject, gallery: &'a Gallery, size: (u32, u32)) -> Told<'a> {
         let name = args.script.file_stem().unwrap_or("script".as_ref()).to_string_lossy().into_owned();
         Told {
             script: args.script.display().to_string(),
             name,
             command: command(args, subject),
-            size: [args.size.width, args.size.height],
+            size,
             company: subject.has_company(),
             fixed: subject.fixed().clone(),
             gallery,

@@ -40,6 +40,7 @@ export class Grid {
     figure.setAttribute("role", "group");
     const [frame, image, fault, star] = [make("div", "picture"), make("img"), make("p", "fault"), make("button", "star")];
     [image.width, image.height] = this.gallery.size;
+    frame.style.aspectRatio = this.gallery.size.join(" / ");
     image.alt = "";
     fault.hidden = true;
     star.tabIndex = -1;
