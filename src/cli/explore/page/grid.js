@@ -12,7 +12,6 @@ export class Grid {
     this.sight = new IntersectionObserver((entries) => {
       for (const { target, isIntersecting } of entries) pictures.sight(Number(target.dataset.id), isIntersecting);
     }, { rootMargin: "200px" });
-    element.addEventListener("keydown", (e) => this.move(e));
   }
 
   /** Shows these specimens. */
@@ -95,12 +94,15 @@ export class Grid {
     this.figures.get(id)?.focus();
   }
 
-  move(e) {
+  /** Moves the focus as a key says; whether it does. */
+  move(key) {
     const at = this.ids.indexOf(this.here);
     const columns = getComputedStyle(this.element).gridTemplateColumns.split(" ").length;
     const steps = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -columns, ArrowDown: columns, Home: -at, End: this.ids.length - 1 - at };
-    if (!(e.key in steps) || e.ctrlKey || e.metaKey || e.altKey) return;
-    e.preventDefault();
-    this.focus(this.ids[at + steps[e.key]] ?? this.here);
+    if (!(key in steps)) return false;
+    // The first key only shows where the focus is.
+    const isThere = document.activeElement === this.figures.get(this.here);
+    this.focus(isThere ? (this.ids[at + steps[key]] ?? this.here) : this.here);
+    return true;
   }
 }

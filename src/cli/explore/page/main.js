@@ -26,7 +26,9 @@ const large = new Large(by("large"), pictures, {
 /** The pictures that are shown. */
 const members = () => gallery.generations[shown].members;
 
-const command = (id) => gallery.command + settings(gallery, id);
+function command(id) {
+  return gallery.command + settings(gallery, id);
+}
 
 /** Asks the server for something; what it cannot do is shown. */
 async function ask(address, options) {
@@ -53,9 +55,7 @@ async function act(command) {
 
 /** Makes a generation, and shows it. */
 async function begin(command) {
-  document.body.classList.add("busy");
   if (await act(command)) turn(gallery.generations.length - 1);
-  document.body.classList.remove("busy");
 }
 
 function show(news) {
@@ -136,7 +136,9 @@ function open(id) {
   large.open(gallery, members().includes(id) ? members() : gallery.stars, id);
 }
 
-const star = (id) => act({ star: { id, on: !gallery.stars.includes(id) } });
+function star(id) {
+  return act({ star: { id, on: !gallery.stars.includes(id) } });
+}
 
 /** Saves the script of a picture. */
 async function save(id) {
@@ -207,11 +209,10 @@ addEventListener("keydown", (e) => {
   else if (e.key === "Enter" && e.target.matches(".specimen")) open(id);
   else if (large.isOpen && e.key === "ArrowLeft") large.step(-1);
   else if (large.isOpen && e.key === "ArrowRight") large.step(1);
-  else return;
+  else if (large.isOpen || e.target.matches("input") || !grid.move(e.key)) return;
   e.preventDefault();
 });
 
 strength();
 const first = await ask("gallery");
 if (first) show(await first.json());
-grid.focus(0);
