@@ -54,7 +54,7 @@ fn the_first_generation_is_the_script_and_a_sample_of_everything() {
             assert!((axis.least..=axis.most).contains(&value) && (!axis.whole || value.fract() == 0.0));
             tenths[((10.0 * axis.place(value, 0.5)) as usize).min(9)] += 1;
         }
-        assert!(tenths.iter().all(|n| (16..=24).contains(n)), "{}: {tenths:?}", axis.name);
+        assert!(tenths.iter().all(|n| (13..=27).contains(n)), "{}: {tenths:?}", axis.name);
     }
     // Pairs fill the square, too.
     let at = |s: &Specimen, i: usize| (5.0 * space().axes[i].place(s.values[i], 0.5)).min(4.0) as usize;
