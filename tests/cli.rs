@@ -33,6 +33,7 @@ fn every_command_has_help_with_examples() {
         "definitions",
         "topology",
         "profile",
+        "explore",
     ] {
         let help = stdout(&bench.run(&format!("{command} --help")).success());
         has(&help, &["Usage: orogen", "Examples:", &format!("orogen {command}")]);
@@ -88,6 +89,12 @@ fn usage_errors_exit_with_2_and_show_how() {
         ("profile a.rhai --top -1", &["--top 10"]),
         ("profile a.rhai --json a.txt", &[".json", "--json profile.json"]),
         ("profile a.rhai --size 640", &["--size", "1920x1080"]),
+        ("explore", &["SCRIPT"]),
+        ("explore a.rhai --count 0", &["--count", "from 1 to 1000"]),
+        ("explore a.rhai --size 9999x9999", &["--size", "240x180"]),
+        ("explore a.rhai --headless", &["--output"]),
+        ("explore a.rhai -o out", &["--headless"]),
+        ("explore a.rhai --headless -o out --port 80", &["--port"]),
         ("topology a.rhai --show kept", &["--output"]),
         ("definitions -o a.txt", &[".d.rhai"]),
         ("noise", &["KIND"]),

@@ -12,6 +12,8 @@ mod animation;
 mod check;
 mod definitions;
 mod doc;
+mod explore;
+mod folder;
 mod frames;
 mod grid;
 mod heights;
@@ -47,6 +49,7 @@ Examples:
   orogen render                      the built-in planet, to planet.png
   orogen new rock                    a script to start from, rock.rhai
   orogen watch rock.rhai             a page that follows your edits
+  orogen explore rock.rhai           pictures with other parameters, to choose and breed
   orogen render rock.rhai --size 1920x1080 --samples 16
   orogen render rock.rhai --frames 1-250
   orogen video rock.####.png -o rock.mp4
@@ -84,6 +87,7 @@ enum Command {
     Merge(merge::Args),
     Video(video::Args),
     Watch(watch::Args),
+    Explore(explore::Args),
     Mesh(mesh::Args),
     Grid(grid::Args),
     Heights(heights::Args),
@@ -127,6 +131,7 @@ impl Command {
             Command::Merge(args) => merge::run(&args),
             Command::Video(args) => video::run(&args, terminal),
             Command::Watch(args) => watch::run(&args, terminal),
+            Command::Explore(args) => explore::run(&args, terminal),
             Command::Mesh(args) => mesh::run(&args, terminal),
             Command::Grid(args) => grid::run(&args, terminal),
             Command::Heights(args) => heights::run(&args, terminal),

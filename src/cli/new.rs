@@ -1,6 +1,6 @@
 //! `orogen new`: a script to start from.
 
-use super::report::{Failure, Outcome, err};
+use super::report::{Failure, Outcome, err, quoted};
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -78,12 +78,6 @@ fn refusal(path: &Path, error: &std::io::Error) -> Failure {
         }
         _ => Failure::error(format!("cannot create {shown} ({error})"), "choose another place for it"),
     }
-}
-
-/// A path as it can be typed into a shell.
-fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    if text.contains(char::is_whitespace) { format!("'{text}'") } else { text }
 }
 
 #[cfg(test)]

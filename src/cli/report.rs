@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 
 /// What a command returns.
 pub type Outcome = Result<(), Failure>;
@@ -159,6 +160,14 @@ pub fn plural(n: u64, noun: &str) -> String {
     format!("{} {noun}{}", count(n), if n == 1 { "" } else { "s" })
 }
 
+/// A path as it can be typed into a shell.
+pub fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain =
+        |c: char| c.is_alphanumeric() || matches!(c, '.' | '/' | '_' | '-' | '+' | ',' | '#' | '\\' | ':');
+    if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -172,6 +181,15 @@ mod tests {
         assert_eq!(count(1), "1");
         assert_eq!(count(1234567), "1 234 567");
         assert_eq!((plural(1, "ray").as_str(), plural(2000, "ray").as_str()), ("1 ray", "2 000 rays"));
+    }
+
+    #[test]
+    fn paths_can_be_typed() {
+        for (path, typed) in
+            [("a/rock-1.rhai", "a/rock-1.rhai"), ("a b", "'a b'"), ("it's", "'it'\\''s'"), ("$x", "'$x'")]
+        {
+            assert_eq!(quoted(Path::new(path)), typed);
+        }
     }
 
     #[test]

@@ -80,7 +80,7 @@ pub use prepare::{Prepared, prepare, shown};
 pub use probe::Probe;
 pub use refine::{Rough, Snapshots, Steering, refine};
 pub use reflect::Reflecting;
-pub use save::{Format, Metadata, Precision, SOFTWARE, SaveError, can_save, save, save_as};
+pub use save::{Format, Metadata, Precision, SOFTWARE, SaveError, can_save, png_bytes, save, save_as};
 pub use saved::{OpenError, Saved};
 pub use settings::Settings;
 pub use stats::{Octaves, Seconds, Stats};

@@ -3,6 +3,7 @@
 
 use super::{About, Picture, openexr, png};
 use crate::world::atomic::{self, WriteError};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// A picture format.
@@ -118,6 +119,17 @@ pub fn save_as(
         Format::OpenExr => openexr::write(file, &about, openexr::sheet(picture, precision)),
     })?;
     Ok(())
+}
+
+/// The bytes of a PNG of a picture.
+///
+/// # Errors
+/// What the encoder says.
+pub fn png_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let rows = picture.window.y..picture.window.bottom();
+    png::write(&mut bytes, &About::new(picture, metadata), rows.map(|y| picture.row_bytes(y)))?;
+    Ok(bytes)
 }
 
 #[cfg(test)]

@@ -8,12 +8,14 @@
 //!
 //! A scene also becomes a mesh ([`polygonise`]), samples of a volume ([`Lattice`]) or of a [`Plane`], or a map of
 //! its [`heights`]. What its script costs, line by line, is told by a [`profile`], and what is at a pixel of its picture
-//! by [`picking`].
+//! by [`picking`]. Pictures that people watch and steer are [`live`]; those with other parameters beside one another are
+//! for [`explore`].
 //!
 //! A session knows which files its scene came from, so [`Session::load`] does nothing as long as
 //! none of them changed, and a watcher knows what to watch. Commands, previews and tests all make
 //! their pictures through it.
 
+pub mod explore;
 pub mod heights;
 mod ledger;
 pub mod live;

@@ -1,9 +1,9 @@
 //! `orogen noise`: what a noise or a fractal is like, in figures and numbers.
 
-mod folder;
 mod kind;
 mod settings;
 
+use super::folder::Folder;
 use super::interrupt::Interrupt;
 use super::options::threads;
 use super::progress::Progress;
@@ -16,7 +16,6 @@ use crate::script::{Draw, Request, realise};
 use crate::session;
 use crate::tape::Tape;
 use clap::builder::PossibleValuesParser;
-use folder::Folder;
 use kind::KindOptions;
 use serde::Serialize;
 use std::io::Write;

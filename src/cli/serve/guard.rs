@@ -4,12 +4,13 @@
 //! send requests there, and a name of another site can be made to mean this machine. So a request must
 //!
 //! - name us as its host, by an address or as `localhost`, which a renamed site does not;
-//! - come from our own page, if it says where it comes from, which browsers always do for WebSockets;
+//! - come from our own page, if it says where it comes from, which browsers always do where it may change something:
+//!   for WebSockets, and for all that is not only to be read;
 //! - know the token in the address, which is new each time and too long to be guessed.
 
 use crate::cli::report::{Failure, Terminal, err};
 use axum::extract::{ConnectInfo, Request, State};
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::SocketAddr;
@@ -54,7 +55,7 @@ impl Guard {
     }
 
     /// Why a request with these headers is refused, if it is.
-    fn objection(&self, headers: &HeaderMap) -> Option<&'static str> {
+    fn objection(&self, method: &Method, headers: &HeaderMap) -> Option<&'static str> {
         let text = |name| headers.get(name).map(|v| v.to_str().unwrap_or(""));
         let Some(host) = text(header::HOST).filter(|host| self.is_host(host)) else {
             return Some("it is meant for another host");
@@ -62,7 +63,9 @@ impl Guard {
         let ours = |origin: &str| origin.strip_prefix("http://") == Some(host);
         match text(header::ORIGIN) {
             Some(origin) if !ours(origin) => Some("it comes from another site"),
-            None if headers.contains_key(header::UPGRADE) => Some("it does not say from which page it comes"),
+            None if *method != Method::GET || headers.contains_key(header::UPGRADE) => {
+                Some("it does not say from which page it comes")
+            }
             _ => None,
         }
     }
@@ -87,7 +90,7 @@ pub async fn check(
     request: Request,
     next: Next,
 ) -> Response {
-    match guard.objection(request.headers()) {
+    match guard.objection(request.method(), request.headers()) {
         Some(why) => {
             guard.log(who, why);
             (StatusCode::FORBIDDEN, "refused\n").into_response()
@@ -117,10 +120,14 @@ mod tests {
     use super::*;
 
     fn objection(headers: &[(&'static str, &str)]) -> Option<&'static str> {
+        objection_to(Method::GET, headers)
+    }
+
+    fn objection_to(method: Method, headers: &[(&'static str, &str)]) -> Option<&'static str> {
         let terminal = Terminal { color: false, live: false };
         let guard = Guard::new(([127, 0, 0, 1], 8080).into(), terminal);
         let pairs = headers.iter().map(|(k, v)| (k.parse().unwrap(), v.parse().unwrap()));
-        guard.objection(&pairs.collect())
+        guard.objection(&method, &pairs.collect())
     }
 
     #[test]
@@ -144,6 +151,8 @@ mod tests {
             assert!(objection(&[host, ("origin", origin)]).is_some(), "{origin}");
         }
         assert!(objection(&[host, ("upgrade", "websocket")]).is_some());
+        assert!(objection_to(Method::POST, &[host]).is_some());
+        assert_eq!(objection_to(Method::POST, &[host, ("origin", "http://127.0.0.1:8080")]), None);
     }
 
     #[test]

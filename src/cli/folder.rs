@@ -1,8 +1,8 @@
 //! Where the files go: a folder that is made with the first file in it, so that what fails leaves none
 //! behind.
 
-use super::super::progress::Progress;
-use super::super::report::{Failure, Outcome, seconds};
+use super::progress::Progress;
+use super::report::{Failure, Outcome, seconds};
 use crate::diag::Diagnostic;
 use crate::world::atomic;
 use std::fs::{self, File};
@@ -42,7 +42,7 @@ impl<'a> Folder<'a> {
             _ => {}
         }
         // A folder can be made where a file could.
-        let file = if path.is_dir() { path.join("analysis.json") } else { path.to_owned() };
+        let file = if path.is_dir() { path.join("index.html") } else { path.to_owned() };
         atomic::check(&file).map_err(|e| Diagnostic::error(e.to_string()))?;
         Ok(Folder { path, written: Vec::new(), start: Instant::now() })
     }

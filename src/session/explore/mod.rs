@@ -1,0 +1,27 @@
+//! Explore: many pictures of one script, each with other parameters, to choose among and to breed.
+//!
+//! ```text
+//! Space --sample, narrow, breed--> Specimen --Atelier--> picture
+//!            ^                        |
+//!            '------ favourites <-----'--export--> script
+//! ```
+//!
+//! A [`Space`] is the box of all values that the parameters may have, each range seen as the unit interval. A
+//! [`Gallery`] holds what was taken from it, generation by generation: plain data, made of nothing but the space, a
+//! seed and the commands that it was given, so that the same choices lead to the same specimens again. A [`Subject`]
+//! is the script, as it was when it was read; an [`Atelier`] draws in the background.
+
+mod atelier;
+mod breed;
+mod gallery;
+mod sample;
+mod space;
+mod subject;
+
+#[cfg(test)]
+mod tests;
+
+pub use atelier::{Atelier, Drawn, Key, Ticket};
+pub use gallery::{Command, Gallery, Generation, MOST, Refused, Specimen, Way};
+pub use space::{Axis, Space};
+pub use subject::{Subject, freeze};

@@ -1,0 +1,255 @@
+//! What is taken from a space of parameters, and what is drawn of it.
+
+use super::*;
+use crate::scene::Param;
+use crate::session::Session;
+use crate::world::Memory;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+
+fn param(name: &str, default: f64, range: (f64, f64), whole: bool) -> Param {
+    Param { name: name.into(), default, range, value: default, whole }
+}
+
+/// A fraction, a whole number, and one that goes over nine decades.
+fn space() -> Space {
+    let params = [
+        param("relief", 0.02, (-0.1, 0.1), false),
+        param("towers", 7.0, (3.0, 12.0), true),
+        param("height", 2.0, (0.5, 5e8), false),
+        param("fixed", 1.0, (0.0, 2.0), false),
+        param("alone", 1.0, (1.0, 1.0), false),
+    ];
+    Space::new(&params, &BTreeMap::from([("fixed".to_owned(), 0.5)]))
+}
+
+fn gallery(count: usize) -> Gallery {
+    Gallery::new(space(), count, 7)
+}
+
+fn starred(count: usize, ids: &[usize]) -> Gallery {
+    let mut gallery = gallery(count);
+    for id in ids {
+        gallery.obey(Command::Star { id: *id, on: true }).unwrap();
+    }
+    gallery
+}
+
+#[test]
+fn a_space_has_what_may_vary() {
+    let names: Vec<_> = space().axes.into_iter().map(|axis| axis.name).collect();
+    assert_eq!(names, ["relief", "towers", "height"]);
+}
+
+#[test]
+fn the_first_generation_is_the_script_and_a_sample_of_everything() {
+    let gallery = gallery(200);
+    assert_eq!(gallery.specimens[0].values, [0.02, 7.0, 2.0]);
+    assert_eq!(gallery.generations[0].members, (0..200).collect::<Vec<_>>());
+    for (i, axis) in space().axes.iter().enumerate() {
+        let mut tenths = [0; 10];
+        for specimen in &gallery.specimens {
+            let value = specimen.values[i];
+            assert!((axis.least..=axis.most).contains(&value) && (!axis.whole || value.fract() == 0.0));
+            tenths[((10.0 * axis.place(value, 0.5)) as usize).min(9)] += 1;
+        }
+        assert!(tenths.iter().all(|n| (13..=27).contains(n)), "{}: {tenths:?}", axis.name);
+    }
+    // Pairs fill the square, too.
+    let at = |s: &Specimen, i: usize| (5.0 * space().axes[i].place(s.values[i], 0.5)).min(4.0) as usize;
+    let cells: std::collections::BTreeSet<_> =
+        gallery.specimens.iter().map(|s| (at(s, 0), at(s, 2))).collect();
+    assert_eq!(cells.len(), 25);
+}
+
+#[test]
+fn the_same_choices_lead_to_the_same_specimens() {
+    let run = |seed: u64| {
+        let mut gallery = Gallery::new(space(), 12, seed);
+        for command in [
+            Command::Star { id: 3, on: true },
+            Command::Star { id: 8, on: true },
+            Command::Breed(0.3),
+            Command::More(1),
+            Command::Narrow,
+        ] {
+            gallery.obey(command).unwrap();
+        }
+        gallery
+    };
+    assert_eq!(run(1), run(1));
+    assert_ne!(run(1).specimens[5], run(2).specimens[5]);
+    assert_eq!(run(1).generations.iter().map(|g| g.members.len()).collect::<Vec<_>>(), [12, 24, 12]);
+}
+
+#[test]
+fn narrow_stays_around_the_favourites() {
+    let mut gallery = starred(50, &[4, 9, 30]);
+    let axes = space().axes;
+    let mut widths = Vec::new();
+    for _ in 0..2 {
+        gallery.obey(Command::Narrow).unwrap();
+        let made = gallery.generations.last().unwrap();
+        let mut width = 0.0_f64;
+        for (i, axis) in axes.iter().enumerate() {
+            let places = |ids: &[usize], within: f64| -> Vec<f64> {
+                ids.iter().map(|id| axis.place(gallery.specimens[*id].values[i], within)).collect()
+            };
+            let low = places(&made.from, 0.0).into_iter().fold(1.0, f64::min);
+            let high = places(&made.from, 1.0).into_iter().fold(0.0, f64::max);
+            let margin = 0.1 + if axis.whole { 0.1 } else { 0.001 };
+            for place in places(&made.members, 0.5) {
+                assert!((low - margin..=high + margin).contains(&place), "{}", axis.name);
+                width = width.max((low - place).max(place - high));
+            }
+        }
+        widths.push(width);
+        // The next one is around one alone.
+        let last = *made.members.last().unwrap();
+        gallery.obey(Command::Clear).unwrap();
+        gallery.obey(Command::Star { id: last, on: true }).unwrap();
+    }
+    assert!(widths[0] > 0.0 && widths[1] < widths[0], "{widths:?}");
+}
+
+#[test]
+fn children_take_after_their_parents() {
+    let favourites = [2, 5, 11];
+    let distance = |strength: f64| {
+        let mut gallery = starred(20, &favourites);
+        gallery.obey(Command::Breed(strength)).unwrap();
+        let mut farthest = 0.0_f64;
+        for id in &gallery.generations[1].members {
+            let child = &gallery.specimens[*id];
+            assert!(child.parents.iter().all(|p| favourites.contains(p)) && child.generation == 1);
+            for (i, axis) in space().axes.iter().enumerate() {
+                let off = |p: &usize| {
+                    let [a, b] = [child, &gallery.specimens[*p]].map(|s| axis.place(s.values[i], 0.5));
+                    (a - b).abs()
+                };
+                farthest = farthest.max(child.parents.iter().map(off).fold(1.0, f64::min));
+                assert!((axis.least..=axis.most).contains(&child.values[i]));
+            }
+        }
+        farthest
+    };
+    assert_eq!(distance(0.0), 0.0);
+    let (weak, strong) = (distance(0.1), distance(1.0));
+    assert!(weak > 0.0 && weak <= 0.1 + 0.1 && strong > 0.2, "{weak} {strong}");
+}
+
+#[test]
+fn every_pair_of_favourites_has_children() {
+    let mut gallery = starred(20, &[2, 5, 11]);
+    gallery.obey(Command::Breed(0.5)).unwrap();
+    gallery.obey(Command::More(1)).unwrap();
+    let pairs: std::collections::BTreeSet<_> =
+        gallery.specimens[20..].iter().map(|s| s.parents.clone()).collect();
+    let all = [[2, 5], [2, 11], [5, 2], [5, 11], [11, 2], [11, 5]];
+    assert_eq!(pairs.into_iter().collect::<Vec<_>>(), all);
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_and_changes_nothing() {
+    let mut gallery = gallery(6);
+    let before = gallery.clone();
+    for (command, refused) in [
+        (Command::Narrow, Refused::NoFavourites),
+        (Command::Breed(0.5), Refused::NoFavourites),
+        (Command::Breed(1.5), Refused::Strength),
+        (Command::Breed(f64::NAN), Refused::Strength),
+        (Command::Star { id: 6, on: true }, Refused::Unknown("picture", 6)),
+        (Command::More(1), Refused::Unknown("generation", 1)),
+    ] {
+        assert_eq!(gallery.obey(command), Err(refused));
+        assert_eq!(gallery, before);
+    }
+    gallery.obey(Command::Star { id: 2, on: true }).unwrap();
+    assert_eq!(gallery.obey(Command::Breed(0.0)), Err(Refused::NothingNew));
+    assert_eq!(gallery.generations.len(), 1);
+}
+
+#[test]
+fn a_gallery_ends_where_everything_is_there() {
+    let three = Space::new(&[param("noise", 1.0, (1.0, 3.0), true)], &BTreeMap::new());
+    let mut gallery = Gallery::new(three, 24, 0);
+    let mut values: Vec<f64> = gallery.specimens.iter().map(|s| s.values[0]).collect();
+    values.sort_by(f64::total_cmp);
+    assert_eq!(values, [1.0, 2.0, 3.0]);
+    assert_eq!(gallery.obey(Command::More(0)), Err(Refused::NothingNew));
+    let mut full = Gallery::new(space(), MOST + 1, 0);
+    assert_eq!(full.specimens.len(), MOST);
+    assert_eq!(full.obey(Command::More(0)), Err(Refused::Full));
+}
+
+#[test]
+fn values_read_well() {
+    let axes = space().axes;
+    assert_eq!([0.0, 0.123456, 1.0].map(|p| axes[0].value(p)), [-0.1, -0.07531, 0.1]);
+    assert_eq!([0.0, 0.123456, 1.0].map(|p| axes[1].value(p)), [3.0, 4.0, 12.0]);
+    assert_eq!(axes[2].value(0.5), 15810.0);
+    let wide = Space::new(&[param("wide", 0.0, (-1e308, 1e308), false)], &BTreeMap::new());
+    assert_eq!([0.0, 0.5, 1.0].map(|p| wide.axes[0].value(p)), [-1e308, 0.0, 1e308]);
+    assert_eq!(wide.axes[0].place(0.0, 0.5), 0.5);
+}
+
+fn subject(script: &str) -> Subject {
+    let world = Memory(BTreeMap::from([("a.rhai".into(), script.to_owned())]));
+    let mut session = Session::new("a.rhai", Arc::new(world));
+    freeze(&mut session);
+    let loaded = session.load(&Arc::default());
+    let scene = loaded.scene.clone().unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
+    Subject::new(session, loaded, scene)
+}
+
+#[test]
+fn scripts_are_exported_with_their_values() {
+    let subject =
+        subject("let r = param(\"r\", 0.5, 0.1..1.0);\nlet n = param(\"n\", 2, 0..1 + 8);\nsphere(r / n)");
+    let values = BTreeMap::from([("r".to_owned(), 0.25), ("n".to_owned(), 3.0)]);
+    let text = subject.export(&values).unwrap();
+    assert_eq!(
+        text,
+        "let r = param(\"r\", 0.25, 0.1..1.0);\nlet n = param(\"n\", 3, 0..1 + 8);\nsphere(r / n)"
+    );
+    let computed = self::subject("sphere(param(\"r\", 0.25 + 0.25, 0.1..1.0))");
+    assert!(computed.export(&BTreeMap::from([("r".to_owned(), 0.5)])).is_ok());
+    let error = computed.export(&values).unwrap_err();
+    assert!(error.message.contains("`r` cannot be written"), "{error:?}");
+}
+
+#[test]
+fn pictures_are_drawn_once_and_bad_ones_say_why() {
+    let atelier = Atelier::new(subject(
+        "let r = param(\"r\", 0.5, 0.1..1.0); if r > 0.9 { throw \"too large\" } sphere(r)",
+    ));
+    let draw = |id: usize, r: f64| {
+        let (sender, drawn) = channel();
+        let tell = move |drawn: Drawn| sender.send(drawn).unwrap();
+        let ticket = atelier.ask((id, (24, 18)), BTreeMap::from([("r".to_owned(), r)]), tell);
+        let drawn = drawn.recv().unwrap();
+        drop(ticket);
+        drawn
+    };
+    let first = draw(1, 0.5).unwrap();
+    assert!(first.starts_with(b"\x89PNG") && Arc::ptr_eq(&first, &draw(1, 0.5).unwrap()));
+    assert_ne!(first, draw(2, 0.8).unwrap());
+    assert!(draw(3, 0.95).unwrap_err().message.contains("too large"));
+}
+
+#[test]
+fn what_nobody_waits_for_is_not_drawn() {
+    let atelier = Atelier::new(subject("sphere(param(\"r\", 0.5, 0.1..1.0))"));
+    let (sender, drawn) = channel();
+    for id in 0..20 {
+        let sender = sender.clone();
+        let large = atelier.ask((id, (4000, 3000)), BTreeMap::new(), move |_| sender.send(id).unwrap());
+        drop(large);
+    }
+    let (done, end) = channel();
+    let _ticket = atelier.ask((99, (8, 6)), BTreeMap::new(), move |_| done.send(()).unwrap());
+    end.recv().unwrap();
+    drop((sender, atelier));
+    assert_eq!(drawn.iter().count(), 0);
+}

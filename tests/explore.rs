@@ -1,0 +1,210 @@
+//! `orogen explore`: its page in a browser, requests of those who should not be there, and its files.
+
+#![cfg(unix)] // Ctrl-C is sent as a signal
+
+mod support;
+
+use serde_json::{Value, json};
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+use support::browser::Browser;
+use support::{BALL, Bench, Running, has, stderr};
+
+/// A ball with two parameters, one of them whole.
+const DICE: &str = "let r = param(\"radius\", 0.5, 0.2..1.2);
+let n = param(\"bumps\", 3, 0..9);
+sphere(r) - 0.05 * sin(n * x) * sin(n * y)";
+
+/// A gallery with its page.
+struct Exploration {
+    run: Running,
+    address: String,
+    _bench: Bench,
+}
+
+impl Exploration {
+    fn start(script: &str, options: &str) -> Exploration {
+        let bench = Bench::new(&[("a.rhai", script)]);
+        let run = bench.start(&format!("explore a.rhai --size 48x36 {options}"));
+        run.wait_for("/\n", 1);
+        let log = run.log();
+        let address = log.lines().find_map(|line| line.strip_prefix("a.rhai is at ")).expect("an address");
+        Exploration { address: address.to_owned(), run, _bench: bench }
+    }
+
+    /// Host and port.
+    fn host(&self) -> &str {
+        self.address.split('/').nth(2).unwrap()
+    }
+
+    /// What the server answers, head and all.
+    fn request(&self, method: &str, name: &str, headers: &str, body: &str) -> String {
+        let mut stream = TcpStream::connect(self.host()).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        let path = format!("{}{name}", &self.address["http://".len() + self.host().len()..]);
+        let length = body.len();
+        write!(stream, "{method} {path} HTTP/1.1\r\nHost: {}\r\n{headers}Content-Length: {length}\r\nConnection: close\r\n\r\n{body}", self.host()).unwrap();
+        let mut answer = Vec::new();
+        // Whoever says too much may be cut off while speaking.
+        let _ = stream.read_to_end(&mut answer);
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    /// What our own page would be answered.
+    fn command(&self, body: &str) -> String {
+        self.request("POST", "do", &format!("Origin: http://{}\r\n", self.host()), body)
+    }
+
+    fn gallery(&self) -> Value {
+        let answer = self.request("GET", "gallery", "", "");
+        serde_json::from_str(answer.split("\r\n\r\n").nth(1).unwrap()).unwrap()
+    }
+}
+
+#[test]
+fn a_page_shows_stars_breeds_and_exports() {
+    let Some(mut browser) = Browser::start() else { return };
+    let exploration = Exploration::start(DICE, "--count 6");
+    let page = browser.open(&exploration.address);
+    browser.wait(&page, "document.body?.dataset.state === 'done'");
+    browser.wait(&page, "document.querySelectorAll('.specimen.drawn img').length === 6");
+    assert_eq!(browser.ask(&page, "document.querySelector('#narrow').disabled"), json!(true));
+
+    // Stars by mouse and by key, and they outlive the page.
+    browser.ask(&page, "document.querySelector('[data-id=\"2\"] .star').click()");
+    browser.wait(&page, "document.querySelector('[data-id=\"2\"]').matches('.starred')");
+    browser.ask(&page, "document.querySelector('[data-id=\"0\"]').focus()");
+    browser.press(&page, "ArrowRight");
+    browser.wait(&page, "document.activeElement.dataset.id === '1'");
+    browser.press(&page, "s");
+    browser.wait(&page, "document.querySelectorAll('.specimen.starred').length === 2");
+    browser.ask(&page, "window.before = true");
+    browser.call(Some(&page), "Page.reload", json!({}));
+    browser.wait(&page, "!window.before && document.querySelectorAll('.specimen.starred').length === 2");
+
+    // Children have two parents; the generation before is a key away.
+    browser.ask(&page, "document.querySelector('#breed').click()");
+    browser.wait(&page, "document.body.dataset.generation === '1' && document.body.dataset.state === 'done'");
+    browser.wait(&page, "document.querySelectorAll('.specimen.drawn').length === 6");
+    has(browser.ask(&page, "document.querySelector('figcaption').innerText").as_str().unwrap(), &["6"]);
+    browser.press(&page, "[");
+    browser.wait(&page, "document.body.dataset.generation === '0'");
+    browser.press(&page, "m");
+    browser.wait(&page, "document.querySelectorAll('.specimen.drawn').length === 12");
+
+    // One can be seen large, with its values and its command.
+    browser.ask(&page, "document.querySelector('[data-id=\"2\"] .picture').click()");
+    browser.wait(&page, "document.querySelector('#large').dataset.state === 'done'");
+    browser.wait(&page, "document.querySelector('#large img').naturalWidth === 192");
+    let command = browser.ask(&page, "document.querySelector('#large .command').textContent");
+    has(command.as_str().unwrap(), &["orogen render a.rhai --set ", "radius="]);
+
+    // What is saved is the script with the values.
+    browser.ask(
+        &page,
+        "(() => { const make = URL.createObjectURL; URL.createObjectURL = (blob) => make.call(URL, window.blob = blob); \
+            HTMLAnchorElement.prototype.click = function () { window.saved = this; }; return true; })()",
+    );
+    browser.press(&page, "e");
+    browser.wait(&page, "window.saved?.download === 'a-2.rhai'");
+    let text = browser.ask(&page, "window.blob.text()");
+    let gallery = exploration.gallery();
+    let [radius, bumps] = [0, 1].map(|i| gallery["specimens"][2]["values"][i].as_f64().unwrap());
+    let expected =
+        DICE.replace("0.5, 0.2", &format!("{radius:?}, 0.2")).replace("3, 0..9", &format!("{bumps}, 0..9"));
+    assert_eq!(text, json!(expected));
+}
+
+#[test]
+fn strangers_and_nonsense_are_refused_and_logged() {
+    let exploration = Exploration::start(DICE, "--count 2");
+    let before = exploration.gallery();
+    let mut refusals = 0;
+    let mut refused = |answer: String, code: &str| {
+        assert!(answer.starts_with(&format!("HTTP/1.1 {code}")), "{code}: {answer}");
+        refusals += 1;
+        exploration.run.wait_for("refused", refusals);
+    };
+    refused(exploration.request("POST", "do", "", "\"clear\""), "403");
+    refused(exploration.request("POST", "do", "Origin: http://evil.example\r\n", "\"clear\""), "403");
+    for nonsense in
+        ["", "clear", "{\"fly\":1}", "{\"star\":{\"id\":-1,\"on\":true}}", "{\"more\":0,\"breed\":1}"]
+    {
+        refused(exploration.command(nonsense), "400");
+    }
+    refused(exploration.command(&"[".repeat(10_000)), "400");
+    refused(exploration.command(&format!("\"{}\"", "x".repeat(20_000))), "413");
+    for name in ["thumb/9.png", "thumb/0.exr", "thumb/..%2fa.png", "script/9.rhai", "huge/0.png", "a.rhai"] {
+        refused(exploration.request("GET", name, "", ""), "404");
+    }
+    // What makes sense but cannot be done is only answered.
+    for (command, why) in [
+        ("\"narrow\"", "no favourites"),
+        ("{\"breed\":2.0}", "from 0 to 1"),
+        ("{\"more\":7}", "no generation 7"),
+        ("{\"star\":{\"id\":77,\"on\":true}}", "no picture 77"),
+    ] {
+        has(&exploration.command(command), &["409", why]);
+    }
+    assert_eq!(exploration.gallery(), before);
+}
+
+#[test]
+fn what_cannot_be_drawn_or_exported_says_why() {
+    let script =
+        "let r = param(\"r\", 0.25 + 0.25, 0.1..1.0); if r != 0.5 { throw \"too \" + \"odd\" } sphere(r)";
+    let exploration = Exploration::start(script, "--count 2");
+    assert!(exploration.request("GET", "thumb/0.png", "", "").starts_with("HTTP/1.1 200"));
+    has(&exploration.request("GET", "thumb/1.png", "", ""), &["409", "too odd"]);
+    has(
+        &exploration.request("GET", "script/1.rhai", "", ""),
+        &["409", "`r` cannot be written", "not a plain number", "--set r="],
+    );
+}
+
+#[test]
+fn ctrl_c_ends_it() {
+    let exploration = Exploration::start(DICE, "--count 2");
+    exploration.run.interrupt();
+    let (code, said) = exploration.run.end();
+    assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
+fn without_a_page_there_are_files() {
+    let bench = Bench::new(&[("a.rhai", DICE)]);
+    let run = bench.run("explore a.rhai --headless -o out --count 4 --size 32x24 --set bumps=5").success();
+    has(&stderr(&run), &["a.rhai: 4 pictures in out"]);
+    let gallery: Value = serde_json::from_slice(&bench.read("out/gallery.json")).unwrap();
+    assert_eq!(gallery["fixed"], json!({ "bumps": 5.0 }));
+    assert_eq!(gallery["specimens"].as_array().unwrap().len(), 4);
+    assert_eq!(gallery["axes"][0]["name"], "radius");
+    for id in 0..4 {
+        assert_eq!(bench.picture(&format!("out/{id}.png")).0, 32);
+    }
+    assert_ne!(bench.read("out/1.png"), bench.read("out/2.png"));
+    let page = String::from_utf8(bench.read("out/index.html")).unwrap();
+    let radius = gallery["specimens"][3]["values"][0].as_f64().unwrap();
+    has(&page, &["src=\"3.png\"", &format!("orogen render a.rhai --set bumps=5 --set radius={radius}<")]);
+    // The same again.
+    bench.run("explore a.rhai --headless -o again --count 4 --size 32x24 --set bumps=5").success();
+    assert_eq!(bench.read("out/3.png"), bench.read("again/3.png"));
+}
+
+#[test]
+fn where_there_is_nothing_to_explore_that_is_said() {
+    let bench = Bench::new(&[("a.rhai", DICE), ("ball.rhai", BALL), ("bad.rhai", "sphre(1.0)")]);
+    for (arguments, pieces) in [
+        ("explore ball.rhai", &["ball.rhai has no parameters to explore", "param(name, default, range)"][..]),
+        ("explore a.rhai --set radius=0.5 --set bumps=1", &["leaves no parameter", "leave one of them out"]),
+        ("explore a.rhai --set radius=5", &["out of range"]),
+        ("explore a.rhai --set size=1", &["no parameter `size`"]),
+        ("explore bad.rhai", &["sphre"]),
+        ("explore none.rhai", &["none.rhai"]),
+        ("explore a.rhai --headless -o a.rhai", &["a.rhai is a file"]),
+    ] {
+        has(&stderr(&bench.run(arguments).code(1)), pieces);
+    }
+    assert_eq!(bench.names(), ["a.rhai", "bad.rhai", "ball.rhai"]);
+}
