@@ -79,7 +79,7 @@ pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Bo
 /// cannot be seen roughly appear tile by tile.
 ///
 /// # Errors
-/// As for [`render`].
+/// As for [`render`](render()).
 pub fn refine(
     scene: &Scene,
     order: &Order,
@@ -93,7 +93,7 @@ pub fn refine(
 /// where there is somebody who steers.
 ///
 /// # Errors
-/// As for [`render`].
+/// As for [`render`](render()).
 pub(super) fn render_moments(
     moments: &[&Scene],
     order: &Order,
