@@ -47,7 +47,7 @@ use reads::{Reads, Recorder};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a script came to.
 #[derive(Clone, Debug)]
@@ -99,7 +99,8 @@ impl Session {
             Some(loaded) if !loaded.reads.changed_in(self.world.as_ref()) => loaded.clone(),
             _ => {
                 let loaded = Arc::new(self.compile(self.time, cancel));
-                self.loaded = Some(loaded.clone());
+                // What was given up says nothing about the script.
+                self.loaded = (!cancel.load(Ordering::SeqCst)).then(|| loaded.clone());
                 loaded
             }
         }

@@ -5,7 +5,7 @@ use crate::cast::{self, Judge, Kind, Sifted};
 use crate::diag::Diagnostic;
 use crate::field::{self, Extent, Field, Watch};
 use crate::render::{self, Job, Painter, Part, Picture, Precision, Settings, Shot, Steering, View};
-use crate::scene::{Aabb, Scene};
+use crate::scene::{Aabb, Projection, Scene, Shutter};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -87,6 +87,15 @@ pub fn refine(
     steering: &Steering,
 ) -> Result<Picture, Box<Diagnostic>> {
     render_moments(&[scene], order, job, Some(steering))
+}
+
+/// Whether a scene can be seen roughly: by one eye, at one moment, and with nothing beside its solid.
+pub(super) fn is_seen_roughly(scene: &Scene) -> bool {
+    let is_plain = matches!(
+        scene.camera.projection,
+        Projection::Perspective { lens: None, .. } | Projection::Orthographic { .. }
+    );
+    is_plain && scene.film.shutter == Shutter::Still && scene.moon.is_none() && scene.sea.is_none()
 }
 
 /// Renders a scene that moves while the shutter is open, as [`Session::render`](super::Session::render) does; refines it

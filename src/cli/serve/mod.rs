@@ -63,6 +63,8 @@ impl Server {
             if let Err(error) = runtime.block_on(serve(listener, router, ended)) {
                 err(format_args!("the server ended ({error})"));
             }
+            // What somebody asked for last is of no interest any more.
+            runtime.shutdown_background();
         });
         Ok(Server { address, end, thread: Some(thread) })
     }

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
+use tokio::sync::mpsc::{Receiver, Sender, channel};
 
 /// What a page says.
 #[derive(Deserialize)]
@@ -49,12 +50,14 @@ struct Page {
     /// Whether a picture is on its way.
     busy: bool,
     report: Option<Arc<Report>>,
+    /// Answers about places, which take their time.
+    picks: (Sender<Option<Picked>>, Receiver<Option<Picked>>),
 }
 
 /// Talks to a page until either is gone.
 pub async fn talk(socket: WebSocket, mut hall: Hall, who: SocketAddr) {
     hall.news.mark_changed();
-    let mut page = Page { socket, hall, tick: 0, busy: false, report: None };
+    let mut page = Page { socket, hall, tick: 0, busy: false, report: None, picks: channel(1) };
     if let Err(why) = page.serve().await {
         page.hall.guard.log(who, &why);
         let frame = CloseFrame { code: close_code::POLICY, reason: Utf8Bytes::from_static("refused") };
@@ -75,6 +78,9 @@ impl Page {
                     Some(Ok(message)) => if !self.hear(message).await? { return Ok(()) },
                     Some(Err(error)) => return Err(format!("a message that is none ({error})")),
                     None => return Ok(()),
+                },
+                Some(picked) = self.picks.1.recv() => if self.tell(&Told::Picked(picked)).await.is_err() {
+                    return Ok(());
                 },
                 changed = self.hall.news.changed() => if changed.is_err() || self.show().await.is_err() {
                     return Ok(());
@@ -99,7 +105,10 @@ impl Page {
                 Err(refused) => self.notify(true, refused.to_string(), Vec::new()).await,
             },
             Said::Write => self.write().await,
-            Said::Pick(place) => self.pick(place).await,
+            Said::Pick(place) => {
+                self.pick(place);
+                Ok(())
+            }
             Said::Shown(tick) => {
                 self.busy = tick < self.tick;
                 self.show().await
@@ -108,11 +117,13 @@ impl Page {
         Ok(sent.is_ok())
     }
 
-    /// Says what is at a place; nothing if there is no picture.
-    async fn pick(&mut self, place: [f64; 2]) -> Result<(), axum::Error> {
-        let live = self.hall.live.clone();
-        let picked = tokio::task::spawn_blocking(move || live.pick(place)).await;
-        self.tell(&Told::Picked(picked.ok().and_then(Result::ok))).await
+    /// Finds out what is at a place, for later; nothing if there is no picture.
+    fn pick(&self, place: [f64; 2]) {
+        let (live, answer) = (self.hall.live.clone(), self.picks.0.clone());
+        tokio::task::spawn_blocking(move || {
+            // One answer at a time is asked for, and nobody misses those of a page that is gone.
+            let _ = answer.try_send(live.pick(place).ok());
+        });
     }
 
     /// Writes parameters into the script.

@@ -53,15 +53,14 @@ fn follow(live: &Live, sender: Sender<Call>, calls: &Receiver<Call>, terminal: &
     let mut watch = Watch::new(move || sender.send(Call::Saved).unwrap_or_default()).ok();
     loop {
         match calls.recv_timeout(POLL) {
-            Ok(Call::Saved) => live.saved(),
             // Where the system cannot tell of changes, looking every second has to do.
-            Err(RecvTimeoutError::Timeout) if watch.is_none() => live.saved(),
-            Err(RecvTimeoutError::Timeout) => {}
+            Ok(Call::Saved) | Err(RecvTimeoutError::Timeout) => {
+                // Folders may have come and gone.
+                look_at(&mut watch, live);
+                live.saved();
+            }
             Ok(Call::Live(Event::Read)) => {
-                let files = live.files();
-                if watch.as_mut().is_some_and(|w| w.set_files(files.iter().map(PathBuf::as_path)).is_err()) {
-                    watch = None;
-                }
+                look_at(&mut watch, live);
                 if let Some(loaded) = live.loaded() {
                     work::report(&loaded, terminal);
                 }
@@ -75,5 +74,13 @@ fn follow(live: &Live, sender: Sender<Call>, calls: &Receiver<Call>, terminal: &
             Ok(Call::Live(Event::Changed)) => {}
             Ok(Call::Interrupted) | Err(RecvTimeoutError::Disconnected) => return Ok(()),
         }
+    }
+}
+
+/// Watches the files that matter now.
+fn look_at(watch: &mut Option<Watch>, live: &Live) {
+    let files = live.files();
+    if watch.as_mut().is_some_and(|w| w.set_files(files.iter().map(PathBuf::as_path)).is_err()) {
+        *watch = None;
     }
 }

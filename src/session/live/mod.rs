@@ -24,13 +24,15 @@ pub use steer::Move;
 pub use wish::{Command, Message, Refused, Report, Slider, Stage};
 
 use super::picking::{Picked, Picker};
+use super::topology::Labels;
 use super::{Loaded, Order, Session};
 use crate::diag::Diagnostic;
 use crate::field::Watch;
-use crate::render::{Picture, Steering};
+use crate::render::{Picture, Steering, View};
 use crate::scene::{Camera, Param, Scene};
 use crate::script::rewrite;
-use crate::world::atomic;
+use crate::world::World;
+use crate::world::atomic::FileSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -64,6 +66,7 @@ pub struct Finished {
 /// A picture that people watch. Dropping it ends the work.
 pub struct Live {
     script: PathBuf,
+    world: Arc<dyn World + Send + Sync>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -76,8 +79,11 @@ struct Shared {
     canvas: Mutex<Canvas>,
     tell: Box<dyn Fn(Event) + Send + Sync>,
     /// Says what is at a pixel of a scene.
-    picker: Mutex<Option<(Arc<Scene>, Picker)>>,
+    picker: Mutex<Option<Kept>>,
 }
+
+/// A picker, the scene that it is of, and whether it knows components.
+type Kept = (Arc<Scene>, bool, Picker);
 
 #[derive(Default)]
 struct State {
@@ -98,6 +104,8 @@ struct State {
     files: Vec<PathBuf>,
     finished: Option<Finished>,
     subject: Option<Subject>,
+    /// The components of the solid, if they were looked at.
+    labels: Option<(Arc<Loaded>, Labels)>,
 }
 
 /// What the picture is of that is drawn, or was drawn last.
@@ -115,19 +123,27 @@ struct Running {
     start: Instant,
     /// Whether something of it can be seen.
     seen: bool,
+    /// Whether somebody waits to lose their patience with it.
+    timed: bool,
 }
 
 /// How long a picture may take to show something before a newer wish takes its place.
 const PATIENCE: Duration = Duration::from_millis(300);
 
 impl State {
-    /// Stops what is under way, if it was seen, or took too long to be.
+    /// Stops what is under way, now if it was seen, else when it takes too long to be.
     fn supersede(&mut self) {
         self.wishes += 1;
-        if let Some(running) = &self.running
-            && (running.seen || running.start.elapsed() > PATIENCE)
-        {
+        let Some(running) = &mut self.running else { return };
+        let left = PATIENCE.saturating_sub(running.start.elapsed());
+        if running.seen || left.is_zero() {
             running.cancel.store(true, Ordering::SeqCst);
+        } else if !std::mem::replace(&mut running.timed, true) {
+            let cancel = running.cancel.clone();
+            std::thread::spawn(move || {
+                std::thread::sleep(left);
+                cancel.store(true, Ordering::SeqCst);
+            });
         }
     }
 }
@@ -159,13 +175,16 @@ impl Live {
             tell: Box::new(tell),
             picker: Mutex::new(None),
         });
-        let script = session.script().to_path_buf();
+        let (script, world) = (session.script().to_path_buf(), session.world.clone());
         let studio = studio::Studio::new(shared.clone(), session, order);
-        Live { script, shared, thread: Some(std::thread::spawn(move || studio.work())) }
+        Live { script, world, shared, thread: Some(std::thread::spawn(move || studio.work())) }
     }
 
-    /// A file was perhaps saved.
+    /// A file was perhaps saved; nothing happens unless one that the script read reads differently now.
     pub fn saved(&self) {
+        if self.loaded().is_some_and(|loaded| !loaded.reads.changed_in(self.world.as_ref())) {
+            return;
+        }
         let mut state = self.shared.state();
         state.saved = true;
         // What is drawn shows what is no longer so.
@@ -201,8 +220,10 @@ impl Live {
                 return Ok(());
             }
             other => {
-                let params = state.params.clone();
-                state.wish.obey(other, &params)?;
+                // All of it, or nothing.
+                let mut wish = before.clone();
+                wish.obey(other, &state.params)?;
+                state.wish = wish;
             }
         }
         if state.wish != before {
@@ -221,7 +242,11 @@ impl Live {
         let [width, height] = canvas.size.map(f64::from);
         let [x, y] = movement.place();
         let held = canvas.view.and_then(|view| canvas.point([x * width, y * height], &view));
-        Ok(movement.of(camera, held.unwrap_or_else(|| steer::beyond(camera, [x, y], width / height))))
+        let held = held.unwrap_or_else(|| steer::beyond(camera, [x, y], width / height));
+        let moved = movement.of(camera, held);
+        // Whoever comes too close, or too far, stays where they are.
+        let [width, height] = canvas.size;
+        View::new(&moved, width, height).map(|_| moved).map_err(|_| Refused::Number("a movement"))
     }
 
     /// The script.
@@ -261,20 +286,27 @@ impl Live {
     /// A diagnostic if there is nothing to ask about.
     pub fn pick(&self, [x, y]: [f64; 2]) -> Result<Picked, Box<Diagnostic>> {
         let nothing = || Box::new(Diagnostic::error(Refused::Nothing.to_string()));
-        let Subject { scene, loaded, order } = self.shared.state().subject.clone().ok_or_else(nothing)?;
+        let (subject, labels) = {
+            let state = self.shared.state();
+            (state.subject.clone(), state.labels.clone())
+        };
+        let Subject { scene, loaded, order } = subject.ok_or_else(nothing)?;
+        let labels = labels.filter(|(of, _)| Arc::ptr_eq(of, &loaded)).map(|(_, labels)| labels);
         let mut kept = self.shared.picker.lock().unwrap_or_else(PoisonError::into_inner);
         let mut picker = match kept.take() {
-            Some((of, picker)) if Arc::ptr_eq(&of, &scene) => picker,
-            _ => Picker::new(
-                &loaded,
-                &scene,
-                &order,
-                &Watch { cancel: &AtomicBool::new(false), progress: &|_| () },
-            )?,
+            Some((of, named, picker)) if Arc::ptr_eq(&of, &scene) && named == labels.is_some() => picker,
+            _ => {
+                let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+                let picker = Picker::new(&loaded, &scene, &order, &watch)?;
+                match labels.clone() {
+                    Some(labels) => picker.with_labels(labels),
+                    None => picker,
+                }
+            }
         };
         let [width, height] = order.size.map_or([1.0; 2], |(w, h)| [f64::from(w), f64::from(h)]);
         let picked = picker.pick(x * width, y * height);
-        *kept = Some((scene, picker));
+        *kept = Some((scene, labels.is_some(), picker));
         Ok(picked)
     }
 
@@ -283,46 +315,54 @@ impl Live {
     /// # Errors
     /// A diagnostic for the first that cannot be written; then nothing is.
     pub fn write_defaults(&self) -> Result<Vec<PathBuf>, Box<Diagnostic>> {
-        let (params, loaded) = {
+        let (mut params, loaded, set) = {
             let state = self.shared.state();
-            (state.params.clone(), state.loaded.clone())
+            (state.params.clone(), state.loaded.clone(), state.wish.params.clone())
         };
-        let changed: Vec<&Param> = params.iter().filter(|p| p.value != p.default).collect();
-        let mut texts: Vec<(PathBuf, String, bool)> = loaded.iter().flat_map(|l| scripts(l)).collect();
-        for param in changed {
-            write_default(&mut texts, param)?;
+        for param in &mut params {
+            param.value = set.get(&param.name).copied().unwrap_or(param.value);
         }
+        let before: Vec<(PathBuf, String)> = loaded.iter().flat_map(|l| scripts(l)).collect();
+        let mut after = before.clone();
+        for param in params.iter().filter(|p| p.value != p.default) {
+            write_default(&mut after, param)?;
+        }
+        let changed = before.iter().zip(&after).filter(|(before, after)| before != after);
+        let mut files = FileSet::default();
         let mut written = Vec::new();
-        for (path, text, _) in texts.into_iter().filter(|(_, _, changed)| *changed) {
-            atomic::write(&path, |file| file.write_all(text.as_bytes()))
-                .map_err(|e| Box::new(Diagnostic::error(e.to_string())))?;
-            written.push(path);
+        let failed = |e: crate::world::atomic::WriteError| Box::new(Diagnostic::error(e.to_string()));
+        for ((path, old), (_, new)) in changed {
+            if self.world.read(path).is_ok_and(|now| *now != **old) {
+                let error = format!("{} was changed just now", path.display());
+                return Err(Box::new(
+                    Diagnostic::error(error).hint("try again when the page shows the change"),
+                ));
+            }
+            files.add(path, |file| file.write_all(new.as_bytes())).map_err(failed)?;
+            written.push(path.clone());
         }
-        if !written.is_empty() {
-            // From here on they are the script's own, and follow it.
-            self.shared.state().wish.params.clear();
-            self.saved();
-        }
+        files.commit().map_err(failed)?;
+        // From here on they are the script's own, and follow it.
+        self.shared.state().wish.params.retain(|name, value| set.get(name) != Some(value));
+        self.saved();
         Ok(written)
     }
 }
 
 /// The scripts that were read from disk.
-fn scripts(loaded: &Loaded) -> impl Iterator<Item = (PathBuf, String, bool)> + '_ {
+fn scripts(loaded: &Loaded) -> impl Iterator<Item = (PathBuf, String)> + '_ {
     let is_script = |path: &Path| path.extension().is_some_and(|e| e == "rhai");
     let texts = loaded.reads.contents().filter(move |(path, _)| is_script(path));
-    texts.filter_map(|(path, bytes)| {
-        Some((path.to_path_buf(), std::str::from_utf8(bytes?).ok()?.to_owned(), false))
-    })
+    texts.filter_map(|(path, bytes)| Some((path.to_path_buf(), std::str::from_utf8(bytes?).ok()?.to_owned())))
 }
 
 /// Writes a default into the one text that has it.
-fn write_default(texts: &mut [(PathBuf, String, bool)], param: &Param) -> Result<(), Box<Diagnostic>> {
+fn write_default(texts: &mut [(PathBuf, String)], param: &Param) -> Result<(), Box<Diagnostic>> {
     let mut failure = None;
-    for (_, text, changed) in texts {
+    for (_, text) in texts {
         match rewrite::with_default(text, param) {
             Ok(new) => {
-                (*text, *changed) = (new, true);
+                *text = new;
                 return Ok(());
             }
             Err(error) if failure.is_none() => failure = Some(error),

@@ -49,9 +49,9 @@ impl Move {
         }
     }
 
-    /// Whether all numbers are.
+    /// Whether all numbers are, and the place is in or near the picture.
     pub fn is_finite(&self) -> bool {
-        let place = self.place().iter().all(|c| c.is_finite());
+        let place = self.place().iter().all(|c| (-1.0..=2.0).contains(c));
         place
             && match self {
                 Move::Orbit(by) | Move::Look(by) | Move::Pan { by, .. } => by.iter().all(|c| c.is_finite()),

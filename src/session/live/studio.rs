@@ -1,15 +1,16 @@
 //! The thread that draws.
 
-use super::wish::{Message, Report, Slider, Stage, Wish};
+use super::wish::{LARGEST, Message, Report, Slider, Stage, Wish};
 use super::{Event, Finished, Running, Shared, State, Subject};
 use crate::cast::Kind;
 use crate::diag::Diagnostic;
 use crate::field::Watch;
-use crate::render::{Job, Look, Picture, Pixel, Progress, Rect, Rough, Steering, View};
+use crate::render::{Job, Layer, Look, Picture, Pixel, Progress, Rect, Rough, Steering, View};
 use crate::scene::{Keep, Measure, Scene};
 use crate::script::rewrite;
+use crate::session::stage::is_seen_roughly;
 use crate::session::topology::{self, Analysis, Purpose, Show};
-use crate::session::{Loaded, Order, Session};
+use crate::session::{COARSENESS, Loaded, Order, Session, preview};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -17,6 +18,9 @@ use std::time::{Duration, Instant};
 
 /// How often people are told how far the picture is, at most.
 const TELL_EVERY: Duration = Duration::from_millis(100);
+
+/// Shortest time between two pictures while time passes.
+const FRAME: Duration = Duration::from_millis(33);
 
 /// Longest step of time between two pictures while it passes: a slow picture is not skipped over.
 const LONGEST_STEP: f64 = 0.25;
@@ -67,8 +71,15 @@ impl Studio {
     fn next(&mut self) -> Option<Task> {
         let shared = self.shared.clone();
         let mut state = shared.state();
-        while !(state.closing || state.saved || state.wishes > self.answered || state.wish.playing) {
-            state = shared.bell.wait(state).unwrap_or_else(PoisonError::into_inner);
+        while !(state.closing || state.saved || state.wishes > self.answered) {
+            let pause = self.pause(&state);
+            if pause.is_some_and(|pause| pause.is_zero()) {
+                break;
+            }
+            // Without an end of the pause there is one by tomorrow.
+            let pause = pause.unwrap_or(Duration::from_secs(86_400));
+            let woken = shared.bell.wait_timeout(state, pause).unwrap_or_else(PoisonError::into_inner);
+            state = woken.0;
         }
         if state.closing {
             return None;
@@ -79,10 +90,22 @@ impl Studio {
         let (cancel, start) = (Arc::new(AtomicBool::new(false)), Instant::now());
         let steering = Arc::new(Steering::default());
         steering.focus(state.wish.region);
-        state.running =
-            Some(Running { cancel: cancel.clone(), steering: steering.clone(), start, seen: false });
+        state.running = Some(Running {
+            cancel: cancel.clone(),
+            steering: steering.clone(),
+            start,
+            seen: false,
+            timed: false,
+        });
         let saved = std::mem::take(&mut state.saved);
         Some(Task { wish: state.wish.clone(), saved, number: self.answered, cancel, steering, start })
+    }
+
+    /// How long until the next picture while time passes; `None` where it stands still, or nothing can be drawn.
+    fn pause(&self, state: &State) -> Option<Duration> {
+        let is_due = state.wish.playing && state.report.stage != Stage::Failed;
+        let since = self.frame.map_or(FRAME, |frame| frame.elapsed());
+        is_due.then(|| FRAME.saturating_sub(since))
     }
 
     /// Moves the time on while it passes.
@@ -127,13 +150,14 @@ impl Studio {
         if task.cancel.load(Ordering::SeqCst) {
             // It may have been stopped in the middle, and is to be read again.
             self.loaded = None;
+            self.shared.state().saved |= task.saved;
             return None;
         }
         let new = !self.loaded.as_ref().is_some_and(|before| Arc::ptr_eq(before, &loaded));
         self.revision += u64::from(new && task.saved && loaded.scene.is_some());
         self.loaded = Some(loaded.clone());
         self.publish(&loaded, wish);
-        if new {
+        if new && task.saved {
             (self.shared.tell)(Event::Read);
         }
         Some(loaded)
@@ -158,7 +182,7 @@ impl Studio {
         };
         let mut params = wish.params.clone();
         params.retain(|name, value| fits(name, value));
-        self.shared.state().wish.params.clone_from(&params);
+        self.shared.state().wish.params.retain(|name, value| fits(name, value));
         self.session.set(params, wish.time);
         self.session.load(cancel)
     }
@@ -193,7 +217,7 @@ impl Studio {
             parts: None,
             time: wish.time,
             playing: wish.playing,
-            region: wish.region.map(|r| [r.x, r.y, r.width, r.height]),
+            region: state.wish.region.map(|r| [r.x, r.y, r.width, r.height]),
             stage: Stage::Drawing,
             progress: 0.0,
             revision: self.revision,
@@ -207,6 +231,12 @@ impl Studio {
     fn draw(&mut self, scene: &Arc<Scene>, loaded: &Arc<Loaded>, task: &Task) -> Result<(), Box<Diagnostic>> {
         let size = task.wish.size.or(self.order.size.map(|(w, h)| [w, h]));
         let size = size.unwrap_or([scene.film.width, scene.film.height]);
+        if u64::from(size[0]) * u64::from(size[1]) > LARGEST {
+            let error = format!("{} x {} pixels are too many to watch", size[0], size[1]);
+            let hint =
+                "choose a smaller size on the page, or with --size; orogen render makes pictures that large";
+            return Err(Box::new(Diagnostic::error(error).hint(hint)));
+        }
         let order = Order { size: Some((size[0], size[1])), caster: task.wish.caster, ..self.order };
         {
             let mut canvas = self.shared.canvas();
@@ -230,6 +260,9 @@ impl Studio {
             shared.is_seen(task, true);
         };
         let job = Job { cancel: &task.cancel, progress: &progress, tile: &tile, rough: &rough };
+        if task.wish.components || !is_seen_roughly(scene) {
+            self.coarse(scene, &order, (layer, &look), task)?;
+        }
         let picture = if task.wish.components {
             let analysis = self.analysis(scene, loaded, &task.cancel)?;
             let parts = Some((analysis.parts.len(), analysis.is_certified()));
@@ -241,6 +274,31 @@ impl Studio {
         };
         if picture.finished {
             self.finish(picture, scene, loaded, task);
+        }
+        Ok(())
+    }
+
+    /// Coarse pictures, where there are no rough tiles.
+    fn coarse(
+        &self,
+        scene: &Scene,
+        order: &Order,
+        (layer, look): (Layer, &Look),
+        task: &Task,
+    ) -> Result<(), Box<Diagnostic>> {
+        for side in COARSENESS {
+            let picture = preview(scene, order, side, &Job::unwatched(&task.cancel))?;
+            let Some(picture) = picture.filter(|picture| picture.finished) else { break };
+            {
+                let mut canvas = self.shared.canvas();
+                for y in (0..picture.height).step_by(side as usize) {
+                    for x in (0..picture.width).step_by(side as usize) {
+                        let rect = Rect { x, y, width: side, height: side };
+                        canvas.fill(&rect, layer, look, picture.pixel(x, y));
+                    }
+                }
+            }
+            self.shared.is_seen(task, true);
         }
         Ok(())
     }
@@ -282,6 +340,7 @@ impl Studio {
                 let watch = Watch { cancel, progress: &progress };
                 let analysis = Arc::new(topology::analyse(scene, Purpose::default(), &watch)?);
                 self.analysis = Some((loaded.clone(), analysis.clone()));
+                self.shared.state().labels = Some((loaded.clone(), analysis.labels.clone()));
                 Ok(analysis)
             }
         }

@@ -67,6 +67,9 @@ pub enum Refused {
 /// Smallest and largest side of a picture that people watch.
 const SIDES: [u32; 2] = [16, 8192];
 
+/// Most pixels of one: some four gigabytes with all that is known of each.
+pub(super) const LARGEST: u64 = 1 << 24;
+
 impl Wish {
     /// Obeys a command, but for movements of the camera. `params` are those of the script.
     pub fn obey(&mut self, command: &Command, params: &[Param]) -> Result<(), Refused> {
@@ -94,7 +97,14 @@ impl Wish {
             Command::Time(time) if time.is_finite() => self.time = *time,
             Command::Time(_) => return Err(Refused::Number("the time")),
             Command::Play(playing) => self.playing = *playing,
-            Command::Size(size) => self.size = size.map(|s| s.map(|side| side.clamp(SIDES[0], SIDES[1]))),
+            Command::Size(size) => {
+                let size = size.map(|s| s.map(|side| side.clamp(SIDES[0], SIDES[1])));
+                if size.is_some_and(|[width, height]| u64::from(width) * u64::from(height) > LARGEST) {
+                    return Err(Refused::Number("the size"));
+                }
+                // A region is a matter of pixels.
+                (self.size, self.region) = (size, None);
+            }
             Command::Region(region) => {
                 self.region = region.map(|[x, y, width, height]| {
                     let [x, y] = [x, y].map(|at| at.min(Film::MAX_SIDE));

@@ -12,6 +12,7 @@ let revision = 0;
 const link = new Link({
   connected(yes) {
     by("offline").hidden = yes;
+    if (yes) probe.again();
   },
   report(report) {
     if (report.revision !== revision) keep();

@@ -13,6 +13,9 @@ function make(tag, name, text) {
   return element;
 }
 
+/** How long reports of older values are passed over, in milliseconds. */
+const SETTLING = 1500;
+
 /** A number as people like to read it. */
 const short = (value) => String(Number(value.toPrecision(6)));
 
@@ -20,6 +23,7 @@ export class Panel {
   constructor(link) {
     this.link = link;
     this.sliders = new Map();
+    this.asked = new Map();
     for (const layer of LAYERS) {
       const button = make("button", "", layer);
       button.setAttribute("role", "radio");
@@ -95,13 +99,22 @@ export class Panel {
     by("params").hidden = params.length === 0;
     for (const p of params) {
       const { box, range, number } = this.sliders.get(p.name);
+      const settled = this.settled(p);
       box.classList.toggle("changed", p.value !== p.default);
       for (const input of [range, number]) {
         const step = p.whole ? 1 : 10 ** Math.floor(Math.log10((p.most - p.least) / 200));
         Object.assign(input, { min: p.least, max: p.most, step: input === number && !p.whole ? "any" : step || "any" });
-        if (document.activeElement !== input || p.value === p.default) input.value = short(p.value);
+        if (settled) input.value = p.whole ? String(p.value) : short(p.value);
       }
     }
+  }
+
+  /** Whether a value is no older than what was asked for here. */
+  settled({ name, value }) {
+    const asked = this.asked.get(name);
+    if (asked && asked.value !== value && performance.now() < asked.until) return false;
+    this.asked.delete(name);
+    return true;
   }
 
   slider({ name }) {
@@ -116,6 +129,7 @@ export class Panel {
       input.oninput = () => {
         if (!Number.isFinite(input.valueAsNumber)) return;
         for (const other of [range, number]) if (other !== input) other.value = short(input.valueAsNumber);
+        this.asked.set(name, { value: input.valueAsNumber, until: performance.now() + SETTLING });
         this.link.do({ set: { [name]: input.valueAsNumber } });
       };
     }

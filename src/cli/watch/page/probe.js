@@ -6,6 +6,8 @@ export class Probe {
   constructor(canvas, link) {
     Object.assign(this, { canvas, link, asking: false });
     canvas.addEventListener("pointermove", (e) => e.buttons === 0 && this.point(e));
+    canvas.addEventListener("click", (e) => this.point(e));
+    canvas.addEventListener("keydown", (e) => e.key === "i" && this.middle());
   }
 
   /** One question at a time; the latest place is asked about next. */
@@ -15,11 +17,22 @@ export class Probe {
     this.ask();
   }
 
+  middle() {
+    this.next = [0.5, 0.5];
+    this.ask();
+  }
+
   ask() {
     if (this.asking || !this.next) return;
     this.asking = true;
     this.link.send({ pick: this.next });
     this.next = null;
+  }
+
+  /** A new connection answers no old questions. */
+  again() {
+    this.asking = false;
+    this.ask();
   }
 
   show(picked) {

@@ -10,6 +10,7 @@ export const KEYS = [
   ["R", "snap back to the script's camera"],
   ["C", "copy the camera as script text"],
   ["F", "region first: drag a rectangle; again for none"],
+  ["I", "what is in the middle; elsewhere point at it, or tap"],
   ["B", "before and after the last save"],
   ["1 … 6", "light, normals, cost, depth, albedo, components"],
   ["space", "play and pause"],
@@ -29,7 +30,8 @@ export class Steer {
     this.pending = null;
     canvas.addEventListener("pointerdown", (e) => this.down(e));
     canvas.addEventListener("pointermove", (e) => this.drag(e));
-    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (e) => this.up(e));
+    canvas.addEventListener("pointerup", (e) => this.up(e));
+    canvas.addEventListener("pointercancel", (e) => this.cancel(e));
     canvas.addEventListener("contextmenu", (e) => e.preventDefault());
     canvas.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
     canvas.addEventListener("keydown", (e) => this.key(e));
@@ -71,6 +73,7 @@ export class Steer {
   }
 
   down(e) {
+    if (this.selecting) return;
     this.canvas.focus({ preventScroll: true });
     this.canvas.setPointerCapture(e.pointerId);
     this.pointers.set(e.pointerId, { x: e.clientX, y: e.clientY });
@@ -104,11 +107,18 @@ export class Steer {
   up(e) {
     this.pointers.delete(e.pointerId);
     if (!this.selecting) return;
-    this.selecting = false;
+    this.selecting = this.region = false;
+    this.canvas.classList.remove("region");
     const { x, y, width, height } = this.rectangle(e);
     const pixels = [this.canvas.width, this.canvas.height, this.canvas.width, this.canvas.height];
     const region = [x, y, width, height].map((share, i) => Math.round(share * pixels[i]));
     this.link.do({ region: region[2] > 4 && region[3] > 4 ? region : null });
+  }
+
+  cancel(e) {
+    this.pointers.delete(e.pointerId);
+    this.selecting = false;
+    this.show(null);
   }
 
   /** From where the drag began to the pointer, within the picture. */
