@@ -332,7 +332,7 @@ impl Live {
         let mut written = Vec::new();
         let failed = |e: crate::world::atomic::WriteError| Box::new(Diagnostic::error(e.to_string()));
         for ((path, old), (_, new)) in changed {
-            if self.world.read(path).is_ok_and(|now| *now != **old) {
+            if !self.world.read(path).is_ok_and(|now| *now == **old) {
                 let error = format!("{} was changed just now", path.display());
                 return Err(Box::new(
                     Diagnostic::error(error).hint("try again when the page shows the change"),

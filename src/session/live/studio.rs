@@ -252,12 +252,12 @@ impl Studio {
         let progress = |p: Progress| shared.progress(p.done as f64 / p.total.max(1) as f64, &told);
         let rough = |tile: &Rough| {
             shared.canvas().fill(&tile.rect, layer, &look, &tile.pixel);
-            shared.is_seen(task, tile.side <= RECOGNISABLE);
+            shared.is_seen(task, tile.side <= RECOGNISABLE, false);
         };
         let tile = |rect: &Rect, pixels: &[Pixel]| {
             let at = |x: u32, y: u32| pixels[((y - rect.y) * rect.width + x - rect.x) as usize];
             shared.canvas().paint(rect, layer, &look, at);
-            shared.is_seen(task, true);
+            shared.is_seen(task, true, true);
         };
         let job = Job { cancel: &task.cancel, progress: &progress, tile: &tile, rough: &rough };
         if task.wish.components || !is_seen_roughly(scene) {
@@ -298,7 +298,7 @@ impl Studio {
                     }
                 }
             }
-            self.shared.is_seen(task, true);
+            self.shared.is_seen(task, true, true);
         }
         Ok(())
     }
@@ -379,11 +379,11 @@ impl Shared {
         }
     }
 
-    /// Notes that something is seen, and whether one recognises what. From then on a newer wish stops the picture; it does
-    /// so at once if there is one already, or if time passes.
-    fn is_seen(&self, task: &Task, recognised: bool) {
+    /// Notes that something is seen, whether one recognises what, and whether all that is rough is there. From what one
+    /// recognises on a newer wish stops the picture; time that passes does so when the rough part is over.
+    fn is_seen(&self, task: &Task, recognised: bool, past_rough: bool) {
         let mut state = self.state();
-        let newer = state.wishes > task.number || state.saved || state.wish.playing;
+        let newer = state.wishes > task.number || state.saved || (past_rough && state.wish.playing);
         let first = recognised
             && state.running.as_mut().is_some_and(|running| !std::mem::replace(&mut running.seen, true));
         if first {
