@@ -195,7 +195,7 @@ fn timeline(name: &str) {
     let tile = |_: &Rect, _: &[Pixel]| {
         first.lock().expect("a time").get_or_insert_with(|| start.elapsed());
     };
-    let job = Job { rough: &rough, tile: &tile, ..Job::unwatched(&cancel) };
+    let job = Job { rough: Some(&rough), tile: &tile, ..Job::unwatched(&cancel) };
     session::refine(&scene, &order, &job, &Steering::default()).expect("a picture");
     let all = start.elapsed().as_secs_f64();
     let start = Instant::now();

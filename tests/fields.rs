@@ -4,6 +4,7 @@ mod common;
 
 use common::Build;
 use glam::DVec3;
+use orogen::expr::NodeId;
 use orogen::field::{Extent, extent, lipschitz_outside};
 use orogen::num::Interval;
 use orogen::op::{self, Op};
@@ -129,7 +130,7 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
 
 /// A ball with noises where a mask lets them through: none below x = 0.2, some up to 0.4, all above; and
 /// where y is above 0.1, others.
-fn masked(b: &mut Build) -> orogen::expr::NodeId {
+fn masked(b: &mut Build) -> NodeId {
     let mut ball = b.sphere([0.0; 3], 1.0);
     let [x, y, _] = b.p();
     let along = b.scaled(5.0, x);
@@ -172,10 +173,8 @@ fn what_a_mask_hides_is_pruned() {
     assert_eq!(behind.code().iter().filter(masks).count(), 0);
 }
 
-#[test]
-fn masked_cells_have_the_whole_values() {
-    let mut b = Build::default();
-    let root = masked(&mut b);
+/// How often the tape of a small place is shorter, of 20,000; the values there are those of the whole tape.
+fn shorter_places(root: NodeId, b: &Build) -> u32 {
     let tape = b.field(root).tape().clone();
     let cells = Cells::new(tape.clone(), &Aabb::cube(1.0).intervals());
     let (mut full, mut less) = (Evaluator::<f64>::new(tape.clone()), Evaluator::<f64>::new(tape.clone()));
@@ -190,5 +189,65 @@ fn masked_cells_have_the_whole_values() {
         let (whole, pruned) = (*full.eval(&p), *less.eval(&p));
         assert!(whole.to_bits() == pruned.to_bits(), "{whole} {pruned} at {p:?}");
     }
+    shorter
+}
+
+#[test]
+fn masked_cells_have_the_whole_values() {
+    let mut b = Build::default();
+    let root = masked(&mut b);
+    let shorter = shorter_places(root, &b);
     assert!(shorter > 15_000, "only {shorter} of 20000 places have less than everything");
+}
+
+#[test]
+fn bumps_are_left_out_where_they_have_ended() {
+    let mut rng = StdRng::seed_from_u64(31);
+    let mut b = Build::default();
+    let mut sum = b.num(0.3);
+    for i in 0..60 {
+        let ball = b.sphere(std::array::from_fn(|_| rng.random_range(-1.0..1.0)), 0.25);
+        // Some end as powers, some as rounded ramps.
+        let deep = b.scaled(-4.0, ball);
+        let bump = match i % 3 {
+            0 => b.op(Op::Plus(op::Plus { n: 3 }), &[deep]),
+            1 => b.op(Op::Ramp(op::Ramp::Cubic), &[deep]),
+            _ => b.op(Op::Ramp(op::Ramp::Quadratic), &[deep]),
+        };
+        sum = b.sub(sum, bump);
+    }
+    assert!(shorter_places(sum, &b) > 19_000);
+    let tape = b.field(sum).tape().clone();
+    let corner = tape.prune(&[Interval::new(0.9, 1.0), Interval::new(0.9, 1.0), Interval::new(0.9, 1.0)]);
+    assert!(corner.len() * 4 < tape.len(), "{} of {}", corner.len(), tape.len());
+}
+
+#[test]
+fn what_melts_is_pruned_where_it_is_far_apart() {
+    let mut rng = StdRng::seed_from_u64(32);
+    let mut b = Build::default();
+    let mut solid = b.sphere([0.0; 3], 0.2);
+    for _ in 0..40 {
+        let ball = b.sphere(std::array::from_fn(|_| rng.random_range(-1.0..1.0)), 0.1);
+        let [near, far] = [solid, ball].map(|side| b.scaled(10.0, side));
+        let both = b.op(Op::Melt(op::Melt { ramp: op::Ramp::Cubic }), &[near, far]);
+        solid = b.scaled(0.1, both);
+    }
+    assert!(shorter_places(solid, &b) > 15_000);
+}
+
+#[test]
+fn sides_of_corners_and_of_absolute_values_are_chosen() {
+    let mut b = Build::default();
+    let [x, y, _] = b.p();
+    let size = b.op(Op::Abs(op::Abs), &[x]);
+    let left = b.shifted(size, -0.5);
+    let both = b.op(Op::Corner(op::Corner), &[left, y]);
+    let tape = b.field(both).tape().clone();
+    // Inside of the corner and nearer to one side.
+    let region = [Interval::new(0.1, 0.2), Interval::new(-0.9, -0.8), Interval::radius(0.1)];
+    let pruned = tape.prune(&region);
+    let folded = |i: &&Instr| matches!(i, Instr::Op(Op::Corner(_) | Op::Abs(_), _));
+    assert_eq!(pruned.code().iter().filter(folded).count(), 0);
+    shorter_places(both, &b);
 }

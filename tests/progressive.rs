@@ -49,7 +49,7 @@ fn batch(scene: &Scene, order: &Order) -> Picture {
 fn refined(scene: &Scene, order: &Order, steering: &Steering) -> (Picture, Snapshots) {
     let snapshots = Snapshots::default();
     let (keep, cancel) = (|tile: &Rough| snapshots.keep(tile), AtomicBool::new(false));
-    let job = Job { rough: &keep, ..Job::unwatched(&cancel) };
+    let job = Job { rough: Some(&keep), ..Job::unwatched(&cancel) };
     let picture = session::refine(scene, order, &job, steering).unwrap();
     (picture, snapshots)
 }
@@ -160,7 +160,7 @@ fn the_region_of_interest_is_finished_first() {
     let rough = |tile: &Rough| told.lock().unwrap().push((tile.rect, Some(tile.side)));
     let finished = |rect: &Rect, _: &[Pixel]| told.lock().unwrap().push((*rect, None));
     let cancel = AtomicBool::new(false);
-    let job = Job { rough: &rough, tile: &finished, ..Job::unwatched(&cancel) };
+    let job = Job { rough: Some(&rough), tile: &finished, ..Job::unwatched(&cancel) };
     let order = Order { threads: NonZeroUsize::new(1), ..Order::default() };
     let last = session::refine(&scene, &order, &job, &steering).unwrap();
     same(&last, &batch(&scene, &order));
@@ -185,7 +185,7 @@ fn the_region_can_be_moved_while_a_picture_refines() {
         steering.focus((!i.is_multiple_of(3)).then_some(region));
     };
     let cancel = AtomicBool::new(false);
-    let job = Job { rough: &jump, ..Job::unwatched(&cancel) };
+    let job = Job { rough: Some(&jump), ..Job::unwatched(&cancel) };
     let last = session::refine(&scene, &Order::default(), &job, &steering).unwrap();
     assert!(count.load(Ordering::Relaxed) > 20);
     same(&last, &batch(&scene, &Order::default()));
@@ -208,7 +208,7 @@ fn no_tile_is_painted_over_by_a_worse_one() {
     let rough = |tile: &Rough| paint(&tile.rect, tile.side);
     let finished = |rect: &Rect, _: &[Pixel]| paint(rect, 0);
     let cancel = AtomicBool::new(false);
-    let job = Job { rough: &rough, tile: &finished, ..Job::unwatched(&cancel) };
+    let job = Job { rough: Some(&rough), tile: &finished, ..Job::unwatched(&cancel) };
     for threads in [1, 4] {
         best.lock().unwrap().fill(u32::MAX);
         let order = Order { threads: NonZeroUsize::new(threads), ..Order::default() };
@@ -225,7 +225,7 @@ fn a_cancelled_picture_stops_at_once() {
     let stopped = |wait: u64| {
         let cancel = AtomicBool::new(false);
         std::thread::scope(|threads| {
-            let job = Job::unwatched(&cancel);
+            let job = Job { rough: Some(&|_| ()), ..Job::unwatched(&cancel) };
             let scene = &scene;
             let running = threads.spawn(move || {
                 session::refine(scene, &Order::default(), &job, &Steering::default()).unwrap();

@@ -174,7 +174,7 @@ fn render(mut work: Work, args: &Args, terminal: &Terminal) -> Outcome {
     let picture = match &series {
         Some(series) => {
             let see = |tile: &Rough| series.see(tile);
-            let job = Job { rough: &see, ..job };
+            let job = Job { rough: Some(&see), ..job };
             work.session.refine(&scene, &work.order, &job, (&series.steering, &flag))
         }
         None => work.session.render(&scene, &work.order, &job, &flag),

@@ -26,14 +26,14 @@ pub struct Job<'a> {
     /// Given every finished tile, with its pixels row by row; it may reach beyond the window that is rendered.
     pub tile: &'a (dyn Fn(&Rect, &[Pixel]) + Sync),
     /// Given every rough tile of a picture that [refines](super::refine()). Smaller ones follow larger ones, finished ones
-    /// follow both, and none is told of after one that is better.
-    pub rough: &'a (dyn Fn(&Rough) + Sync),
+    /// follow both, and none is told of after one that is better. None are made where nobody wants them.
+    pub rough: Option<&'a (dyn Fn(&Rough) + Sync)>,
 }
 
 impl<'a> Job<'a> {
     /// A job that nobody watches.
     pub fn unwatched(cancel: &'a AtomicBool) -> Self {
-        Job { cancel, progress: &|_| (), tile: &|_, _| (), rough: &|_| () }
+        Job { cancel, progress: &|_| (), tile: &|_, _| (), rough: None }
     }
 }
 
@@ -102,7 +102,9 @@ impl<'a> Film<'a> {
     /// Tells of rough tiles, but not of those that come too late.
     pub fn paint(&self, tiles: &[Rough], job: &Job<'_>) {
         let is_late = |tile: &&Rough| self.numbers(&tile.rect).any(|i| self.finished[i]);
-        tiles.iter().filter(|tile| !is_late(tile)).for_each(job.rough);
+        if let Some(see) = job.rough {
+            tiles.iter().filter(|tile| !is_late(tile)).for_each(see);
+        }
     }
 }
 

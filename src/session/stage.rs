@@ -114,7 +114,7 @@ pub(super) fn render_moments(
     let mut shots = Vec::new();
     for scene in moments {
         let (mut taken, odd) = Taken::corrected(scene, order, &watch)?;
-        if steering.is_some() {
+        if steering.is_some() && job.rough.is_some() {
             taken.look_ahead(order.caster);
         }
         shots.push(taken);

@@ -1,7 +1,7 @@
 //! Pruning: what a region leaves of a tape.
 //!
-//! Over a region a minimum whose one side is always smaller *is* that side; a step, a clamp or a
-//! `smoothstep` that has come to its end is a number; and what is multiplied by a mask of zero is
+//! Over a region a minimum whose one side is always smaller *is* that side; a step, a clamp, a
+//! `smoothstep` or a truncated power that has come to its end is a number; and what is multiplied by a mask of zero is
 //! nothing. What only fed the rest goes.
 //!
 //! Octaves of a sum need no pruning: a sum ends by itself at the first octave that the footprint leaves
@@ -12,7 +12,7 @@
 use super::{Evaluator, Instr, Tape, inner};
 use crate::expr::{Identity, identity};
 use crate::num::{Interval, Number};
-use crate::op::Op;
+use crate::op::{Op, Ramp};
 use std::sync::Arc;
 
 impl Tape {
@@ -31,7 +31,7 @@ impl Tape {
 
     /// Whether there is anything that pruning might decide.
     pub fn has_choices(&self) -> bool {
-        self.code.iter().any(|i| matches!(i, Instr::Op(op, _) if selects(op) || settles(op)))
+        self.code.iter().any(|i| matches!(i, Instr::Op(op, _) if selects(op) || settles(op) || ends(op)))
     }
 
     /// What is left where so much is known. Instructions are looked at from the last to the first, and
@@ -147,10 +147,21 @@ impl<'a> Facts<'a> {
             Instr::Op(op, args) => match self.identity(op, args) {
                 Some(Identity::Number(c)) => Some(c),
                 Some(Identity::Argument(k)) => number(args[k]),
+                None if self.is_zero(op, args) => Some(0.0),
                 None if selects(op) || settles(op) => self.settled(slot),
                 None => None,
             },
             _ => None,
+        }
+    }
+
+    /// Whether an operation that ends smoothly at zero has ended. (Enclosures of powers of zero are a little wider.)
+    fn is_zero(&self, op: &Op, args: &[u32; 6]) -> bool {
+        let most = || self.range(args[0]).hi;
+        match op {
+            Op::Plus(_) => most() < 0.0,
+            Op::Ramp(ramp) => *ramp != Ramp::Exponential && most() <= -1.0,
+            _ => false,
         }
     }
 
@@ -195,6 +206,10 @@ impl<'a> Facts<'a> {
     fn selected(&self, op: &Op, &[a, b, c, ..]: &[u32; 6]) -> Option<u32> {
         let below = |x: u32, y: u32| self.range(x).hi < self.range(y).lo;
         match op {
+            Op::Abs(_) if self.range(a).lo > 0.0 => Some(a),
+            Op::Ramp(ramp) if *ramp != Ramp::Exponential && self.range(a).lo >= 1.0 => Some(a),
+            Op::Corner(_) if self.range(a).hi < 0.0 && below(b, a) => Some(a),
+            Op::Corner(_) if self.range(b).hi < 0.0 && below(a, b) => Some(b),
             Op::Melt(melt) if self.range(b).lo - self.range(a).hi >= melt.reach() => Some(a),
             Op::Melt(melt) if self.range(a).lo - self.range(b).hi >= melt.reach() => Some(b),
             Op::Min(_) if below(a, b) => Some(a),
@@ -217,6 +232,11 @@ fn selects(op: &Op) -> bool {
 /// Whether an operation has the same value for many arguments.
 fn settles(op: &Op) -> bool {
     matches!(op, Op::Step(_) | Op::Smoothstep(_) | Op::Sign(_) | Op::Floor(_))
+}
+
+/// Whether an operation with a smooth part has ends where it is simpler.
+fn ends(op: &Op) -> bool {
+    matches!(op, Op::Melt(_) | Op::Plus(_) | Op::Ramp(_))
 }
 
 impl Tape {

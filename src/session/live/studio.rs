@@ -259,7 +259,7 @@ impl Studio {
             shared.canvas().paint(rect, layer, &look, at);
             shared.is_seen(task, true, true);
         };
-        let job = Job { cancel: &task.cancel, progress: &progress, tile: &tile, rough: &rough };
+        let job = Job { cancel: &task.cancel, progress: &progress, tile: &tile, rough: Some(&rough) };
         if task.wish.components || !is_seen_roughly(scene) {
             self.coarse(scene, &order, (layer, &look), task)?;
         }
@@ -322,7 +322,7 @@ impl Studio {
             return Ok(first);
         }
         // Nothing rough takes the place of what is there.
-        refine(samples, &Job { rough: &|_| (), ..*job })
+        refine(samples, &Job { rough: None, ..*job })
     }
 
     /// The components of a solid, found once for each time that the script is read.
