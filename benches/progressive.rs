@@ -1,5 +1,5 @@
 //! Table 7.1 of Gamito, *Techniques for Stochastic Implicit Surface Modelling and Rendering* (2009), by our own
-//! means; and how soon pictures that refine show something, and when they are finished.
+//! means; how soon pictures that refine show something, and when they are finished; and how soon they stop when they are to.
 //!
 //! The previewer of the thesis takes tiles forwards until they are a pixel wide, and goes on from there by rays. Here
 //! that is done with either way to take tiles forwards, followed by speculative sphere tracing as in the source,
@@ -7,17 +7,17 @@
 //! that costs is the second table.
 //!
 //! `cargo bench --bench progressive [-- SIZE] [ROW]...`, 400 pixels a side unless told otherwise; rows are figure-7.05 and so
-//! on in the first table, and names of scenes in the second.
+//! on in the first table, and names of scenes in the others.
 
 use orogen::cast::{Bundle, CastStats, Frame, Hit, Kind, Ray, Reach, caster, reach};
 use orogen::field::Field;
 use orogen::render::{Job, Pixel, Prepared, Rect, Rough, Settings, Steering, prepare};
 use orogen::scene::{Aabb, Scene};
 use orogen::script::{Request, Script, compile};
-use orogen::session::{self, Order};
+use orogen::session::{self, Order, Session};
 use orogen::world::Disk;
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -55,6 +55,17 @@ fn main() {
     {
         timeline(name);
     }
+    println!(
+        "\nMilliseconds until a picture that is cancelled stops, asked for every 10 ms of the first second:\n"
+    );
+    println!("| scene | mean | worst | asked for after |");
+    println!("|---|---|---|---|");
+    for name in ["planet", "canyon", "terrain", "blobs", "figures/7.06", "figures/9.09"]
+        .into_iter()
+        .filter(|name| is_wanted(name))
+    {
+        cancellations(name);
+    }
 }
 
 /// A row of the first table.
@@ -84,7 +95,11 @@ impl View {
     fn new(scene: &Scene, size: u32) -> View {
         let order = Order { size: Some((size, size)), samples: Some(1), ..Order::default() };
         let settings: Settings = session::settings(scene, &order).expect("settings");
-        View { scene: prepare(scene, &settings).expect("a scene"), bounds: settings.bounds, size }
+        View {
+            scene: prepare(scene, &settings, &AtomicBool::new(false)).expect("a scene"),
+            bounds: settings.bounds,
+            size,
+        }
     }
 
     /// Where the line of sight through a place meets the plane one unit deep.
@@ -210,4 +225,39 @@ fn timeline(name: &str) {
         sides.join(" | "),
         100.0 * (all / once - 1.0)
     );
+}
+
+/// A row of the third table.
+fn cancellations(name: &str) {
+    let path = format!("scripts/{name}.rhai");
+    let taken: Vec<(Duration, Duration)> =
+        (0..100).map(|i| Duration::from_millis(10 * i)).map(|wait| (cancelled(&path, wait), wait)).collect();
+    let mean = taken.iter().map(|(time, _)| time).sum::<Duration>() / taken.len() as u32;
+    let (worst, wait) = taken.into_iter().max().expect("a time");
+    let ms = |time: Duration| 1e3 * time.as_secs_f64();
+    println!("| {name} | {:.1} | {:.1} | {:.0} |", ms(mean), ms(worst), ms(wait));
+}
+
+/// How long a script and its picture go on after they are asked to stop.
+fn cancelled(path: &str, wait: Duration) -> Duration {
+    let cancel = Arc::new(AtomicBool::new(false));
+    std::thread::scope(|threads| {
+        let running = threads.spawn({
+            let cancel = cancel.clone();
+            move || {
+                let mut session = Session::new(path, Arc::new(Disk));
+                if let Some(scene) = &session.load(&cancel).scene {
+                    let order = Order { size: Some((1280, 720)), ..Order::default() };
+                    let job = Job { rough: Some(&|_| ()), ..Job::unwatched(&cancel) };
+                    // A picture that was stopped before it began is none.
+                    let _ = session.refine(scene, &order, &job, (&Steering::default(), &cancel));
+                }
+                Instant::now()
+            }
+        });
+        std::thread::sleep(wait);
+        let asked = Instant::now();
+        cancel.store(true, Ordering::SeqCst);
+        running.join().expect("a picture").saturating_duration_since(asked)
+    })
 }

@@ -33,7 +33,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
 
     // The picture fixes the detail, and with it the field that the caster sees.
-    let prepared = render::prepare(&scene, &Settings::of(&scene, bounds))?;
+    let cancel = AtomicBool::new(false);
+    let prepared = render::prepare(&scene, &Settings::of(&scene, bounds), &cancel)?;
     let mut field = Field::new(&prepared.graph, prepared.field);
     let kind =
         args.next().map_or(Some(Kind::Auto), |name| Kind::ALL.iter().find(|k| k.1 == name).map(|k| k.0));
@@ -44,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         &prepared.typical_rays(),
     )?;
     let start = std::time::Instant::now();
-    let picture = render::render(&prepared, &*caster, &Job::unwatched(&AtomicBool::new(false)))?;
+    let picture = render::render(&prepared, &*caster, &Job::unwatched(&cancel))?;
     eprintln!("{:.2} s, {}", start.elapsed().as_secs_f64(), serde_json::to_string(&picture.stats)?);
     render::save(&PathBuf::from(out), &picture, &Metadata::default())?;
     Ok(())

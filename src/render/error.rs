@@ -56,6 +56,9 @@ pub enum RenderError {
         /// Where the field was written.
         place: Option<Place>,
     },
+    /// It was cancelled before there was anything of it.
+    #[error("stopped before it was finished")]
+    Stopped,
     /// Limiting detail to the pixels made the expression too large.
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
@@ -112,6 +115,7 @@ impl RenderError {
             RenderError::Undefined { place } => message
                 .at(place.clone())
                 .hint("look for a division by zero, or a square root or logarithm of a negative number"),
+            RenderError::Stopped => message.hint("no file was written"),
             RenderError::TooLarge(_) => {
                 message.hint("use fewer nodes, or fractals with octaves instead of loops")
             }

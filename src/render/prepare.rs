@@ -13,6 +13,7 @@ use crate::scene::{Light, Scene, Sea, Sky, Sun, Surface};
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A scene made ready for one camera and one size of picture.
 #[derive(Clone, Debug)]
@@ -62,8 +63,9 @@ pub struct Prepared {
 /// Makes a scene ready to be rendered.
 ///
 /// # Errors
-/// [`RenderError`] for settings, cameras and fields of which no picture can be made.
-pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderError> {
+/// [`RenderError`] for settings, cameras and fields of which no picture can be made; [`RenderError::Stopped`] if `cancel`
+/// was set in time.
+pub fn prepare(scene: &Scene, settings: &Settings, cancel: &AtomicBool) -> Result<Prepared, RenderError> {
     settings.check()?;
     let view = View::new(&scene.camera, settings.width, settings.height).map_err(RenderError::Camera)?;
     let Surface { material, .. } = &scene.surface;
@@ -75,7 +77,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
     let (graph, roots) = view.spacing(settings.samples).limit(&scene.graph, &roots)?;
     let code = |roots: &[NodeId]| (!roots.is_empty()).then(|| Arc::new(Tape::new(&graph, roots)));
     let tape = Arc::new(Tape::new(&graph, &roots[..1]));
-    let probe = Probe::new(&tape, &settings.bounds, view.eye);
+    let probe = Probe::new(&tape, &settings.bounds, view.eye, cancel).ok_or(RenderError::Stopped)?;
     let place = graph.place(scene.surface.field).cloned();
     let mut warnings = probe.judge(place)?;
     warnings.extend(stretched(&view));
@@ -84,6 +86,11 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
         Light::Sun(sun) => Some((sun.direction, sun.irradiance)),
         Light::Lamp(_) => None,
     });
+    let air = scene.sky.air.as_ref().and_then(|air| Atmosphere::new(air, cancel));
+    let reflecting = material.as_ref().and_then(|material| Reflecting::new(material, cancel));
+    if cancel.load(Ordering::Relaxed) {
+        return Err(RenderError::Stopped);
+    }
     let tolerance = settings.tolerance.map_or_else(|| tolerance(&view, settings), Tolerance::fixed);
     Ok(Prepared {
         settings: *settings,
@@ -91,7 +98,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
         cells: Arc::new(Cells::new(tape.clone(), &settings.bounds.intervals())),
         tape,
         color: code(&roots[1..colors]),
-        reflecting: material.as_ref().map(Reflecting::new),
+        reflecting,
         is_shining: material.is_some_and(|m| m.emission.is_some()),
         looks: code(&roots[colors..looks]),
         bump: code(&roots[looks..]),
@@ -102,7 +109,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, RenderErr
         lights,
         sky: scene.sky,
         sea: scene.sea,
-        air: scene.sky.air.as_ref().and_then(Atmosphere::new),
+        air,
         probe,
         warnings,
         graph,

@@ -10,6 +10,7 @@ use crate::scene::Aabb;
 use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Samples along an axis. Odd, so that the middle is tried; 4913 points in all.
 const SIDE: usize = 17;
@@ -31,8 +32,8 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// Samples the first output of `tape` within `bounds`, and at the eye.
-    pub(super) fn new(tape: &Arc<Tape>, bounds: &Aabb, eye: DVec3) -> Probe {
+    /// Samples the first output of `tape` within `bounds`, and at the eye; `None` if that was cancelled.
+    pub(super) fn new(tape: &Arc<Tape>, bounds: &Aabb, eye: DVec3, cancel: &AtomicBool) -> Option<Probe> {
         let mut field = Evaluator::<Many<f64, LANES>>::new(tape.clone());
         let mut probe = Probe { points: 0, undefined: 0, inside: 0, camera_inside: false };
         // Cells' centres, a little off the symmetry that scenes have and their poles lie on.
@@ -41,6 +42,9 @@ impl Probe {
             bounds.min[axis] + (t + 1e-4 * (t - 0.37)) * (bounds.max[axis] - bounds.min[axis])
         };
         for (j, k) in (0..SIDE).flat_map(|j| (0..SIDE).map(move |k| (j, k))) {
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
             let x = Many(std::array::from_fn(|i| place(0, i)));
             let values = field.eval(&[x, Many([place(1, j); LANES]), Many([place(2, k); LANES])]);
             for value in values.0 {
@@ -52,7 +56,7 @@ impl Probe {
         let at_eye = field.eval(&eye.to_array().map(|c| Many([c; LANES]))).0[0];
         let in_bounds = eye.cmpge(bounds.min).all() && eye.cmple(bounds.max).all();
         probe.camera_inside = in_bounds && at_eye < 0.0;
-        probe
+        Some(probe)
     }
 
     /// Warnings about what was found.

@@ -15,17 +15,17 @@ impl<K: PartialEq + Clone, V: Clone> Recent<K, V> {
         Recent(Mutex::new(Vec::new()))
     }
 
-    /// What is made from `key`: kept from before, or made now.
-    pub fn get_or(&self, key: &K, make: impl FnOnce() -> V) -> V {
+    /// What is made from `key`: kept from before, or made now; `None` if the making was given up.
+    pub fn get_or(&self, key: &K, make: impl FnOnce() -> Option<V>) -> Option<V> {
         if let Some(found) = self.find(key) {
-            return found;
+            return Some(found);
         }
         // Others need not wait meanwhile; at worst they make the same.
-        let made = make();
+        let made = make()?;
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         kept.truncate(KEPT - 1);
         kept.insert(0, (key.clone(), made.clone()));
-        made
+        Some(made)
     }
 
     /// What is kept, which becomes the newest.
@@ -46,7 +46,13 @@ mod tests {
     fn the_last_few_are_made_once() {
         let recent = Recent::new();
         let made = RefCell::new(Vec::new());
-        let get = |key: usize| recent.get_or(&key, || made.borrow_mut().push(key));
+        let get = |key: usize| {
+            recent.get_or(&key, || {
+                made.borrow_mut().push(key);
+                Some(())
+            });
+        };
+        assert_eq!(recent.get_or(&0, || None), None);
         (0..KEPT).for_each(get);
         // The first is used again, so the second is the one that goes.
         get(0);

@@ -8,6 +8,7 @@ use super::surface::Patch;
 use crate::scene::{Finish, Material, Matt};
 use glam::DVec3;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// The moon's surge: its dust is twice as bright with the sun behind the viewer, and half of that is gone at 6 degrees
 /// (Hapke 1986).
@@ -21,11 +22,11 @@ pub struct Reflecting {
 }
 
 impl Reflecting {
-    /// Makes the tables.
-    pub(super) fn new(material: &Material) -> Reflecting {
+    /// Makes the tables; `None` if that was cancelled.
+    pub(super) fn new(material: &Material, cancel: &AtomicBool) -> Option<Reflecting> {
         static FILMS: Recent<f64, Arc<Film>> = Recent::new();
-        let film = FILMS.get_or(&material.ior, || Arc::new(Film::new(material.ior)));
-        Reflecting { material: *material, film }
+        let film = FILMS.get_or(&material.ior, || Film::new(material.ior, cancel).map(Arc::new))?;
+        Some(Reflecting { material: *material, film })
     }
 }
 

@@ -4,7 +4,9 @@ use super::topology;
 use crate::cast::{self, Judge, Kind, Sifted};
 use crate::diag::Diagnostic;
 use crate::field::{self, Extent, Field, Watch};
-use crate::render::{self, Job, Painter, Part, Picture, Precision, Settings, Shot, Steering, View};
+use crate::render::{
+    self, Job, Painter, Part, Picture, Precision, RenderError, Settings, Shot, Steering, View,
+};
 use crate::scene::{Aabb, Projection, Scene, Shutter};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -180,7 +182,7 @@ impl Taken {
         cancel: &AtomicBool,
     ) -> Result<Taken, Box<Diagnostic>> {
         let halt = || cancel.load(Ordering::Relaxed);
-        let mut prepared = render::prepare(scene, &settings_until(scene, order, &halt)?)
+        let mut prepared = render::prepare(scene, &settings_until(scene, order, &halt)?, cancel)
             .map_err(|e| Box::new(e.diagnostic()))?;
         prepared.painter = touch.painter;
         let mut field = Field::new(&prepared.graph, prepared.field);
@@ -278,7 +280,7 @@ pub(super) fn region(scene: &Scene, field: &mut Field) -> Aabb {
 
 /// Why nothing came of a job that was stopped.
 pub fn stopped() -> Box<Diagnostic> {
-    Box::new(Diagnostic::error("stopped before it was finished").hint("no file was written"))
+    Box::new(RenderError::Stopped.diagnostic())
 }
 
 /// A box for a scene that gives none: around the solid if it ends, else around what the camera can

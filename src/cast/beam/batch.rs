@@ -49,7 +49,7 @@ impl<const K: usize> Batches<K> {
             return work;
         }
         // No lane depends on its neighbours, so their order does not matter.
-        let places = active.iter().map(|&i| {
+        let places = active.iter().take_while(|_| goes_on()).map(|&i| {
             let (at, reach) = around(&items[i]);
             (i, at, reach)
         });

@@ -187,8 +187,9 @@ pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
     let is_marching = |item: &I| item.as_ref().state == State::Marching;
     active.clear();
     active.extend((0..items.len()).filter(|&i| is_marching(&items[i])));
-    while !cancel.load(Ordering::Relaxed) {
-        for &i in active.iter() {
+    let goes_on = || !cancel.load(Ordering::Relaxed);
+    while goes_on() {
+        for &i in active.iter().take_while(|_| goes_on()) {
             let bundle = items[i].as_mut();
             bundle.place(cells);
             stats.culled += u64::from(bundle.is_free());

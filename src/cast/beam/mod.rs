@@ -175,8 +175,9 @@ impl Beams {
         let Memory { thin, active, costs, .. } = &mut self.memory;
         active.clear();
         active.extend(0..thin.len());
-        while !active.is_empty() && !cancel.load(Ordering::Relaxed) {
-            for &i in active.iter() {
+        let goes_on = || !cancel.load(Ordering::Relaxed);
+        while !active.is_empty() && goes_on() {
+            for &i in active.iter().take_while(|_| goes_on()) {
                 let ray = &rays[thin[i].ray];
                 thin[i].place(&self.cells, ray);
             }

@@ -56,7 +56,7 @@ pub struct Args {
     scripting: ScriptOptions,
 
     /// Serves no page and writes the pictures to files
-    #[arg(long, conflicts_with_all = ["port", "address"], requires = "output")]
+    #[arg(long, conflicts_with_all = ["port", "address", "open"], requires = "output")]
     headless: bool,
 
     /// Folder for the files of --headless; made if it does not exist

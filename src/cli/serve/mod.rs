@@ -24,6 +24,10 @@ pub struct Listen {
     /// Interface to serve the page on; anything but the loopback lets others in your network in, who know the address
     #[arg(long, value_name = "IP", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     address: IpAddr,
+
+    /// Opens the page in your browser
+    #[arg(long)]
+    open: bool,
 }
 
 /// A file of a page: its name, which is empty for the page itself, its type, and its text.
@@ -66,6 +70,11 @@ impl Server {
             // What somebody asked for last is of no interest any more.
             runtime.shutdown_background();
         });
+        if listen.open
+            && let Err(error) = open::that_detached(&address)
+        {
+            err(format_args!("no browser could be opened ({error}); open the address yourself"));
+        }
         Ok(Server { address, end, thread: Some(thread) })
     }
 }

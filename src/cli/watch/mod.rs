@@ -29,7 +29,7 @@ use std::time::Duration;
   orogen watch rock.rhai --size 1280x720 --set relief=0.04
   orogen watch rock.rhai --headless -o /tmp/rock.png
 
-Open the address that it prints in a browser. It holds a secret of this run: whoever has it can steer the picture, and
+Open the address that it prints in a browser, or let --open do that. It holds a secret of this run: whoever has it can steer the picture, and
 write the parameters into the script.")]
 pub struct Args {
     /// Script to watch
@@ -43,7 +43,7 @@ pub struct Args {
     scripting: ScriptOptions,
 
     /// Serves no page and writes the picture to a file
-    #[arg(long, conflicts_with_all = ["port", "address"])]
+    #[arg(long, conflicts_with_all = ["port", "address", "open"])]
     headless: bool,
 
     #[command(flatten)]

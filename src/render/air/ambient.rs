@@ -7,6 +7,7 @@ use super::shell::SunTable;
 use super::sunlight::Sunlight;
 use glam::DVec3;
 use std::ops::{Add, Mul};
+use std::sync::atomic::AtomicBool;
 
 /// Heights of the sun, and levels.
 const SIZE: [usize; 2] = [32, 12];
@@ -45,9 +46,13 @@ impl Mul<f64> for Ambient {
     }
 }
 
-/// The table for a sun of irradiance 1, with the light that is scattered more than once.
-pub(super) fn table(sunlight: Sunlight<'_>, multiple: Option<&SunTable<DVec3>>) -> SunTable<Ambient> {
-    SunTable::new(sunlight.medium.shell, SIZE, |r| {
+/// The table for a sun of irradiance 1, with the light that is scattered more than once; `None` if that was cancelled.
+pub(super) fn table(
+    sunlight: Sunlight<'_>,
+    multiple: Option<&SunTable<DVec3>>,
+    cancel: &AtomicBool,
+) -> Option<SunTable<Ambient>> {
+    SunTable::new(sunlight.medium.shell, SIZE, cancel, |r| {
         let rays = rays(sunlight.medium, r, RAYS);
         move |mu| {
             let from = |ray: &Ray| {

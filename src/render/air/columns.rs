@@ -21,6 +21,7 @@ use super::line::{Count, Steps};
 use super::medium::Medium;
 use super::shell::Shell;
 use glam::DVec4;
+use std::sync::atomic::AtomicBool;
 
 /// Nodes across directions and heights.
 const SIZE: (usize, usize) = (64, 128);
@@ -38,12 +39,13 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub fn new(medium: &Medium) -> Columns {
-        let lengths = Grid::new(SIZE.0, SIZE.1, |level| {
+    /// Of a medium; `None` if that was cancelled.
+    pub fn new(medium: &Medium, cancel: &AtomicBool) -> Option<Columns> {
+        let lengths = Grid::new([SIZE.0, SIZE.1], cancel, |level| {
             let r = medium.shell.radius_at(level);
             (0..SIZE.0).map(move |i| lengths(medium, r, share(i, SIZE.0)))
         });
-        Columns { shell: medium.shell, lengths }
+        Some(Columns { shell: medium.shell, lengths: lengths? })
     }
 
     /// Amount of matter, by kind, on the way from the radius `r`, where the densities are `density`, to

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use std::ops::{Add, Mul};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Values at the nodes of a grid over the unit square, with straight lines in between.
 #[derive(Clone, Debug)]
@@ -13,10 +14,15 @@ pub(super) struct Grid<T> {
 
 impl<T: Copy + Send + Add<Output = T> + Mul<f64, Output = T>> Grid<T> {
     /// A grid of at least two columns and rows. `row(v)` gives the values at the height `v` for u = 0 to 1 in
-    /// even steps, as many as there are columns; rows are made side by side.
-    pub fn new<R: Iterator<Item = T>>(columns: usize, rows: usize, row: impl Fn(f64) -> R + Sync) -> Grid<T> {
-        let values = (0..rows).into_par_iter().flat_map_iter(|j| row(share(j, rows)).collect::<Vec<T>>());
-        Grid { columns, rows, values: values.collect::<Vec<T>>().into_boxed_slice() }
+    /// even steps, as many as there are columns; rows are made side by side. `None` if that was cancelled.
+    pub fn new<R: Iterator<Item = T>>(
+        [columns, rows]: [usize; 2],
+        cancel: &AtomicBool,
+        row: impl Fn(f64) -> R + Sync,
+    ) -> Option<Grid<T>> {
+        let row = |j| (!cancel.load(Ordering::Relaxed)).then(|| row(share(j, rows)).collect());
+        let made: Option<Vec<Vec<T>>> = (0..rows).into_par_iter().map(row).collect();
+        Some(Grid { columns, rows, values: made?.concat().into_boxed_slice() })
     }
 
     /// The value at a point; outside of the unit square that of the nearest point in it.
@@ -47,7 +53,8 @@ mod tests {
     #[test]
     fn products_are_kept() {
         let f = |u: f64, v: f64| 3.0 + 2.0 * u - v + 0.5 * u * v;
-        let grid = Grid::new(5, 3, |v| (0..5).map(move |i| f(share(i, 5), v)));
+        let grid = Grid::new([5, 3], &AtomicBool::new(false), |v| (0..5).map(move |i| f(share(i, 5), v)));
+        let grid = grid.unwrap();
         for (u, v) in [(0.0, 0.0), (1.0, 1.0), (0.3, 0.9), (0.25, 0.5)] {
             assert!((grid.at(u, v) - f(u, v)).abs() < 1e-12);
         }

@@ -39,6 +39,7 @@ use medium::Medium;
 use phase::Phases;
 use shell::SunTable;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use sunlight::Sunlight;
 
 /// Steps along a line of sight.
@@ -74,20 +75,24 @@ pub struct Seen {
 
 impl Atmosphere {
     /// The atmosphere of some air; `None` for air that takes no room, does nothing, or has coefficients
-    /// and heights that make no sense.
-    pub fn new(air: &Air) -> Option<Atmosphere> {
+    /// and heights that make no sense, and where `cancel` was set in time.
+    pub fn new(air: &Air, cancel: &AtomicBool) -> Option<Atmosphere> {
         /// Tables take some 100 ms.
-        static KEPT: Recent<Air, Option<Atmosphere>> = Recent::new();
-        KEPT.get_or(air, || Atmosphere::make(air))
+        static KEPT: Recent<Air, Atmosphere> = Recent::new();
+        let medium = Medium::new(air)?;
+        KEPT.get_or(air, || Atmosphere::make(medium, air, cancel))
     }
 
-    fn make(air: &Air) -> Option<Atmosphere> {
-        let medium = Medium::new(air)?;
-        let columns = Columns::new(&medium);
+    /// Makes the tables; `None` if that was cancelled.
+    fn make(medium: Medium, air: &Air, cancel: &AtomicBool) -> Option<Atmosphere> {
+        let columns = Columns::new(&medium, cancel)?;
         let sunlight = Sunlight { medium: &medium, columns: &columns };
         let albedo = air.ground.clamp(DVec3::ZERO, DVec3::ONE);
-        let multiple = air.multiple.then(|| multiple::table(sunlight, albedo));
-        let ambient = ambient::table(sunlight, multiple.as_ref());
+        let multiple = match air.multiple {
+            true => Some(multiple::table(sunlight, albedo, cancel)?),
+            false => None,
+        };
+        let ambient = ambient::table(sunlight, multiple.as_ref(), cancel)?;
         Some(Atmosphere { medium, tables: Arc::new(Tables { columns, multiple, ambient }) })
     }
 

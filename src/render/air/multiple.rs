@@ -18,6 +18,7 @@ use super::shell::SunTable;
 use super::sunlight::Sunlight;
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
 
 /// Heights of the sun, and levels.
 const SIZE: [usize; 2] = [32, 32];
@@ -28,9 +29,9 @@ const RAYS: [usize; 2] = [8, 6];
 /// Sides on which the sun is, half of the way round.
 const SIDES: usize = 4;
 
-/// The table of `Psi` above ground of an albedo.
-pub(super) fn table(sunlight: Sunlight<'_>, albedo: DVec3) -> SunTable<DVec3> {
-    SunTable::new(sunlight.medium.shell, SIZE, |r| {
+/// The table of `Psi` above ground of an albedo; `None` if that was cancelled.
+pub(super) fn table(sunlight: Sunlight<'_>, albedo: DVec3, cancel: &AtomicBool) -> Option<SunTable<DVec3>> {
+    SunTable::new(sunlight.medium.shell, SIZE, cancel, |r| {
         let rays = rays(sunlight.medium, r, RAYS);
         let sent_back: DVec3 = rays.iter().map(sent_back).sum();
         move |mu| {

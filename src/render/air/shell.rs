@@ -3,6 +3,7 @@
 use super::grid::{Grid, share};
 use glam::DVec3;
 use std::ops::{Add, Mul};
+use std::sync::atomic::AtomicBool;
 
 /// The room that the air takes, as a coordinate.
 #[derive(Clone, Copy, Debug)]
@@ -38,17 +39,18 @@ pub(super) struct SunTable<T> {
 
 impl<T: Copy + Send + Add<Output = T> + Mul<f64, Output = T>> SunTable<T> {
     /// Makes a table of some heights of the sun by some levels: `at(r)` prepares for a radius and gives
-    /// the values for cosines of the sun to the vertical.
+    /// the values for cosines of the sun to the vertical. `None` if that was cancelled.
     pub fn new<F: Fn(f64) -> T>(
         shell: Shell,
         [suns, levels]: [usize; 2],
+        cancel: &AtomicBool,
         at: impl Fn(f64) -> F + Sync,
-    ) -> SunTable<T> {
-        let grid = Grid::new(suns, levels, |level| {
+    ) -> Option<SunTable<T>> {
+        let grid = Grid::new([suns, levels], cancel, |level| {
             let value = at(shell.radius_at(level));
             (0..suns).map(move |i| value(cosine_at(share(i, suns))))
         });
-        SunTable { shell, grid }
+        Some(SunTable { shell, grid: grid? })
     }
 
     /// The value at a point, with the direction towards the sun.

@@ -4,6 +4,11 @@ use super::*;
 use crate::scene::{Absorber, Haze};
 use std::f64::consts::PI;
 
+/// The atmosphere of some air, whatever time it takes.
+fn made(air: &Air) -> Option<Atmosphere> {
+    Atmosphere::new(air, &AtomicBool::new(false))
+}
+
 /// Metres in a planet of radius 1.
 const EARTH: f64 = 6371e3;
 
@@ -95,7 +100,7 @@ fn close(a: DVec3, b: DVec3, relative: f64, absolute: f64) -> bool {
 
 #[test]
 fn zenith_and_horizon() {
-    let atmosphere = Atmosphere::new(&clear()).unwrap();
+    let atmosphere = made(&clear()).unwrap();
     let zenith = atmosphere.sunlight(DVec3::Y, DVec3::Y);
     assert!(close(zenith, (-DVec3::new(0.0464, 0.108, 0.2648)).exp(), 1e-3, 0.0), "{zenith}");
     let mass = |mu: f64| -atmosphere.along(DVec3::Y, at_angle(mu), 1e9, &[], 0.5, &[]).transmittance.x.ln();
@@ -106,7 +111,7 @@ fn zenith_and_horizon() {
 #[test]
 fn sunlight_agrees_with_direct_integration() {
     for (which, air) in [clear(), earth(), foggy(), thick()].iter().enumerate() {
-        let atmosphere = Atmosphere::new(air).unwrap();
+        let atmosphere = made(air).unwrap();
         let top = atmosphere.medium.shell.top;
         for i in 0..150 {
             // Half of the points are near the ground; a few are below it.
@@ -126,7 +131,7 @@ fn sunlight_agrees_with_direct_integration() {
 fn lines_of_sight_agree_with_direct_integration() {
     for (which, air) in [clear(), earth(), foggy(), thick()].iter().enumerate() {
         let air = Air { multiple: false, ..*air };
-        let atmosphere = Atmosphere::new(&air).unwrap();
+        let atmosphere = made(&air).unwrap();
         for i in 0..40 {
             let r = 1.0 + 0.01 * random(7 * i).powi(6);
             let direction = at_angle(0.02 + 0.9 * random(7 * i + 1).powi(2));
@@ -163,7 +168,7 @@ fn lines_of_sight_agree_with_direct_integration() {
 #[test]
 fn several_turns_agree_with_direct_integration() {
     let air = earth();
-    let atmosphere = Atmosphere::new(&air).unwrap();
+    let atmosphere = made(&air).unwrap();
     let psi = atmosphere.tables.multiple.as_ref().unwrap();
     for (h, elevation) in [(1e-6, 60.0f64), (4e-4, 20.0), (1e-3, 5.0), (4e-3, 35.0)] {
         let (r, sun) = (1.0 + h, one_sun(elevation)[0].0);
@@ -197,7 +202,7 @@ fn several_turns_agree_with_direct_integration() {
 
 #[test]
 fn ambient_light_is_the_mean_of_the_sky() {
-    let atmosphere = Atmosphere::new(&earth()).unwrap();
+    let atmosphere = made(&earth()).unwrap();
     for (h, elevation) in [(1e-6, 70.0), (1e-6, 25.0), (1e-6, 3.0), (5e-4, 40.0), (2e-3, 10.0)] {
         let (p, suns) = ((1.0 + h) * DVec3::Y, one_sun(elevation));
         let (mut above, mut below, n) = (DVec3::ZERO, DVec3::ZERO, 120);
@@ -222,7 +227,7 @@ fn no_air_gives_back_more_than_it_takes() {
     for (which, air) in [earth(), thick()].iter().enumerate() {
         let white =
             Air { haze: air.haze.map(|l| Haze { absorption: DVec3::ZERO, ..l }), absorber: None, ..*air };
-        let atmosphere = Atmosphere::new(&white).unwrap();
+        let atmosphere = made(&white).unwrap();
         let top = atmosphere.medium.shell.top;
         let (mut leaves, n) = (DVec3::ZERO, 24);
         for i in 0..n {
@@ -247,7 +252,7 @@ fn no_air_gives_back_more_than_it_takes() {
 fn single_scattering_is_darker_by_a_third_at_noon() {
     let suns = one_sun(70.0);
     let light = |multiple: bool| {
-        let atmosphere = Atmosphere::new(&Air { multiple, ..earth() }).unwrap();
+        let atmosphere = made(&Air { multiple, ..earth() }).unwrap();
         atmosphere.ambient(DVec3::Y, DVec3::Y, &suns)[0]
     };
     let luminance = |c: DVec3| c.dot(DVec3::new(0.2126, 0.7152, 0.0722));
@@ -258,7 +263,7 @@ fn single_scattering_is_darker_by_a_third_at_noon() {
 #[test]
 fn halves_of_a_ray_compose() {
     for air in [earth(), foggy()] {
-        let atmosphere = Atmosphere::new(&air).unwrap();
+        let atmosphere = made(&air).unwrap();
         let (eye, direction, suns) = (DVec3::new(-3.0, 1.002, 0.0), DVec3::X, one_sun(30.0));
         let look = |eye: DVec3, d: f64| atmosphere.along(eye, direction, d, &suns, 0.5, &[]);
         let (whole, near) = (look(eye, f64::INFINITY), look(eye, 2.98));
@@ -271,7 +276,7 @@ fn halves_of_a_ray_compose() {
 
 #[test]
 fn the_sky_has_its_colours() {
-    let atmosphere = Atmosphere::new(&earth()).unwrap();
+    let atmosphere = made(&earth()).unwrap();
     let eye = DVec3::Y * 1.000_001;
     let look = |mu: f64, elevation: f64| {
         let away = at_angle(mu) * DVec3::new(-1.0, 1.0, 1.0);
@@ -290,7 +295,7 @@ fn the_sky_has_its_colours() {
 
 #[test]
 fn a_planet_has_a_rim_and_a_terminator() {
-    let atmosphere = Atmosphere::new(&earth()).unwrap();
+    let atmosphere = made(&earth()).unwrap();
     let sun = [(DVec3::X, DVec3::ONE)];
     let rim = |side: f64, h: f64| {
         let eye = DVec3::new(side * (1.0 + h), 0.0, 5.0);
@@ -312,7 +317,7 @@ fn a_planet_has_a_rim_and_a_terminator() {
 
 #[test]
 fn the_way_into_the_air_is_smooth() {
-    let atmosphere = Atmosphere::new(&foggy()).unwrap();
+    let atmosphere = made(&foggy()).unwrap();
     let suns = one_sun(30.0);
     let look = |r: f64, mu: f64| {
         let ground = to_ground(1.0, r * DVec3::Y, at_angle(mu));
@@ -329,7 +334,7 @@ fn the_way_into_the_air_is_smooth() {
 
 #[test]
 fn there_are_no_bands_at_eye_level() {
-    let atmosphere = Atmosphere::new(&earth()).unwrap();
+    let atmosphere = made(&earth()).unwrap();
     let (eye, suns) = (DVec3::Y * (1.0 + 2.0 / EARTH), one_sun(20.0));
     let look = |degrees: f64| {
         let direction = at_angle(degrees.to_radians().sin());
@@ -347,7 +352,7 @@ fn there_are_no_bands_at_eye_level() {
 #[test]
 fn terrain_hides_the_sun_but_not_the_sky() {
     for multiple in [false, true] {
-        let atmosphere = Atmosphere::new(&Air { multiple, ..earth() }).unwrap();
+        let atmosphere = made(&Air { multiple, ..earth() }).unwrap();
         let (eye, direction, suns) = (DVec3::Y * 1.0001, at_angle(0.1), one_sun(20.0));
         let mut nodes = Vec::new();
         atmosphere.nodes(eye, direction, 0.01, 0.3, &mut nodes);
@@ -372,7 +377,7 @@ fn terrain_hides_the_sun_but_not_the_sky() {
 
 #[test]
 fn nothing_is_lit_outside_of_the_air() {
-    let atmosphere = Atmosphere::new(&earth()).unwrap();
+    let atmosphere = made(&earth()).unwrap();
     let mut nodes = Vec::new();
     atmosphere.nodes(2.0 * DVec3::Y, DVec3::Y, f64::INFINITY, 0.5, &mut nodes);
     atmosphere.nodes(2.0 * DVec3::Y, DVec3::NEG_Y, 0.5, 0.5, &mut nodes);
@@ -385,18 +390,18 @@ fn nothing_is_lit_outside_of_the_air() {
 #[test]
 fn odd_air_is_no_air() {
     let (air, grain) = (earth(), haze(1.0, 0.01));
-    assert!(Atmosphere::new(&Air { height: 0.0, ..air }).is_none());
-    assert!(Atmosphere::new(&Air { height: f64::NAN, ..air }).is_none());
-    assert!(Atmosphere::new(&Air { radius: f64::INFINITY, ..air }).is_none());
-    assert!(Atmosphere::new(&Air { scattering: DVec3::new(1.0, -1.0, 1.0), ..air }).is_none());
-    assert!(Atmosphere::new(&Air { fog: Some(Haze { height: -1.0, ..grain }), ..air }).is_none());
-    assert!(Atmosphere::new(&Air { fog: Some(Haze { asymmetry: DVec3::ONE, ..grain }), ..air }).is_none());
-    assert!(Atmosphere::new(&Air { scattering: DVec3::ZERO, ..clear() }).is_none());
+    assert!(made(&Air { height: 0.0, ..air }).is_none());
+    assert!(made(&Air { height: f64::NAN, ..air }).is_none());
+    assert!(made(&Air { radius: f64::INFINITY, ..air }).is_none());
+    assert!(made(&Air { scattering: DVec3::new(1.0, -1.0, 1.0), ..air }).is_none());
+    assert!(made(&Air { fog: Some(Haze { height: -1.0, ..grain }), ..air }).is_none());
+    assert!(made(&Air { fog: Some(Haze { asymmetry: DVec3::ONE, ..grain }), ..air }).is_none());
+    assert!(made(&Air { scattering: DVec3::ZERO, ..clear() }).is_none());
 }
 
 #[test]
 fn what_only_absorbs_is_black() {
-    let atmosphere = Atmosphere::new(&Air { scattering: DVec3::ZERO, haze: None, ..earth() }).unwrap();
+    let atmosphere = made(&Air { scattering: DVec3::ZERO, haze: None, ..earth() }).unwrap();
     let seen = atmosphere.along(DVec3::Y, DVec3::Y, f64::INFINITY, &one_sun(50.0), 0.5, &[]);
     assert_eq!(seen.scattered, DVec3::ZERO);
     // 15 km of the middle's density.

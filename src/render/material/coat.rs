@@ -21,7 +21,9 @@
 use super::Frame;
 use super::{Bounce, Fresnel, Gloss, Reflectance, bounce, choose, cosine_hemisphere, cosines, dielectric};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::f64::consts::FRAC_1_PI;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Roughnesses of the table, evenly spaced over [0, 1].
 const ROWS: usize = 24;
@@ -48,21 +50,23 @@ pub struct Film {
 }
 
 impl Film {
-    /// Films of an index of refraction, at least 1; 1.333 for water. Making the table takes some 50 ms.
-    pub fn new(ior: f64) -> Film {
+    /// Films of an index of refraction, at least 1; 1.333 for water. Making the table takes some 50 ms on one core; `None`
+    /// if that was cancelled.
+    pub fn new(ior: f64, cancel: &AtomicBool) -> Option<Film> {
         let ior = ior.max(1.0);
         let fresnel = Fresnel::Dielectric { ior };
         let row = |i: usize| {
             let gloss = Gloss::new(i as f64 / (ROWS - 1) as f64, fresnel);
-            std::array::from_fn(|j| mirrored(&gloss, root(j) * root(j)))
+            let entry = |j| mirrored(&gloss, root(j) * root(j));
+            (!cancel.load(Ordering::Relaxed)).then(|| std::array::from_fn(entry))
         };
-        let albedo: Vec<_> = (0..ROWS).map(row).collect();
+        let albedo = (0..ROWS).into_par_iter().map(row).collect::<Option<Vec<_>>>()?;
         let mean = albedo.iter().map(mean).collect();
         let outside = (0..STEPS)
             .map(|i| (f64::from(i) + 0.5) / f64::from(STEPS))
             .map(|cos| 2.0 * cos * dielectric(cos, ior) / f64::from(STEPS))
             .sum::<f64>();
-        Film { fresnel, albedo, mean, inside: 1.0 - (1.0 - outside) / (ior * ior) }
+        Some(Film { fresnel, albedo, mean, inside: 1.0 - (1.0 - outside) / (ior * ior) })
     }
 
     /// A film of a roughness from 0 to 1 on a matt ground, of which the albedo is that in the dry.
@@ -165,12 +169,12 @@ impl Reflectance for Coat<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{albedo, tilted};
+    use super::super::tests::{albedo, film, tilted};
     use super::*;
 
     #[test]
     fn a_film_on_white_loses_no_light() {
-        let film = Film::new(1.5);
+        let film = film(1.5);
         for roughness in [0.35, 0.5, 0.73, 1.0] {
             let coat = film.on(DVec3::ONE, roughness);
             for mu in [0.05, 0.1, 0.37, 0.7, 1.0] {
@@ -182,7 +186,7 @@ mod tests {
 
     #[test]
     fn the_table_holds_the_albedo_of_the_gloss() {
-        let film = Film::new(1.333);
+        let film = film(1.333);
         for roughness in [0.33, 0.57, 0.81] {
             let coat = film.on(DVec3::ZERO, roughness);
             for mu in [0.03, 0.21, 0.55, 0.93] {
@@ -205,17 +209,17 @@ mod tests {
                 .map(|i| (f64::from(i) + 0.5) / f64::from(steps))
                 .map(|cos| 2.0 * cos * dielectric(cos, 1.0 / ior) / f64::from(steps))
                 .sum();
-            assert!((Film::new(ior).inside - inside).abs() < 1e-4, "{ior}: {inside}");
+            assert!((film(ior).inside - inside).abs() < 1e-4, "{ior}: {inside}");
         }
     }
 
     #[test]
     fn wet_ground_is_darker() {
         let dry = DVec3::new(0.1, 0.3, 0.6);
-        let wet = albedo(&Film::new(1.333).on(dry, 0.4), DVec3::Z, DVec3::Z);
+        let wet = albedo(&film(1.333).on(dry, 0.4), DVec3::Z, DVec3::Z);
         assert!(wet.x > 0.05 && wet.x < 0.09 && wet.y < 0.22 && wet.z < 0.5, "{wet}");
         // A film of nothing leaves the ground as it is.
-        let none = Film::new(1.0);
+        let none = film(1.0);
         let value = none.on(dry, 0.4).value(DVec3::Z, tilted(0.3), tilted(0.8));
         assert!((value - dry * FRAC_1_PI).length() < 1e-12, "{value}");
     }

@@ -5,12 +5,18 @@ use crate::num::{mix, uniform};
 use crate::render::sequence::point;
 use frame::around_z;
 use std::f64::consts::TAU;
+use std::sync::atomic::AtomicBool;
 
 /// Steps of a quadrature along each axis.
 const STEPS: u32 = 320;
 
 /// Azimuth of the eye in all quadratures, in turns.
 const AZIMUTH: f64 = 0.137;
+
+/// Films of an index of refraction.
+pub(super) fn film(ior: f64) -> Film {
+    Film::new(ior, &AtomicBool::new(false)).unwrap()
+}
 
 /// A direction whose cosine to z is given.
 pub(super) fn tilted(cos: f64) -> DVec3 {
@@ -160,7 +166,7 @@ fn gloss() {
 #[test]
 fn coat() {
     for ior in [1.333, 1.5] {
-        let film = Film::new(ior);
+        let film = film(ior);
         for roughness in [0.35, 0.6, 1.0] {
             laws("coat", &film.on(DVec3::new(0.05, 0.4, 1.0), roughness));
         }

@@ -123,7 +123,7 @@ fn ball() -> Scene {
 }
 
 fn prepared(scene: &Scene) -> Prepared {
-    prepare(scene, &Settings::of(scene, Aabb::cube(2.0))).unwrap()
+    prepare(scene, &Settings::of(scene, Aabb::cube(2.0)), &AtomicBool::new(false)).unwrap()
 }
 
 fn shoot(scene: &Scene) -> Picture {
@@ -325,7 +325,7 @@ fn a_field_without_values_is_an_error() {
     let below = build.op(Op::Sub(op::Sub), &[minus, y2]);
     let field = build.op(Op::Sqrt(op::Sqrt), &[below]);
     let scene = build.scene(field);
-    let error = prepare(&scene, &Settings::of(&scene, Aabb::cube(1.0))).unwrap_err();
+    let error = prepare(&scene, &Settings::of(&scene, Aabb::cube(1.0)), &AtomicBool::new(false)).unwrap_err();
     assert!(matches!(error, RenderError::Undefined { .. }));
     assert!(!error.diagnostic().hints.is_empty());
 }

@@ -43,15 +43,17 @@ function keep() {
 
 /** Shows the region that is worked on first. */
 function frame({ region, size }) {
-  if (steer.selecting) return;
+  if (steer.selecting || steer.box) return;
   const [x, y, width, height] = (region ?? []).map((side, i) => side / size[i % 2]);
   steer.show(region && { x, y, width, height });
   by("region").setAttribute("aria-pressed", String(steer.region || Boolean(region)));
 }
 
-/** Turns the dragging of rectangles on, or off and the region away. */
+/** Turns the drawing of rectangles on, or off and the region away. */
 function region() {
   steer.region = !(steer.region || panel.report?.region);
+  steer.box = null;
+  if (steer.region) canvas.focus({ preventScroll: true });
   canvas.classList.toggle("region", steer.region);
   if (!steer.region) link.do({ region: null });
   by("region").setAttribute("aria-pressed", String(steer.region));
@@ -99,6 +101,7 @@ const SHORTCUTS = {
   f: region,
   b: compare,
   p: fold,
+  escape: () => steer.region && region(),
   6: () => by("components").click(),
   "?": () => by("keys").showModal(),
   " ": () => by("play").click(),

@@ -9,7 +9,7 @@ export const KEYS = [
   ["alt + drag", "look around"],
   ["R", "snap back to the script's camera"],
   ["C", "copy the camera as script text"],
-  ["F", "region first: drag a rectangle; again for none"],
+  ["F", "region first: drag a rectangle, or move it with arrows, size it with shift + arrows, enter; again for none"],
   ["I", "what is in the middle; elsewhere point at it, or tap"],
   ["B", "before and after the last save"],
   ["1 … 6", "light, normals, cost, depth, albedo, components"],
@@ -27,7 +27,7 @@ const PACE = 8;
 export class Steer {
   constructor(canvas, frame, link) {
     Object.assign(this, { canvas, frame, link, pointers: new Map(), region: false, held: new Set() });
-    this.pending = null;
+    this.pending = this.box = null;
     canvas.addEventListener("pointerdown", (e) => this.down(e));
     canvas.addEventListener("pointermove", (e) => this.drag(e));
     canvas.addEventListener("pointerup", (e) => this.up(e));
@@ -106,10 +106,14 @@ export class Steer {
 
   up(e) {
     this.pointers.delete(e.pointerId);
-    if (!this.selecting) return;
+    if (this.selecting) this.choose(this.rectangle(e));
+  }
+
+  /** Asks for a rectangle to be worked on first. */
+  choose({ x, y, width, height }) {
     this.selecting = this.region = false;
+    this.box = null;
     this.canvas.classList.remove("region");
-    const { x, y, width, height } = this.rectangle(e);
     const pixels = [this.canvas.width, this.canvas.height, this.canvas.width, this.canvas.height];
     const region = [x, y, width, height].map((share, i) => Math.round(share * pixels[i]));
     this.link.do({ region: region[2] > 4 && region[3] > 4 ? region : null });
@@ -127,6 +131,20 @@ export class Steer {
     const [a, b] = [inside(this.start.at), inside(this.place(e))];
     const [x, y] = a.map((c, i) => Math.min(c, b[i]));
     return { x, y, width: Math.abs(a[0] - b[0]), height: Math.abs(a[1] - b[1]) };
+  }
+
+  /** A rectangle by keys: an arrow moves it, or its lower right corner. */
+  shape([dx, dy], sized) {
+    const box = (this.box ??= { x: 0.25, y: 0.25, width: 0.5, height: 0.5 });
+    const within = (c, least, most) => Math.min(Math.max(c, least), most);
+    if (sized) {
+      box.width = within(box.width + STEP * dx, STEP, 1 - box.x);
+      box.height = within(box.height + STEP * dy, STEP, 1 - box.y);
+    } else {
+      box.x = within(box.x + STEP * dx, 0, 1 - box.width);
+      box.y = within(box.y + STEP * dy, 0, 1 - box.height);
+    }
+    this.show(box);
   }
 
   /** Shows the frame of a rectangle, given as shares, or none. */
@@ -150,7 +168,9 @@ export class Steer {
     if (e.ctrlKey || e.metaKey || e.altKey) return;
     const key = e.key.toLowerCase();
     const arrow = { arrowleft: [-1, 0], arrowright: [1, 0], arrowup: [0, -1], arrowdown: [0, 1] }[key];
-    if (arrow) {
+    if (arrow && this.region) this.shape(arrow, e.shiftKey);
+    else if (key === "enter" && this.box) this.choose(this.box);
+    else if (arrow) {
       const by = arrow.map((c) => STEP * c);
       this.move(e.shiftKey ? { pan: { by: by.map((c) => -c), at: null } } : { orbit: by });
     } else if (key === "+" || key === "=") this.move({ zoom: { by: 0.9, at: null } });
