@@ -58,7 +58,7 @@ fn usage_errors_exit_with_2_and_show_how() {
         ("render a.rhai --threads 1000000", &["from 1 to 1024"]),
         ("render a.rhai --caster magic", &["--caster", "auto", "speculative", "segment", "standard"]),
         ("render a.rhai --set relief", &["--set", "--set relief=0.04"]),
-        ("render a.rhai --set relief=high", &["--set", "not a number"]),
+        ("render a.rhai --set relief=", &["--set", "no value"]),
         ("render a.rhai --set a=1 --set a=2", &["`a` twice"]),
         ("render a.rhai --time soon", &["--time", "1.5"]),
         ("render a.rhai -o a.gif", &["a.gif", ".png or .exr", "-o a.png"]),
@@ -454,8 +454,33 @@ fn unknown_parameters_name_the_nearest() {
     has(&stderr(&bench.run("render a.rhai --set relif=1").code(1)), &["relif", "relief"]);
     has(&stderr(&bench.run("render a.rhai --set wetness=1").code(1)), &["wetness", "size", "relief"]);
     has(&stderr(&bench.run("render a.rhai --set size=9").code(1)), &["size", "0.1", "2"]);
+    has(&stderr(&bench.run("render a.rhai --set size=high").code(1)), &["size", "not a number", "0.1 to 2"]);
     has(&stderr(&bench.run("check b.rhai --set size=1").code(1)), &["size"]);
     assert_eq!(bench.names(), ["a.rhai", "b.rhai"]);
+}
+
+#[test]
+fn colours_names_and_switches_are_set_and_checked() {
+    let script =
+        "let c = param(\"tint\", \"#c98f5a\"); let n = param(\"style\", \"plain\", [\"plain\", \"7\"]);
+        sphere(if param(\"large\", true) { 1.0 } else { 0.5 }).colored(c)";
+    let bench = Bench::new(&[("a.rhai", script)]);
+    has(
+        &stdout(&bench.run("check a.rhai").success()),
+        &[
+            "tint  = #c98f5a (a colour #rrggbb)",
+            "style = plain (one of plain, 7)",
+            "large = true (true or false)",
+        ],
+    );
+    has(
+        &stdout(&bench.run("check a.rhai --set tint=#000 --set style=7 --set large=off").success()),
+        &["#000000 (a colour #rrggbb, #c98f5a unless set)", "style = 7 (", "large = false ("],
+    );
+    has(&stderr(&bench.run("check a.rhai --set style=plane").code(1)), &["one of plain, 7", "`plain`"]);
+    bench.run("render a.rhai --size 20x10 --samples 1 --set large=off --stats a.json").success();
+    let stats: serde_json::Value = serde_json::from_slice(&bench.read("a.json")).unwrap();
+    assert_eq!(stats["params"], serde_json::json!({ "tint": "#c98f5a", "style": "plain", "large": false }));
 }
 
 #[test]

@@ -117,6 +117,34 @@ fn a_page_shows_stars_breeds_and_exports() {
 }
 
 #[test]
+fn colours_names_and_switches_are_explored() {
+    let Some(mut browser) = Browser::start() else { return };
+    let script = "let tint = param(\"tint\", \"#c98f5a\");
+let size = param(\"size\", \"small\", [\"small\", \"very large\"]);
+sphere(if param(\"bumps\", true) { 0.9 } else { 0.3 } + if size == \"small\" { 0.0 } else { 0.2 }).colored(tint)";
+    let exploration = Exploration::start(script, "--count 6");
+    let page = browser.open(&exploration.address);
+    browser.wait(&page, "document.querySelectorAll('.specimen.drawn img').length === 6");
+    let gallery = exploration.gallery();
+    let kinds: Vec<_> = gallery["axes"].as_array().unwrap().iter().map(|axis| axis["kind"].clone()).collect();
+    assert_eq!(kinds, [json!("color"), json!("choice"), json!("switch")]);
+    assert_eq!(gallery["specimens"][0]["values"], json!(["#c98f5a", "small", true]));
+    let large =
+        (1..6).find(|id| gallery["specimens"][*id]["values"][1] == "very large").expect("a large one");
+    let values = &gallery["specimens"][large]["values"];
+    browser.ask(&page, &format!("document.querySelector('[data-id=\"{large}\"] .picture').click()"));
+    browser.wait(&page, "document.querySelector('#large').dataset.state === 'done'");
+    let said = browser.ask(&page, "document.querySelector('#large .values').innerText");
+    let (tint, bumps) = (values[0].as_str().unwrap(), values[2].as_bool().unwrap());
+    has(said.as_str().unwrap(), &["tint", tint, "size", "very large", "bumps", &bumps.to_string()]);
+    let command = browser.ask(&page, "document.querySelector('#large .command').textContent");
+    has(command.as_str().unwrap(), &[&format!(" --set tint={tint}"), " --set size='very large'"]);
+    let answer = exploration.request("GET", &format!("script/{large}.rhai"), "", "");
+    let expected = script.replace("#c98f5a", tint).replace("\"small\", [", "\"very large\", [");
+    has(&answer, &[&expected.replace("true", &bumps.to_string())]);
+}
+
+#[test]
 fn strangers_and_nonsense_are_refused_and_logged() {
     let exploration = Exploration::start(DICE, "--count 2");
     let before = exploration.gallery();

@@ -92,6 +92,13 @@ impl Client {
     }
 }
 
+/// A ball with a colour, one of two sizes, that is there or not.
+const PICKED: &str = "let tint = param(\"tint\", \"#c0c0c0\");
+let size = param(\"size\", \"small\", [\"small\", \"very \\\"large\\\"\"]);
+let there = param(\"there\", true);
+let r = if !there { 0.01 } else if size == \"small\" { 0.5 } else { 1.2 };
+scene(#{ surface: sphere(r).colored(tint), film: film(#{ width: 128, height: 96, samples: 1 }) })";
+
 /// Share of the picture that is bright: the ball.
 const BRIGHT: &str = "(() => { const c = document.querySelector('#picture'); \
     const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0; \
@@ -165,6 +172,62 @@ fn a_page_shows_steers_and_follows() {
     watch.bench.write("a.rhai", BALL);
     browser.wait(&page, "!document.querySelector('.message.error')");
     browser.wait(&page, &format!("{BRIGHT} < {}", 1.5 * first));
+}
+
+#[test]
+fn colors_names_and_switches_are_picked_reset_and_written() {
+    let Some(mut browser) = Browser::start() else { return };
+    let watch = Watch::start(PICKED, "");
+    let page = browser.open(&watch.address);
+    done(&mut browser, &page);
+    let first = bright(&mut browser, &page);
+    assert!(first > 0.02 && first < 0.4, "{first}");
+    let control = |name: &str| format!("document.querySelector('[data-param={name}]')");
+    let reset =
+        |name: &str| format!("document.querySelector('[aria-label=\"{name} as the script has it\"]')");
+    let set = |name: &str, how: &str| {
+        format!(
+            "(() => {{ const c = {}; {how}; c.dispatchEvent(new Event('input')); return true; }})()",
+            control(name)
+        )
+    };
+    for (name, kind) in [("tint", "color"), ("size", "select-one"), ("there", "checkbox")] {
+        assert_eq!(browser.ask(&page, &format!("{}.type", control(name))), json!(kind));
+        assert_eq!(browser.ask(&page, &format!("{}.labels[0].textContent", control(name))), json!(name));
+    }
+
+    // Each changes the picture, and goes back alone. By keys, too.
+    for (name, how, change) in [
+        ("size", "c.selectedIndex = 1", format!("{BRIGHT} > {}", 2.0 * first)),
+        ("there", "c.checked = false", format!("{BRIGHT} < {}", 0.5 * first)),
+        ("tint", "c.value = '#000000'", format!("{BRIGHT} < {}", 0.5 * first)),
+    ] {
+        browser.ask(&page, &set(name, how));
+        browser.wait(&page, &change);
+        browser.wait(&page, &format!("getComputedStyle({}).visibility === 'visible'", reset(name)));
+        browser.ask(&page, &format!("{}.click()", reset(name)));
+        browser.wait(&page, &format!("Math.abs({BRIGHT} - {first}) < 0.01"));
+        browser.wait(&page, &format!("getComputedStyle({}).visibility === 'hidden'", reset(name)));
+    }
+    browser.ask(&page, &format!("{}.focus()", control("size")));
+    browser.press(&page, "ArrowDown");
+    browser.wait(&page, &format!("{BRIGHT} > {}", 2.0 * first));
+
+    // All of it goes into the script, as it is written there.
+    browser.ask(&page, &set("there", "c.checked = false"));
+    browser.ask(&page, &set("tint", "c.value = '#ffffff'"));
+    browser.wait(&page, "document.querySelectorAll('.param.changed').length === 3");
+    browser.ask(&page, "document.querySelector('#write').click()");
+    let written = PICKED
+        .replace("#c0c0c0", "#ffffff")
+        .replace("\"small\", [", "\"very \\\"large\\\"\", [")
+        .replace("true", "false");
+    watch.run.wait_until("the script has it", || {
+        String::from_utf8(watch.bench.read("a.rhai")).unwrap() == written
+    });
+    browser.wait(&page, "document.querySelectorAll('.param.changed').length === 0");
+    assert_eq!(browser.ask(&page, &format!("{}.checked", control("there"))), json!(false));
+    assert_eq!(browser.ask(&page, &format!("{}.value", control("tint"))), json!("#ffffff"));
 }
 
 #[test]
@@ -262,7 +325,7 @@ fn messages_that_make_no_sense_end_the_connection() {
     let wrong = [
         Message::text("nonsense"),
         Message::text("{\"do\":{\"fly\":1}}"),
-        Message::text("{\"do\":{\"set\":{\"radius\":\"large\"}}}"),
+        Message::text("{\"do\":{\"set\":{\"radius\":[1]}}}"),
         Message::text(format!("{{\"do\":{{\"caster\":\"{}\"}}}}", "x".repeat(20_000))),
         Message::text("[".repeat(5000)),
         Message::binary(vec![0; 10]),
@@ -279,6 +342,7 @@ fn messages_that_make_no_sense_end_the_connection() {
     client.until(|report| report["stage"] == "done");
     for command in [
         json!({ "do": { "set": { "colour": 1.0 } } }),
+        json!({ "do": { "set": { "radius": "large" } } }),
         json!({ "do": { "caster": "fishing" } }),
         json!({ "do": { "move": { "zoom": { "by": 0.0, "at": null } } } }),
     ] {

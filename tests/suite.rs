@@ -70,7 +70,7 @@ fn case(file: &str, part: &str) -> Case {
         match key.as_str() {
             "Set" => {
                 let (name, value) = value.split_once('=').unwrap();
-                request.params.insert(name.trim().to_owned(), value.trim().parse().unwrap());
+                request.params.insert(name.trim().to_owned(), value.trim().into());
             }
             "Time" => request.time = value.parse().unwrap(),
             "Limit" => limit(&mut request, value),

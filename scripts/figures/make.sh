@@ -130,8 +130,8 @@ topology 8.15b 8.14 kept --set height=1.6e-3 --set slope=3 --size 456x276
 # column where an overhang is to grow. A minute or two each.
 picture 9.8a 9.08 --set alpha=0.1 --size 400x400
 picture 9.9a 9.09 --set alpha=0.01 --size 400x400
-picture 9.11a 9.11 --set flowing=0 --set whole=0
-picture 9.11c 9.11 --set flowing=0
+picture 9.11a 9.11 --set flowing=off --set whole=off
+picture 9.11c 9.11 --set flowing=off
 picture 9.14 9.13 --set cone=1
 
 # Strong flows, and flows of detail, take hours in all: only if they are asked for.
@@ -141,7 +141,7 @@ if [ "$wanted" != "  " ]; then
     picture 9.9c 9.09 --set alpha=0.04 --size 200x200
     picture 9.10a 9.10 --set alpha=0.1 --caster bent --size 200x200
     picture 9.10b 9.10 --size 200x200
-    picture 9.11b 9.11 --set whole=0 --size 200x200
+    picture 9.11b 9.11 --set whole=off --size 200x200
     picture 9.11d 9.11 --size 200x200
     picture 9.12a 9.12 --size 228x138
     picture 9.12b 9.12 --set octaves=5 --size 228x138

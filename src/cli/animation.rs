@@ -11,6 +11,7 @@ use super::report::{Failure, Outcome, Terminal, err, out, plural, seconds};
 use super::work::Work;
 use crate::diag::{self, Diagnostic};
 use crate::render::{self, Job, OpenError, Picture, Saved};
+use crate::scene::Value;
 use crate::session::{Digests, Loaded};
 use crate::world::claim::Claim;
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,7 +27,7 @@ pub struct Animation<'a> {
     /// What each frame is made with.
     pub work: Work,
     /// Parameters of the script.
-    pub params: BTreeMap<String, f64>,
+    pub params: BTreeMap<String, Value>,
     /// Which frames.
     pub frames: Frames,
     /// Frames a second.

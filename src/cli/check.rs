@@ -74,7 +74,7 @@ pub fn parameters(scene: &Scene, indent: &str) -> Option<String> {
     let line = |p: &crate::scene::Param| {
         let changed =
             if p.value == p.default { String::new() } else { format!(", {} unless set", p.default) };
-        format!("{:<width$} = {} (from {} to {}{changed})", p.name, p.value, p.range.0, p.range.1)
+        format!("{:<width$} = {} ({}{changed})", p.name, p.value, p.domain)
     };
     Some(scene.params.iter().map(line).collect::<Vec<_>>().join(&format!("\n{indent}")))
 }

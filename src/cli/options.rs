@@ -3,7 +3,7 @@
 use super::report::Failure;
 use crate::cast::Kind;
 use crate::render::{Format, Part, Precision, Rect};
-use crate::scene::Film;
+use crate::scene::{Film, Value};
 use clap::builder::PossibleValuesParser;
 use clap::builder::TypedValueParser as _;
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use std::str::FromStr;
 /// What a script is run with.
 #[derive(clap::Args, Clone, Debug)]
 pub struct ScriptOptions {
-    /// Sets a parameter of the script; may be given several times
+    /// Sets a parameter of the script: a number, a colour #rrggbb, a name, on or off; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
     settings: Vec<Setting>,
 
@@ -25,10 +25,10 @@ pub struct ScriptOptions {
 
 impl ScriptOptions {
     /// Parameters by name.
-    pub fn params(&self) -> Result<BTreeMap<String, f64>, Failure> {
+    pub fn params(&self) -> Result<BTreeMap<String, Value>, Failure> {
         let mut params = BTreeMap::new();
         for Setting { name, value } in &self.settings {
-            if params.insert(name.clone(), *value).is_some() {
+            if params.insert(name.clone(), Value::Text(value.clone())).is_some() {
                 let hint = "a parameter has one value; leave one of them out";
                 return Err(Failure::usage(format!("--set gives `{name}` twice"), hint));
             }
@@ -189,11 +189,11 @@ pub fn finite(text: &str) -> Result<f64, String> {
     }
 }
 
-/// `name=value`.
+/// `name=value`; the script says what the value may be.
 #[derive(Clone, Debug, PartialEq)]
 struct Setting {
     name: String,
-    value: f64,
+    value: String,
 }
 
 impl FromStr for Setting {
@@ -206,8 +206,11 @@ impl FromStr for Setting {
         if name.is_empty() {
             return Err(format!("there is no name before the `=`; {example}"));
         }
-        let value = finite(value).map_err(|_| format!("`{value}` is not a number; {example}"))?;
-        Ok(Setting { name: name.into(), value })
+        let value = value.trim();
+        if value.is_empty() {
+            return Err(format!("there is no value after the `=`; {example}"));
+        }
+        Ok(Setting { name: name.into(), value: value.into() })
     }
 }
 
@@ -262,8 +265,10 @@ mod tests {
 
     #[test]
     fn settings() {
-        assert_eq!("a=-1e-3".parse(), Ok(Setting { name: "a".into(), value: -1e-3 }));
-        for bad in ["a", "=1", "a=", "a=b", "a=nan", "a=inf", "a=1=2"] {
+        for (text, value) in [("a=-1e-3", "-1e-3"), (" a = #fa0 ", "#fa0"), ("a=1=2", "1=2")] {
+            assert_eq!(text.parse(), Ok(Setting { name: "a".into(), value: value.into() }));
+        }
+        for bad in ["a", "=1", "a=", "a= "] {
             assert!(bad.parse::<Setting>().unwrap_err().contains("--set relief=0.04"), "{bad}");
         }
     }

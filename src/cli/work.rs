@@ -8,7 +8,7 @@ use super::report::{Failure, Terminal, count, out, plural, seconds};
 use crate::cast::CastStats;
 use crate::diag::Diagnostic;
 use crate::render::{self, Heatmap, Metadata, Picture};
-use crate::scene::Scene;
+use crate::scene::{Scene, Value};
 use crate::session::{Loaded, Order, Session};
 use crate::world::{Disk, atomic};
 use serde::Serialize;
@@ -92,7 +92,7 @@ impl Work {
         let script = loaded.sources.get(&*self.session.script().to_string_lossy());
         let metadata = Metadata {
             script: script.map(|text| text.to_string()).unwrap_or_default(),
-            params: scene.params.iter().map(|p| (p.name.clone(), p.value)).collect(),
+            params: scene.params.iter().map(|p| (p.name.clone(), p.value.clone())).collect(),
             recipe: self.session.recipe(loaded, &self.order),
         };
         let saved = render::save_as(path, picture, &metadata, self.order.precision);
@@ -187,7 +187,7 @@ pub fn summary(file: &Path, picture: &Picture, elapsed: f64) -> String {
 struct Statistics<'a> {
     file: String,
     script: String,
-    params: BTreeMap<&'a str, f64>,
+    params: BTreeMap<&'a str, &'a Value>,
     width: u32,
     height: u32,
     samples: u32,
@@ -205,7 +205,7 @@ impl<'a> Statistics<'a> {
         Statistics {
             file: file.display().to_string(),
             script: work.session.script().display().to_string(),
-            params: scene.params.iter().map(|p| (p.name.as_str(), p.value)).collect(),
+            params: scene.params.iter().map(|p| (p.name.as_str(), &p.value)).collect(),
             width: picture.width,
             height: picture.height,
             samples: work.order.samples.unwrap_or(scene.film.samples),

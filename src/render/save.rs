@@ -2,6 +2,7 @@
 //! at all.
 
 use super::{About, Picture, openexr, png};
+use crate::scene::Value;
 use crate::world::atomic::{self, WriteError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -52,7 +53,7 @@ pub struct Metadata {
     /// Text of the script.
     pub script: String,
     /// Parameters with the values used.
-    pub params: Vec<(String, f64)>,
+    pub params: Vec<(String, Value)>,
     /// What the picture was made of and how, in lines: two pictures with the same recipe are the same. Empty where
     /// nobody needs to know.
     pub recipe: String,

@@ -12,6 +12,7 @@ mod film;
 mod light;
 mod material;
 mod moon;
+mod param;
 mod sea;
 
 pub use air::{Absorber, Air, Haze};
@@ -23,6 +24,7 @@ pub use film::{Film, Filter, Shutter, Tone};
 pub use light::{Lamp, Light, Sun};
 pub use material::{Finish, Material, Matt};
 pub use moon::Moon;
+pub use param::{Domain, Param, Unfit, Value};
 pub use sea::Sea;
 
 use crate::expr::{Graph, NodeId};
@@ -188,19 +190,4 @@ impl Default for Sky {
             air: None,
         }
     }
-}
-
-/// A number that the script lets its user turn.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Param {
-    /// Name, for `--set name=value`.
-    pub name: String,
-    /// Value where nobody sets another.
-    pub default: f64,
-    /// Smallest and largest value.
-    pub range: (f64, f64),
-    /// Value used.
-    pub value: f64,
-    /// Whether only whole numbers will do.
-    pub whole: bool,
 }

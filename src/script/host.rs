@@ -7,7 +7,7 @@ use crate::diag::Place;
 use crate::expr::{Graph, Input, Node, NodeId};
 use crate::num::Number;
 use crate::op::Op;
-use crate::scene::Param;
+use crate::scene::{Param, Value};
 use crate::tape::{Evaluator, Tape};
 use rhai::{Dynamic, EvalAltResult, Position};
 use std::cell::{Cell, RefCell};
@@ -24,7 +24,7 @@ pub struct Host {
     /// Parameters, in the order in which the script asked for them.
     pub params: RefCell<Vec<Param>>,
     /// Values that the user sets.
-    pub set: BTreeMap<String, f64>,
+    pub set: BTreeMap<String, Value>,
     /// What `print` and `debug` said.
     pub output: RefCell<Vec<String>>,
     /// Animation time in seconds.
@@ -42,7 +42,7 @@ pub struct Host {
 
 impl Host {
     /// An empty graph, and what limits there are.
-    pub fn new(limits: &Limits, set: BTreeMap<String, f64>, time: f64) -> Self {
+    pub fn new(limits: &Limits, set: BTreeMap<String, Value>, time: f64) -> Self {
         Host {
             graph: RefCell::new(Graph::with_limit(limits.nodes)),
             params: RefCell::default(),

@@ -49,7 +49,7 @@ pub use tree::tree;
 use crate::diag::{Diagnostic, Sources};
 use crate::expr::{Input, Node, NodeId};
 use crate::num::Class;
-use crate::scene::{Keep, Material, Moon, Scene, Sea, Surface};
+use crate::scene::{self, Keep, Material, Moon, Scene, Sea, Surface};
 use crate::world::World;
 use diagnose::Explainer;
 use engine::Setup;
@@ -83,7 +83,7 @@ pub struct Request {
     /// What to run.
     pub script: Script,
     /// Parameters that the user sets.
-    pub params: BTreeMap<String, f64>,
+    pub params: BTreeMap<String, scene::Value>,
     /// Animation time in seconds.
     pub time: f64,
     /// Where files come from.

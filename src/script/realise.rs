@@ -79,7 +79,7 @@ pub fn realise(request: &Request, draw: &Draw) -> Realised {
             let start = draw.seed.map_or(own, |seed| seed as f64);
             let mut members = Vec::new();
             for i in 0..draw.count {
-                request.params.insert(SEED.to_owned(), start + i as f64);
+                request.params.insert(SEED.to_owned(), (start + i as f64).into());
                 let ran = execute(&request, |setup, name, text, diagnostics| {
                     drawn(setup, &request, name, text, draw, diagnostics)
                 });
@@ -137,7 +137,8 @@ fn of_value(setup: &Setup, value: &Dynamic, draw: &Draw) -> Outcome<Drawn> {
     }
     match Value::of(host, value)? {
         Some(Value::Scalar(Scalar::Field(node), _)) => {
-            let seed = host.params.borrow().iter().find(|p| p.name == SEED).map(|p| p.value);
+            let params = host.params.borrow();
+            let seed = params.iter().find(|p| p.name == SEED).and_then(|p| p.value.number());
             Ok(Drawn::One { field: member(&Arc::new(host.graph.borrow().clone()), node), seed })
         }
         _ => Err(Fault::new(format!("the value is {}, not a noise", options::describe(value)))

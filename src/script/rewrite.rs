@@ -2,22 +2,29 @@
 
 use super::lexer::{Kind, Token, tokens};
 use crate::diag::Diagnostic;
-use crate::scene::{Camera, Param, Projection};
+use crate::scene::{Camera, Param, Projection, Value};
 use glam::DVec3;
 use std::ops::Range;
 
 /// A script with a parameter's value as its default. Everything else stays as it is, byte by byte.
 ///
 /// # Errors
-/// If the script does not say the default as a number, in just one place.
+/// If the script does not say the default as it is, in just one place.
 pub fn with_default(text: &str, param: &Param) -> Result<String, Box<Diagnostic>> {
-    let calls = defaults(text, &param.name);
+    let calls = defaults(text, param);
     match calls.as_slice() {
-        [Some((range, literal))] => {
-            let value = number(param.value, !literal.contains(['.', 'e', 'E']));
+        [Some(range)] => {
+            let value = literal(&param.value, &text[range.clone()]);
             Ok(format!("{}{value}{}", &text[..range.start], &text[range.end..]))
         }
-        [None] => Err(by_hand(param, "its default is not a plain number")),
+        [None] => {
+            let plain = match param.value {
+                Value::Number(_) => "a plain number",
+                Value::Text(_) => "a plain text",
+                Value::Flag(_) => "plain true or false",
+            };
+            Err(by_hand(param, &format!("its default is not {plain}")))
+        }
         [] => Err(by_hand(param, "another file makes it, or its name is computed")),
         _ => Err(by_hand(param, "it is made in several places")),
     }
@@ -25,38 +32,53 @@ pub fn with_default(text: &str, param: &Param) -> Result<String, Box<Diagnostic>
 
 fn by_hand(param: &Param, why: &str) -> Box<Diagnostic> {
     let error = Diagnostic::error(format!("`{}` cannot be written into the script: {why}", param.name));
-    Box::new(error.hint(format!("write {} there yourself", number(param.value, false))))
+    Box::new(error.hint(format!("write {} there yourself", literal(&param.value, "0.0"))))
 }
 
-/// Where a script calls `param` with a name: the bytes of the default and their text, if it is a number.
-fn defaults<'a>(text: &'a str, name: &str) -> Vec<Option<(Range<usize>, &'a str)>> {
+/// Where a script makes a parameter: the bytes of each default that is a literal of its kind.
+fn defaults(text: &str, param: &Param) -> Vec<Option<Range<usize>>> {
     let tokens: Vec<Token<'_>> = tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();
     let is_call = |w: &[Token<'_>]| {
         w[0].kind == Kind::Word
             && w[0].text == "param"
             && w[1].text == "("
             && w[2].kind == Kind::Text
-            && w[2].text.trim_matches(['"', '`']) == name
+            && w[2].text.trim_matches(['"', '`']) == param.name
     };
     let starts = tokens.windows(3).enumerate().filter(|(_, w)| is_call(w)).map(|(i, _)| i + 3);
-    starts.map(|i| literal(text, &tokens[i..])).collect()
+    starts.map(|i| argument(&tokens[i..], &param.value)).collect()
 }
 
-/// The number between two commas, with its sign.
-fn literal<'a>(text: &'a str, tokens: &[Token<'a>]) -> Option<(Range<usize>, &'a str)> {
-    let at = |token: &Token<'_>| token.text.as_ptr() as usize - text.as_ptr() as usize;
+/// The literal after a comma that is a whole argument, if it is one like a value: a number with its sign, a text, or
+/// a flag.
+fn argument(tokens: &[Token<'_>], like: &Value) -> Option<Range<usize>> {
     let mut rest = tokens.iter();
-    let comma = |t: Option<&Token<'_>>| t.is_some_and(|t| t.text == ",");
-    if !comma(rest.next()) {
-        return None;
-    }
+    rest.next().filter(|t| t.text == ",")?;
     let first = rest.next()?;
-    let number = if matches!(first.text, "-" | "+") { rest.next()? } else { first };
-    if number.kind != Kind::Number || !comma(rest.next()) {
-        return None;
+    let last = match like {
+        Value::Number(_) if matches!(first.text, "-" | "+") => rest.next()?,
+        _ => first,
+    };
+    let fits = match like {
+        Value::Number(_) => last.kind == Kind::Number,
+        // A text with expressions in it is computed.
+        Value::Text(_) => {
+            last.text.starts_with('"') || last.text.starts_with('`') && !last.text.contains("${")
+        }
+        Value::Flag(_) => matches!(last.text, "true" | "false"),
+    };
+    let is_whole = rest.next().is_some_and(|t| matches!(t.text, "," | ")"));
+    (fits && is_whole).then(|| first.start..last.end())
+}
+
+/// A value as a script says it, in the manner of a literal that is there.
+fn literal(value: &Value, like: &str) -> String {
+    match value {
+        Value::Number(value) => number(*value, !like.contains(['.', 'e', 'E'])),
+        Value::Text(text) if like.starts_with('`') && !text.contains(['`', '$']) => format!("`{text}`"),
+        Value::Text(text) => format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"")),
+        Value::Flag(flag) => flag.to_string(),
     }
-    let range = at(first)..at(number) + number.text.len();
-    Some((range.clone(), &text[range]))
 }
 
 /// A number as a script says it: whole ones have a point unless they are to be integers.
@@ -110,9 +132,16 @@ fn rounded(value: f64, unit: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Domain;
 
     fn param(value: f64) -> Param {
-        Param { name: "relief".into(), default: 0.02, range: (-1.0, 1.0), value, whole: false }
+        let domain = Domain::Number { least: -1.0, most: 1.0, whole: false };
+        Param { name: "relief".into(), default: 0.02.into(), value: value.into(), domain }
+    }
+
+    fn text(value: &str) -> Param {
+        let domain = Domain::Choice { names: vec![value.to_owned()] };
+        Param { name: "style".into(), default: "a".into(), value: value.into(), domain }
     }
 
     #[test]
@@ -124,6 +153,32 @@ mod tests {
         let whole = "param(\"relief\", 3, 0..9)";
         assert_eq!(with_default(whole, &param(5.0)).unwrap(), "param(\"relief\", 5, 0..9)");
         assert_eq!(with_default(whole, &param(0.5)).unwrap(), "param(\"relief\", 0.5, 0..9)");
+    }
+
+    #[test]
+    fn texts_and_flags_are_written_as_they_were() {
+        let choice = "param(\"style\", \"a\\\"b\", [\"a\\\"b\", \"c\"])";
+        let written = with_default(choice, &text("c\\\"d")).unwrap();
+        assert_eq!(written, choice.replacen("\"a\\\"b\"", "\"c\\\\\\\"d\"", 1));
+        for (before, value, after) in [
+            ("param(`style`, `#fff`)", "#c98f5a", "param(`style`, `#c98f5a`)"),
+            ("param(\"style\", `a`, names)", "1 `", "param(\"style\", \"1 `\", names)"),
+            ("param( \"style\" , /* é */ \"#fff\" )", "#000000", "param( \"style\" , /* é */ \"#000000\" )"),
+        ] {
+            assert_eq!(with_default(before, &text(value)).unwrap(), after);
+        }
+        let switch =
+            Param { name: "on".into(), default: true.into(), value: false.into(), domain: Domain::Switch };
+        assert_eq!(with_default("param(\"on\", true)", &switch).unwrap(), "param(\"on\", false)");
+        for (script, param, why) in [
+            ("param(\"style\", `${x}`, names)", text("a"), "not a plain text"),
+            ("param(\"style\", \"a\" + \"b\", names)", text("a"), "not a plain text"),
+            ("param(\"on\", !true)", switch.clone(), "not plain true or false"),
+            ("param(\"on\", true && false)", switch, "not plain true or false"),
+        ] {
+            let error = with_default(script, &param).unwrap_err();
+            assert!(error.message.contains(why), "{script}: {error:?}");
+        }
     }
 
     #[test]

@@ -40,7 +40,7 @@ pub use solid::polygonise;
 pub use stage::{Order, bounds, on_threads, refine, render, settings, stopped};
 
 use crate::diag::{Diagnostic, Place, Sources};
-use crate::scene::Scene;
+use crate::scene::{Scene, Value};
 use crate::script::{self, Request, Script};
 use crate::world::World;
 use reads::{Reads, Recorder};
@@ -67,7 +67,7 @@ pub struct Loaded {
 #[derive(Clone)]
 pub struct Session {
     script: PathBuf,
-    params: BTreeMap<String, f64>,
+    params: BTreeMap<String, Value>,
     time: f64,
     world: Arc<dyn World + Send + Sync>,
     loaded: Option<Arc<Loaded>>,
@@ -85,7 +85,7 @@ impl Session {
     }
 
     /// Sets parameters and time; the scene is made anew if that changes them.
-    pub fn set(&mut self, params: BTreeMap<String, f64>, time: f64) {
+    pub fn set(&mut self, params: BTreeMap<String, Value>, time: f64) {
         if params != self.params || time != self.time {
             self.loaded = None;
         }
@@ -197,7 +197,7 @@ mod tests {
         assert!(session.is_stale());
         let second = session.load(&cancel);
         assert!(!Arc::ptr_eq(&first, &second));
-        session.set([("x".to_owned(), 1.0)].into(), 0.0);
+        session.set([("x".to_owned(), 1.0.into())].into(), 0.0);
         assert!(session.load(&cancel).scene.is_none());
         assert!(session.files().iter().any(|file| file.ends_with("b.rhai")));
     }

@@ -7,6 +7,7 @@ use super::super::report::{Failure, Outcome, Terminal, err, plural};
 use super::told::{Told, settings};
 use super::{Args, Beginning, begin};
 use crate::diag::Diagnostic;
+use crate::scene::Value;
 use crate::session::Order;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -70,7 +71,7 @@ fn page(told: &Told<'_>, figures: &str) -> String {
 }
 
 /// A picture with the command that makes it, or with what is wrong with it.
-fn figure(told: &Told<'_>, id: usize, values: &BTreeMap<String, f64>, fault: Option<&str>) -> String {
+fn figure(told: &Told<'_>, id: usize, values: &BTreeMap<String, Value>, fault: Option<&str>) -> String {
     let (width, height) = told.size;
     let command = escaped(&format!("{}{}", told.command, settings(values)));
     let (state, picture) = match fault {

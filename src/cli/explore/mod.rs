@@ -33,8 +33,8 @@ use std::sync::atomic::AtomicBool;
   orogen explore castle.rhai --seed 2           other pictures
   orogen explore castle.rhai --headless -o castles --count 100
 
-Parameters are what the script makes with param(name, default, range). Those whose range spans a
-thousandfold or more are taken evenly from its logarithms.")]
+Parameters are what the script makes with param(name, default, range), and colours, names and switches
+likewise. Those whose range spans a thousandfold or more are taken evenly from its logarithms.")]
 pub struct Args {
     /// Script to explore
     #[arg(value_name = "SCRIPT")]
@@ -118,7 +118,7 @@ fn begin(
     let say = || work::report(&loaded, terminal);
     let scene = progress.map_or_else(say, |p| p.aside(say)).ok_or(Failure::Reported)?;
     let subject = Subject::new(session, loaded.clone(), scene);
-    let space = Space::new(subject.params(), subject.fixed());
+    let space = Space::new(subject.params(), &subject.fixed());
     if space.axes.is_empty() {
         return Err(nothing_to_vary(&args.script, &subject));
     }
@@ -134,7 +134,7 @@ fn nothing_to_vary(script: &Path, subject: &Subject) -> Failure {
         let hint = "make one with param(name, default, range), such as `let relief = param(\"relief\", 0.02, 0.0..0.1);`";
         Failure::error(format!("{script} has no parameters to explore"), hint)
     } else if subject.fixed().is_empty() {
-        let hint = "the range of each has only one number; give them wider ones";
+        let hint = "each has only one value; give them wider ranges, or more names";
         Failure::error(format!("the parameters of {script} cannot vary"), hint)
     } else {
         Failure::error(format!("--set leaves no parameter of {script} to vary"), "leave one of them out")

@@ -11,6 +11,7 @@ use super::Args;
 use super::told::{Told, settings};
 use crate::cli::serve::{self, Guard};
 use crate::diag::Diagnostic;
+use crate::scene::Value;
 use crate::session::explore::{Atelier, Command, Drawn, Gallery};
 use axum::Router;
 use axum::body::Bytes;
@@ -71,7 +72,7 @@ impl Hall {
     }
 
     /// The values of a specimen by the name of a file that is about it.
-    fn values(&self, name: &str, ending: &str) -> Option<(usize, BTreeMap<String, f64>)> {
+    fn values(&self, name: &str, ending: &str) -> Option<(usize, BTreeMap<String, Value>)> {
         let id = name.strip_suffix(ending)?.parse().ok()?;
         let gallery = self.gallery();
         Some((id, gallery.space().named(&gallery.specimens.get(id)?.values)))

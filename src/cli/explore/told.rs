@@ -1,7 +1,8 @@
 //! What is told of a gallery, to pages and programs.
 
-use super::super::report::quoted;
+use super::super::report::{quoted, word};
 use super::Args;
+use crate::scene::Value;
 use crate::session::explore::{Gallery, Subject};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -20,7 +21,7 @@ pub struct Told<'a> {
     /// Whether copies of the script have to stay beside it.
     pub company: bool,
     /// The parameters that do not vary.
-    pub fixed: BTreeMap<String, f64>,
+    pub fixed: BTreeMap<String, Value>,
     #[serde(flatten)]
     pub gallery: &'a Gallery,
 }
@@ -35,7 +36,7 @@ impl<'a> Told<'a> {
             command: command(args, subject),
             size,
             company: subject.has_company(),
-            fixed: subject.fixed().clone(),
+            fixed: subject.fixed(),
             gallery,
         }
     }
@@ -47,10 +48,10 @@ fn command(args: &Args, subject: &Subject) -> String {
     if args.scripting.time != 0.0 {
         line += &format!(" --time {:?}", args.scripting.time);
     }
-    line + settings(subject.fixed()).as_str()
+    line + settings(&subject.fixed()).as_str()
 }
 
 /// Parameters as options of the command line.
-pub fn settings(values: &BTreeMap<String, f64>) -> String {
-    values.iter().map(|(name, value)| format!(" --set {name}={value}")).collect()
+pub fn settings(values: &BTreeMap<String, Value>) -> String {
+    values.iter().map(|(name, value)| format!(" --set {name}={}", word(&value.to_string()))).collect()
 }

@@ -5,6 +5,7 @@ use super::super::report::Failure;
 use super::settings;
 use crate::diag::nearest;
 use crate::noise::{Combination, Kind, Model, Recipe};
+use crate::scene::Value;
 use crate::script::{Request, Script};
 use crate::world::Disk;
 use std::ops::RangeInclusive;
@@ -100,7 +101,7 @@ impl KindOptions {
                 return Err(Failure::error(format!("there is no script {kind}"), hint));
             }
             let title = Path::new(kind).file_stem().map_or(kind.into(), |s| s.to_string_lossy().into_owned());
-            return self.scripted(title, Script::File(kind.into()));
+            return Ok(self.scripted(title, Script::File(kind.into())));
         }
         if let Some(model) = Model::NAMED.iter().copied().find(|m| m.name() == kind) {
             let text = self.sum(model)?;
@@ -119,20 +120,15 @@ impl KindOptions {
         }
         self.refuse_octaves("an expression")?;
         let script = Script::Text { name: "KIND".to_owned(), text: kind.to_owned() };
-        self.scripted(shortened(kind), script)
+        Ok(self.scripted(shortened(kind), script))
     }
 
-    /// A script or an expression, with parameters, which are numbers.
-    fn scripted(&self, title: String, script: Script) -> Result<Found, Failure> {
+    /// A script or an expression, with parameters.
+    fn scripted(&self, title: String, script: Script) -> Found {
         let mut request = Request::new(script, Arc::new(Disk));
-        for Setting { name, value } in &self.settings {
-            let wrong = |why| {
-                Failure::usage(format!("--set {name}={value}: {why}"), "for example: --set relief=0.04")
-            };
-            let number = finite(value).map_err(wrong)?;
-            request.params.insert(name.clone(), number);
-        }
-        Ok(Found { title, request })
+        let set = self.settings.iter().map(|s| (s.name.clone(), Value::Text(s.value.clone())));
+        request.params.extend(set);
+        Found { title, request }
     }
 
     /// A sum of octaves: what the noise below it knows goes to that, the rest to the sum.

@@ -92,7 +92,7 @@ fn encode(finished: &Finished, name: &str) -> Result<Vec<u8>, String> {
     let folder = tempfile::tempdir().map_err(failed)?;
     let path = folder.path().join(if name.ends_with(".exr") { "picture.exr" } else { "picture.png" });
     let metadata = Metadata {
-        params: finished.scene.params.iter().map(|p| (p.name.clone(), p.value)).collect(),
+        params: finished.scene.params.iter().map(|p| (p.name.clone(), p.value.clone())).collect(),
         ..Metadata::default()
     };
     render::save_as(&path, &finished.picture, &metadata, Precision::Float).map_err(|e| e.to_string())?;

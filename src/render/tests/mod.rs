@@ -333,7 +333,7 @@ fn a_field_without_values_is_an_error() {
 fn metadata() -> Metadata {
     Metadata {
         script: "sphere(1.0) // Größe".to_owned(),
-        params: vec![("relief".to_owned(), 0.25)],
+        params: vec![("relief".to_owned(), 0.25.into())],
         recipe: "by hand".to_owned(),
     }
 }

@@ -91,12 +91,6 @@ fn hex(text: &str) -> Outcome<DVec3> {
         Fault::new(format!("{text:?} is not a colour"))
             .hint("write \"#rrggbb\" with hexadecimal digits, such as \"#ff8800\"")
     };
-    let digits = text.strip_prefix('#').ok_or_else(wrong)?;
-    let digits: Vec<u32> = digits.chars().map(|c| c.to_digit(16)).collect::<Option<_>>().ok_or_else(wrong)?;
-    let bytes = match digits[..] {
-        [r, g, b] => [17 * r, 17 * g, 17 * b],
-        [a, b, c, d, e, f] => [16 * a + b, 16 * c + d, 16 * e + f],
-        _ => return Err(wrong()),
-    };
+    let bytes = srgb::from_hex(text).ok_or_else(wrong)?;
     Ok(DVec3::from_array(bytes.map(|b| srgb::decode(f64::from(b) / 255.0))))
 }

@@ -21,6 +21,7 @@ mod material;
 mod mesh;
 mod noise;
 mod numbers;
+mod parameters;
 mod polynomial;
 mod scene;
 mod shape;
@@ -31,7 +32,7 @@ mod walk;
 pub use components::Corrected;
 pub use grid::GridValue;
 pub use mesh::MeshValue;
-pub use numbers::unused;
+pub use parameters::unused;
 pub use scene::SceneValue;
 pub use surroundings::{MoonValue, SeaValue};
 
@@ -80,9 +81,10 @@ type Group = fn(&mut Library<'_>);
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
     let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
-    let groups: [(&'static str, Group); 23] = [
+    let groups: [(&'static str, Group); 24] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
+        ("Parameters", parameters::register),
         ("Vectors", vectors::register),
         ("Fields", fields::register),
         ("Polynomials", polynomial::register),

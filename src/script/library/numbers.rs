@@ -1,9 +1,7 @@
-//! Intervals, affine forms, parameters, units and conversions.
+//! Intervals, affine forms, units and conversions.
 
-use super::{Call, Library, interval_of};
-use crate::diag;
+use super::{Call, Library};
 use crate::num::{Affine, Interval, Number};
-use crate::scene::Param;
 use crate::script::fault::{Fault, Outcome};
 use crate::script::value::{Scalar, Value, number};
 use rhai::Dynamic;
@@ -15,7 +13,6 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<Interval>("Interval");
     lib.name_type::<Affine>("Affine");
     ranges(lib);
-    parameters(lib);
     units(lib);
     lib.property::<Interval>("low", |_, i| Ok(i.lo.into()));
     lib.property::<Interval>("high", |_, i| Ok(i.hi.into()));
@@ -73,70 +70,6 @@ fn ends(c: &Call<'_>) -> Outcome<Interval> {
 
 fn range(c: &Call<'_>) -> Outcome<Dynamic> {
     ends(c).map(Dynamic::from)
-}
-
-fn parameters(lib: &mut Library<'_>) {
-    let sentence =
-        "A number that the user turns: a slider in the preview, `--set name=value` on the command line.";
-    lib.def(
-        "param(name, default, range)",
-        sentence,
-        "let relief = param(\"relief\", 0.02, 0.0..0.1);",
-        parameter,
-    );
-}
-
-fn parameter(c: &Call<'_>) -> Outcome<Dynamic> {
-    let name = c.text(0)?;
-    if name.is_empty() || !name.chars().all(|ch| ch.is_alphanumeric() || ch == '_') {
-        return Err(Fault::new(format!("`{name}` is no name for a parameter"))
-            .hint("it is made of letters, digits and underscores, so that --set can say it"));
-    }
-    let default = c.number(1)?;
-    let range = interval_of(&c.args[2]).filter(|r| r.is_finite());
-    let range = range.ok_or_else(|| c.wrong(2, "a range such as 0.0..0.1"))?;
-    if !range.contains(default) {
-        return Err(Fault::new(format!("the default of `{name}` lies outside its range: {default}"))
-            .label(format!("from {} to {} allowed", range.lo, range.hi)));
-    }
-    let value = c.host.set.get(&name).copied().unwrap_or(default);
-    if !range.contains(value) {
-        return Err(Fault::new(format!("`{name}` is set to {value}, which is out of range"))
-            .label(format!("from {} to {} allowed", range.lo, range.hi)));
-    }
-    let whole = c.args[1].is_int();
-    if whole && value.fract() != 0.0 {
-        return Err(Fault::new(format!("`{name}` is set to {value}, but is a whole number")));
-    }
-    let param = Param { name, default, range: (range.lo, range.hi), value, whole };
-    let mut params = c.host.params.borrow_mut();
-    match params.iter().find(|p| p.name == param.name) {
-        Some(same) if *same == param => {}
-        Some(_) => {
-            return Err(Fault::new(format!("there is another parameter `{}`", param.name))
-                .hint("one name is one slider: give the same default and range, or another name"));
-        }
-        None => params.push(param),
-    }
-    Ok(if whole { Dynamic::from_int(value as i64) } else { Dynamic::from_float(value) })
-}
-
-/// The names set by the user that the script never asked for.
-pub fn unused(set: &std::collections::BTreeMap<String, f64>, params: &[Param]) -> Vec<diag::Diagnostic> {
-    let known = || params.iter().map(|p| p.name.as_str());
-    set.keys()
-        .filter(|name| !known().any(|k| k == *name))
-        .map(|name| {
-            let d = diag::Diagnostic::error(format!("the script has no parameter `{name}`"));
-            match diag::nearest(name, known()) {
-                Some(near) => d.hint(format!("did you mean `{near}`?")),
-                None if params.is_empty() => {
-                    d.hint("it has none at all; they are made with param(name, default, range)")
-                }
-                None => d.hint(format!("its parameters are {}", known().collect::<Vec<_>>().join(", "))),
-            }
-        })
-        .collect()
 }
 
 fn units(lib: &mut Library<'_>) {

@@ -2,6 +2,7 @@
 
 use super::Subject;
 use crate::diag::Diagnostic;
+use crate::scene::Value;
 use crate::session::Order;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,7 +32,7 @@ impl Drop for Ticket {
 /// One picture to draw.
 struct Task {
     key: Key,
-    values: BTreeMap<String, f64>,
+    values: BTreeMap<String, Value>,
     cancel: Arc<AtomicBool>,
     tell: Box<dyn FnOnce(Drawn) + Send>,
 }
@@ -128,7 +129,7 @@ impl Atelier {
     pub fn ask(
         &self,
         key: Key,
-        values: BTreeMap<String, f64>,
+        values: BTreeMap<String, Value>,
         tell: impl FnOnce(Drawn) + Send + 'static,
     ) -> Ticket {
         let cancel = Arc::new(AtomicBool::new(false));

@@ -2,6 +2,7 @@
 
 use super::space::Axis;
 use crate::num::{mix, uniform};
+use crate::scene::Value;
 
 /// Share of parameters that mutate.
 const RATE: f64 = 0.5;
@@ -26,14 +27,14 @@ impl Breeding {
     }
 
     /// The value of a child, given those of its parents.
-    pub fn inherit(&self, axis: &Axis, number: usize, parents: [f64; 2], child: u64) -> f64 {
+    pub fn inherit(&self, axis: &Axis, number: usize, parents: [&Value; 2], child: u64) -> Value {
         let chance = |what: u64| self.chance(child, 1 + number as u64, what);
         let value = parents[usize::from(chance(0) < 0.5)];
         if self.reach == 0.0 || chance(1) >= RATE {
-            return value;
+            return value.clone();
         }
-        // A whole number is meant as any number that would be rounded to it: else it would stay for ever where the
-        // reach is less than its share of the range.
+        // A whole number or a name is meant as any place in its share: else it would stay for ever where the reach is
+        // less than that.
         let place = axis.place(value, chance(2));
         // The sum of two is more often small than large.
         let step = self.reach * (chance(3) + chance(4) - 1.0);

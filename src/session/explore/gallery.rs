@@ -4,6 +4,7 @@ use super::breed::Breeding;
 use super::sample;
 use super::space::Space;
 use crate::num::mix;
+use crate::scene::Value;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -23,7 +24,7 @@ const TRIES: u64 = 64;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Specimen {
     /// A value for every axis of the space.
-    pub values: Vec<f64>,
+    pub values: Vec<Value>,
     /// The generation that it belongs to.
     pub generation: usize,
     /// Those of which it was bred.
@@ -215,7 +216,7 @@ impl Gallery {
             Way::Breed(strength) => {
                 let breeding = Breeding { reach: strength * shrinkage, seed };
                 let parents = breeding.parents(from.len(), index).map(|i| from[i]);
-                let value = |i: usize| parents.map(|id| self.specimens[id].values[i]);
+                let value = |i: usize| parents.map(|id| &self.specimens[id].values[i]);
                 let child = axes.iter().enumerate().map(|(i, a)| breeding.inherit(a, i, value(i), index));
                 let [first, second] = parents;
                 (child.collect(), if first == second { vec![first] } else { vec![first, second] })
@@ -228,7 +229,7 @@ impl Gallery {
     fn hull(&self, ids: &[usize], margin: f64) -> Vec<[f64; 2]> {
         let ends = |(i, axis): (usize, &super::Axis)| {
             let places =
-                |within: f64| ids.iter().map(move |id| axis.place(self.specimens[*id].values[i], within));
+                |within: f64| ids.iter().map(move |id| axis.place(&self.specimens[*id].values[i], within));
             let low = places(0.0).fold(1.0, f64::min) - margin;
             let high = places(1.0).fold(0.0, f64::max) + margin;
             [low.max(0.0), high.min(1.0)]

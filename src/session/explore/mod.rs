@@ -14,6 +14,7 @@
 mod atelier;
 mod breed;
 mod gallery;
+mod hilbert;
 mod sample;
 mod space;
 mod subject;

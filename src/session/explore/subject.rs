@@ -2,7 +2,7 @@
 
 use crate::diag::Diagnostic;
 use crate::render::{self, Job, Metadata};
-use crate::scene::{Param, Scene};
+use crate::scene::{Param, Scene, Value};
 use crate::script::rewrite;
 use crate::session::reads::Recorder;
 use crate::session::{Loaded, Order, Session};
@@ -35,8 +35,9 @@ impl Subject {
     }
 
     /// The parameters that are the same for all.
-    pub fn fixed(&self) -> &BTreeMap<String, f64> {
-        &self.session.params
+    pub fn fixed(&self) -> BTreeMap<String, Value> {
+        let set = self.params().iter().filter(|p| self.session.params.contains_key(&p.name));
+        set.map(|p| (p.name.clone(), p.value.clone())).collect()
     }
 
     /// Width and height that a picture with a width has if it is shaped as the script wants it.
@@ -62,7 +63,7 @@ impl Subject {
     /// What is wrong with the script, or with its picture, if they have these values.
     pub fn draw(
         &self,
-        values: &BTreeMap<String, f64>,
+        values: &BTreeMap<String, Value>,
         order: &Order,
         cancel: &Arc<AtomicBool>,
     ) -> Result<Option<Vec<u8>>, Box<Diagnostic>> {
@@ -82,7 +83,7 @@ impl Subject {
         }
         let metadata = Metadata {
             script: self.text().unwrap_or_default().to_owned(),
-            params: scene.params.iter().map(|p| (p.name.clone(), p.value)).collect(),
+            params: scene.params.iter().map(|p| (p.name.clone(), p.value.clone())).collect(),
             ..Metadata::default()
         };
         render::png_bytes(&picture, &metadata)
@@ -94,9 +95,9 @@ impl Subject {
     ///
     /// # Errors
     /// If one of them cannot be written into its text.
-    pub fn export(&self, values: &BTreeMap<String, f64>) -> Result<String, Box<Diagnostic>> {
+    pub fn export(&self, values: &BTreeMap<String, Value>) -> Result<String, Box<Diagnostic>> {
         let text = self.text().ok_or_else(|| Box::new(Diagnostic::error("the script has no text")))?;
-        let value = |p: &Param| values.get(&p.name).copied().unwrap_or(p.value);
+        let value = |p: &Param| values.get(&p.name).unwrap_or(&p.value).clone();
         let changed = self.params().iter().map(|p| Param { value: value(p), ..p.clone() });
         changed
             .filter(|p| p.value != p.default)

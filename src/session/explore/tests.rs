@@ -1,15 +1,43 @@
 //! What is taken from a space of parameters, and what is drawn of it.
 
 use super::*;
-use crate::scene::Param;
+use crate::scene::{Domain, Param, Value};
 use crate::session::Session;
 use crate::world::Memory;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 
-fn param(name: &str, default: f64, range: (f64, f64), whole: bool) -> Param {
-    Param { name: name.into(), default, range, value: default, whole }
+fn param(name: &str, default: f64, (least, most): (f64, f64), whole: bool) -> Param {
+    other(name, default, Domain::Number { least, most, whole })
+}
+
+fn other(name: &str, default: impl Into<Value>, domain: Domain) -> Param {
+    let default = default.into();
+    Param { name: name.into(), value: default.clone(), default, domain }
+}
+
+fn choice(names: &[&str]) -> Domain {
+    Domain::Choice { names: names.iter().map(|name| name.to_string()).collect() }
+}
+
+/// A colour, a name and a switch.
+fn pickers() -> Space {
+    let params = [
+        other("tint", "#c98f5a", Domain::Color),
+        other("style", "ridged", choice(&["ridged", "billow", "7"])),
+        other("moons", true, Domain::Switch),
+        other("only", "this", choice(&["this"])),
+    ];
+    Space::new(&params, &BTreeMap::new())
+}
+
+fn number(value: &Value) -> f64 {
+    value.number().unwrap()
+}
+
+fn is_whole(axis: &Axis) -> bool {
+    matches!(axis.domain, Domain::Number { whole: true, .. })
 }
 
 /// A fraction, a whole number, and one that goes over nine decades.
@@ -21,7 +49,7 @@ fn space() -> Space {
         param("fixed", 1.0, (0.0, 2.0), false),
         param("alone", 1.0, (1.0, 1.0), false),
     ];
-    Space::new(&params, &BTreeMap::from([("fixed".to_owned(), 0.5)]))
+    Space::new(&params, &BTreeMap::from([("fixed".to_owned(), 0.5.into())]))
 }
 
 fn gallery(count: usize) -> Gallery {
@@ -45,19 +73,19 @@ fn a_space_has_what_may_vary() {
 #[test]
 fn the_first_generation_is_the_script_and_a_sample_of_everything() {
     let gallery = gallery(200);
-    assert_eq!(gallery.specimens[0].values, [0.02, 7.0, 2.0]);
+    assert_eq!(gallery.specimens[0].values, [0.02, 7.0, 2.0].map(Value::from));
     assert_eq!(gallery.generations[0].members, (0..200).collect::<Vec<_>>());
     for (i, axis) in space().axes.iter().enumerate() {
         let mut tenths = [0; 10];
         for specimen in &gallery.specimens {
-            let value = specimen.values[i];
-            assert!((axis.least..=axis.most).contains(&value) && (!axis.whole || value.fract() == 0.0));
+            let value = &specimen.values[i];
+            assert_eq!(axis.domain.admit(value).as_ref(), Ok(value));
             tenths[((10.0 * axis.place(value, 0.5)) as usize).min(9)] += 1;
         }
         assert!(tenths.iter().all(|n| (13..=27).contains(n)), "{}: {tenths:?}", axis.name);
     }
     // Pairs fill the square, too.
-    let at = |s: &Specimen, i: usize| (5.0 * space().axes[i].place(s.values[i], 0.5)).min(4.0) as usize;
+    let at = |s: &Specimen, i: usize| (5.0 * space().axes[i].place(&s.values[i], 0.5)).min(4.0) as usize;
     let cells: std::collections::BTreeSet<_> =
         gallery.specimens.iter().map(|s| (at(s, 0), at(s, 2))).collect();
     assert_eq!(cells.len(), 25);
@@ -94,11 +122,11 @@ fn narrow_stays_around_the_favourites() {
         let mut width = 0.0_f64;
         for (i, axis) in axes.iter().enumerate() {
             let places = |ids: &[usize], within: f64| -> Vec<f64> {
-                ids.iter().map(|id| axis.place(gallery.specimens[*id].values[i], within)).collect()
+                ids.iter().map(|id| axis.place(&gallery.specimens[*id].values[i], within)).collect()
             };
             let low = places(&made.from, 0.0).into_iter().fold(1.0, f64::min);
             let high = places(&made.from, 1.0).into_iter().fold(0.0, f64::max);
-            let margin = 0.1 + if axis.whole { 0.1 } else { 0.001 };
+            let margin = 0.1 + if is_whole(axis) { 0.1 } else { 0.001 };
             for place in places(&made.members, 0.5) {
                 assert!((low - margin..=high + margin).contains(&place), "{}", axis.name);
                 width = width.max((low - place).max(place - high));
@@ -125,11 +153,11 @@ fn children_take_after_their_parents() {
             assert!(child.parents.iter().all(|p| favourites.contains(p)) && child.generation == 1);
             for (i, axis) in space().axes.iter().enumerate() {
                 let off = |p: &usize| {
-                    let [a, b] = [child, &gallery.specimens[*p]].map(|s| axis.place(s.values[i], 0.5));
+                    let [a, b] = [child, &gallery.specimens[*p]].map(|s| axis.place(&s.values[i], 0.5));
                     (a - b).abs()
                 };
                 farthest = farthest.max(child.parents.iter().map(off).fold(1.0, f64::min));
-                assert!((axis.least..=axis.most).contains(&child.values[i]));
+                assert!(axis.domain.admit(&child.values[i]).is_ok());
             }
         }
         farthest
@@ -174,7 +202,7 @@ fn what_makes_no_sense_is_refused_and_changes_nothing() {
 fn a_gallery_ends_where_everything_is_there() {
     let three = Space::new(&[param("noise", 1.0, (1.0, 3.0), true)], &BTreeMap::new());
     let mut gallery = Gallery::new(three, 24, 0);
-    let mut values: Vec<f64> = gallery.specimens.iter().map(|s| s.values[0]).collect();
+    let mut values: Vec<f64> = gallery.specimens.iter().map(|s| number(&s.values[0])).collect();
     values.sort_by(f64::total_cmp);
     assert_eq!(values, [1.0, 2.0, 3.0]);
     assert_eq!(gallery.obey(Command::More(0)), Err(Refused::NothingNew));
@@ -186,12 +214,56 @@ fn a_gallery_ends_where_everything_is_there() {
 #[test]
 fn values_read_well() {
     let axes = space().axes;
-    assert_eq!([0.0, 0.123456, 1.0].map(|p| axes[0].value(p)), [-0.1, -0.07531, 0.1]);
-    assert_eq!([0.0, 0.123456, 1.0].map(|p| axes[1].value(p)), [3.0, 4.0, 12.0]);
-    assert_eq!(axes[2].value(0.5), 15810.0);
+    assert_eq!([0.0, 0.123456, 1.0].map(|p| number(&axes[0].value(p))), [-0.1, -0.07531, 0.1]);
+    assert_eq!([0.0, 0.123456, 1.0].map(|p| number(&axes[1].value(p))), [3.0, 4.0, 12.0]);
+    assert_eq!(axes[2].value(0.5), 15810.0.into());
     let wide = Space::new(&[param("wide", 0.0, (-1e308, 1e308), false)], &BTreeMap::new());
-    assert_eq!([0.0, 0.5, 1.0].map(|p| wide.axes[0].value(p)), [-1e308, 0.0, 1e308]);
-    assert_eq!(wide.axes[0].place(0.0, 0.5), 0.5);
+    assert_eq!([0.0, 0.5, 1.0].map(|p| number(&wide.axes[0].value(p))), [-1e308, 0.0, 1e308]);
+    assert_eq!(wide.axes[0].place(&0.0.into(), 0.5), 0.5);
+}
+
+#[test]
+fn names_and_flags_have_equal_shares_and_colors_are_near_their_neighbours() {
+    let axes = pickers().axes;
+    assert_eq!(axes.len(), 3);
+    assert_eq!(
+        [0.0, 0.5, 0.9, 1.0].map(|p| axes[1].value(p)),
+        ["ridged", "billow", "7", "7"].map(Value::from)
+    );
+    assert_eq!([0.0, 0.49, 0.51, 1.0].map(|p| axes[2].value(p)), [false, false, true, true].map(Value::from));
+    for axis in &axes {
+        for i in 0..1000 {
+            let value = axis.value(f64::from(i) / 1000.0);
+            assert_eq!(axis.value(axis.place(&value, 0.5)), value, "{}", axis.name);
+        }
+    }
+    // A thousandth of the line lies in two cubes beside each other at most, each an eighth as wide as that of all colours.
+    let place = axes[0].place(&"#c98f5a".into(), 0.5);
+    let bytes = |at: f64| crate::num::srgb::from_hex(&axes[0].value(at).to_string()).unwrap();
+    for i in 0..=100 {
+        let near = bytes(place + 1e-5 * f64::from(i));
+        let off = bytes(place).into_iter().zip(near).map(|(a, b)| a.abs_diff(b)).max().unwrap();
+        assert!(off < 64, "{near:?}");
+    }
+}
+
+#[test]
+fn pickers_are_sampled_and_bred_like_numbers() {
+    let mut gallery = Gallery::new(pickers(), 60, 3);
+    assert_eq!(gallery.specimens[0].values, ["#c98f5a".into(), "ridged".into(), Value::from(true)]);
+    let with = |i: usize, value: Value| gallery.specimens.iter().filter(|s| s.values[i] == value).count();
+    assert!(["ridged", "billow", "7"].iter().all(|name| (16..=24).contains(&with(1, (*name).into()))));
+    assert!((26..=34).contains(&with(2, true.into())));
+    for id in [4, 9] {
+        gallery.obey(Command::Star { id, on: true }).unwrap();
+    }
+    gallery.obey(Command::Breed(0.2)).unwrap();
+    gallery.obey(Command::Narrow).unwrap();
+    for specimen in &gallery.specimens {
+        for (axis, value) in gallery.space().axes.iter().zip(&specimen.values) {
+            assert_eq!(axis.domain.admit(value).as_ref(), Ok(value));
+        }
+    }
 }
 
 fn subject(script: &str) -> Subject {
@@ -207,14 +279,26 @@ fn subject(script: &str) -> Subject {
 fn scripts_are_exported_with_their_values() {
     let subject =
         subject("let r = param(\"r\", 0.5, 0.1..1.0);\nlet n = param(\"n\", 2, 0..1 + 8);\nsphere(r / n)");
-    let values = BTreeMap::from([("r".to_owned(), 0.25), ("n".to_owned(), 3.0)]);
+    let values = BTreeMap::from([("r".to_owned(), 0.25.into()), ("n".to_owned(), 3.0.into())]);
     let text = subject.export(&values).unwrap();
     assert_eq!(
         text,
         "let r = param(\"r\", 0.25, 0.1..1.0);\nlet n = param(\"n\", 3, 0..1 + 8);\nsphere(r / n)"
     );
+    let pickers = self::subject(
+        "let s = param(\"s\", \"a\", [\"a\", \"b\"]); let on = param(\"on\", true); sphere(1.0).colored(param(\"c\", \"#fff\"))",
+    );
+    let picked = BTreeMap::from([
+        ("s".to_owned(), "b".into()),
+        ("on".to_owned(), false.into()),
+        ("c".to_owned(), "#000001".into()),
+    ]);
+    assert_eq!(
+        pickers.export(&picked).unwrap(),
+        "let s = param(\"s\", \"b\", [\"a\", \"b\"]); let on = param(\"on\", false); sphere(1.0).colored(param(\"c\", \"#000001\"))",
+    );
     let computed = self::subject("sphere(param(\"r\", 0.25 + 0.25, 0.1..1.0))");
-    assert!(computed.export(&BTreeMap::from([("r".to_owned(), 0.5)])).is_ok());
+    assert!(computed.export(&BTreeMap::from([("r".to_owned(), 0.5.into())])).is_ok());
     let error = computed.export(&values).unwrap_err();
     assert!(error.message.contains("`r` cannot be written"), "{error:?}");
 }
@@ -227,7 +311,7 @@ fn pictures_are_drawn_once_and_bad_ones_say_why() {
     let draw = |id: usize, r: f64| {
         let (sender, drawn) = channel();
         let tell = move |drawn: Drawn| sender.send(drawn).unwrap();
-        let ticket = atelier.ask((id, (24, 18)), BTreeMap::from([("r".to_owned(), r)]), tell);
+        let ticket = atelier.ask((id, (24, 18)), BTreeMap::from([("r".to_owned(), r.into())]), tell);
         let drawn = drawn.recv().unwrap();
         drop(ticket);
         drawn

@@ -21,7 +21,7 @@ mod tests;
 
 pub use canvas::{Canvas, News};
 pub use steer::Move;
-pub use wish::{Command, Message, Refused, Report, Slider, Stage};
+pub use wish::{Command, Message, Refused, Report, Stage};
 
 use super::picking::{Picked, Picker};
 use super::topology::Labels;
@@ -320,7 +320,9 @@ impl Live {
             (state.params.clone(), state.loaded.clone(), state.wish.params.clone())
         };
         for param in &mut params {
-            param.value = set.get(&param.name).copied().unwrap_or(param.value);
+            if let Some(Ok(value)) = set.get(&param.name).map(|value| param.domain.admit(value)) {
+                param.value = value;
+            }
         }
         let before: Vec<(PathBuf, String)> = loaded.iter().flat_map(|l| scripts(l)).collect();
         let mut after = before.clone();

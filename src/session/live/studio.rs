@@ -1,12 +1,12 @@
 //! The thread that draws.
 
-use super::wish::{LARGEST, Message, Report, Slider, Stage, Wish};
+use super::wish::{LARGEST, Message, Report, Stage, Wish};
 use super::{Event, Finished, Running, Shared, State, Subject};
 use crate::cast::Kind;
 use crate::diag::Diagnostic;
 use crate::field::Watch;
 use crate::render::{Job, Layer, Look, Picture, Pixel, Progress, Rect, Rough, Steering, View};
-use crate::scene::{Keep, Measure, Scene};
+use crate::scene::{Keep, Measure, Scene, Value};
 use crate::script::rewrite;
 use crate::session::stage::is_seen_roughly;
 use crate::session::topology::{self, Analysis, Purpose, Show};
@@ -176,9 +176,9 @@ impl Studio {
             self.session.set(wish.params.clone(), wish.time);
             return plain;
         };
-        let fits = |name: &String, value: &f64| {
+        let fits = |name: &String, value: &Value| {
             let param = scene.params.iter().find(|p| p.name == *name);
-            param.is_some_and(|p| (p.range.0..=p.range.1).contains(value))
+            param.is_some_and(|p| p.domain.admit(value).is_ok())
         };
         let mut params = wish.params.clone();
         params.retain(|name, value| fits(name, value));
@@ -206,7 +206,7 @@ impl Studio {
         };
         state.report = Arc::new(Report {
             script: self.session.script().display().to_string(),
-            params: state.params.iter().map(Slider::new).collect(),
+            params: state.params.clone(),
             messages,
             output: loaded.output.clone(),
             camera,

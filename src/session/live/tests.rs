@@ -81,7 +81,7 @@ fn wishes_outlive_saves() {
     let bench = Bench::new(BALL);
     let small = bench.share();
     bench.command(r#"{"set":{"radius":1.0}}"#);
-    bench.wait(|report| report.stage == Stage::Done && report.params[0].value() == 1.0);
+    bench.wait(|report| report.stage == Stage::Done && report.params[0].value == 1.0.into());
     let large = bench.share();
     assert!(large > 2.0 * small, "{small} {large}");
     bench.command(r#"{"move":{"zoom":{"by":0.5,"at":null}}}"#);
@@ -94,7 +94,9 @@ fn wishes_outlive_saves() {
     );
     bench.command("\"snap_back\"");
     bench.command(r#"{"reset":null}"#);
-    bench.wait(|report| !report.steered && report.stage == Stage::Done && report.params[0].value() == 0.5);
+    bench.wait(|report| {
+        !report.steered && report.stage == Stage::Done && report.params[0].value == 0.5.into()
+    });
     assert_eq!(bench.share(), small);
 }
 
@@ -102,12 +104,50 @@ fn wishes_outlive_saves() {
 fn parameters_that_are_gone_are_forgotten() {
     let bench = Bench::new(BALL);
     bench.command(r#"{"set":{"radius":1.2,"count":7.4}}"#);
-    let report = bench.wait(|report| report.params[0].value() == 1.2);
-    assert_eq!(report.params[1].value(), 7.0);
+    let report = bench.wait(|report| report.params[0].value == 1.2.into());
+    assert_eq!(report.params[1].value, 7.0.into());
     bench.save(&BALL.replace("0.1..1.5", "0.1..1.0").replace("count", "number"));
     let report = bench.wait(|report| report.revision == 2);
     assert!(report.messages.is_empty(), "{:?}", report.messages);
-    assert_eq!(report.params.iter().map(Slider::value).collect::<Vec<_>>(), [0.5, 2.0]);
+    assert_eq!(report.params.iter().map(|p| p.value.clone()).collect::<Vec<_>>(), [0.5.into(), 2.0.into()]);
+}
+
+/// A ball, or a smaller one, perhaps.
+const PICKED: &str = "let size = param(\"size\", \"large\", [\"large\", \"small\", \"7\"]);
+    let there = param(\"there\", true); let tint = param(\"tint\", \"#fff\");
+    let r = switch size { \"large\" => 1.0, \"small\" => 0.5, _ => 0.7 };
+    scene(#{ surface: sphere(if there { r } else { 0.1 }).colored(tint), film: film(#{ width: 64, height: 48, samples: 1 }) })";
+
+#[test]
+fn names_colors_and_switches_follow_wishes() {
+    let bench = Bench::new(PICKED);
+    let large = bench.share();
+    let values = |report: &Report| report.params.iter().map(|p| p.value.to_string()).collect::<Vec<_>>();
+    assert_eq!(values(&bench.live.report()), ["large", "true", "#ffffff"]);
+    bench.command(r##"{"set":{"size":"small","tint":"#C98f5a"}}"##);
+    let report = bench.wait(|report| report.stage == Stage::Done && values(report)[0] == "small");
+    assert_eq!(values(&report), ["small", "true", "#c98f5a"]);
+    let small = bench.share();
+    bench.command(r#"{"set":{"there":false}}"#);
+    bench.wait(|report| report.stage == Stage::Done && values(report)[1] == "false");
+    let tiny = bench.share();
+    assert!(tiny < 0.5 * small && small < 0.5 * large, "{tiny} {small} {large}");
+    // What is set stays as long as it is one of the names.
+    bench.command(r#"{"set":{"there":true,"size":"7"}}"#);
+    bench.wait(|report| report.stage == Stage::Done && values(report)[0] == "7");
+    bench.save(&PICKED.replace(", \"7\"", ", \"8\""));
+    let report = bench.wait(|report| report.revision == 2 && report.stage == Stage::Done);
+    assert_eq!(values(&report), ["large", "true", "#c98f5a"]);
+    bench.command(r#"{"reset":["tint"]}"#);
+    bench.wait(|report| values(report)[2] == "#ffffff");
+    for (command, why) in [
+        (r#"{"set":{"size":"smal"}}"#, "`size` is set to smal, which is none of its names"),
+        (r#"{"set":{"there":"no"}}"#, "`there` is set to no, which is neither on nor off"),
+        (r#"{"set":{"tint":0.5}}"#, "`tint` is set to 0.5, which is not a colour"),
+    ] {
+        let refused = bench.live.command(&serde_json::from_str(command).unwrap()).unwrap_err();
+        assert_eq!(refused.to_string(), why);
+    }
 }
 
 #[test]

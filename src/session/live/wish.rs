@@ -4,14 +4,14 @@ use super::steer::Move;
 use crate::cast::Kind;
 use crate::diag::{Diagnostic, Severity, Sources};
 use crate::render::{Layer, Rect};
-use crate::scene::{Camera, Film, Param};
+use crate::scene::{Camera, Domain, Film, Param, Unfit, Value};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What is to be shown, where it differs from what the script and the order say.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Wish {
-    pub params: BTreeMap<String, f64>,
+    pub params: BTreeMap<String, Value>,
     pub time: f64,
     pub playing: bool,
     pub camera: Option<Camera>,
@@ -27,7 +27,7 @@ pub(super) struct Wish {
 #[serde(rename_all = "snake_case")]
 pub enum Command {
     /// Parameters have other values.
-    Set(BTreeMap<String, f64>),
+    Set(BTreeMap<String, Value>),
     /// Parameters have the values that the script gives them: these, or all.
     Reset(Option<Vec<String>>),
     /// The camera moves.
@@ -59,6 +59,9 @@ pub enum Refused {
     /// A number makes no sense.
     #[error("{0} is not a number that makes sense there")]
     Number(&'static str),
+    /// A parameter cannot have a value.
+    #[error("`{0}` is {1}")]
+    Unfit(String, Unfit),
     /// There is no picture yet.
     #[error("there is no picture yet")]
     Nothing,
@@ -78,11 +81,7 @@ impl Wish {
                 for (name, value) in values {
                     let param = params.iter().find(|p| p.name == *name);
                     let param = param.ok_or_else(|| Refused::Unknown("parameter", name.clone()))?;
-                    if !value.is_finite() {
-                        return Err(Refused::Number("the value"));
-                    }
-                    let value = if param.whole { value.round() } else { *value };
-                    self.params.insert(name.clone(), value.clamp(param.range.0, param.range.1));
+                    self.params.insert(name.clone(), meant(param, value)?);
                 }
             }
             Command::Reset(None) => self.params.clear(),
@@ -118,6 +117,20 @@ impl Wish {
     }
 }
 
+/// The value that a parameter is to have: a number goes as far as it may.
+fn meant(param: &Param, value: &Value) -> Result<Value, Refused> {
+    match (&param.domain, value) {
+        (Domain::Number { .. }, Value::Number(value)) if !value.is_finite() => {
+            Err(Refused::Number("the value"))
+        }
+        (Domain::Number { least, most, whole }, Value::Number(value)) => {
+            let value = if *whole { value.round() } else { *value };
+            Ok(Value::Number(value.clamp(*least, *most)))
+        }
+        (domain, value) => domain.admit(value).map_err(|unfit| Refused::Unfit(param.name.clone(), unfit)),
+    }
+}
+
 /// How far the picture is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -139,7 +152,7 @@ pub struct Report {
     /// The script.
     pub script: String,
     /// Parameters, with the values that they have.
-    pub params: Vec<Slider>,
+    pub params: Vec<Param>,
     /// What is wrong or odd.
     pub messages: Vec<Message>,
     /// What the script printed.
@@ -176,29 +189,6 @@ pub struct Report {
     pub cost: f64,
     /// How often the script was read and right.
     pub revision: u64,
-}
-
-/// A parameter.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Slider {
-    name: String,
-    value: f64,
-    default: f64,
-    least: f64,
-    most: f64,
-    whole: bool,
-}
-
-impl Slider {
-    pub(super) fn new(param: &Param) -> Slider {
-        let Param { name, default, range: (least, most), value, whole } = param.clone();
-        Slider { name, value, default, least, most, whole }
-    }
-
-    /// The value that it has.
-    pub fn value(&self) -> f64 {
-        self.value
-    }
 }
 
 /// A diagnostic with the line that it is about.

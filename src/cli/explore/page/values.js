@@ -11,16 +11,28 @@ export function make(tag, name, text) {
 /** A number as people like to read it. */
 const short = (value) => String(Number(value.toPrecision(6)));
 
-/** Where a value is in its range, from 0 to 1. */
-function place({ least, most, logarithmic }, value) {
+/** A value as it is written. */
+const said = (value) => (typeof value === "number" ? short(value) : String(value));
+
+/** Where a value is among all that there are, from 0 to 1. */
+function place({ kind, least, most, logarithmic, names }, value) {
+  if (kind === "switch") return value ? 0.75 : 0.25;
+  if (kind === "choice") return (names.indexOf(value) + 0.5) / names.length;
   return logarithmic ? Math.log(value / least) / Math.log(most / least) : (value / 2 - least / 2) / (most / 2 - least / 2);
 }
 
-/** A mark on the track of an axis. */
+/** A mark on the track of an axis; colours stand side by side. */
 function mark(axis, value, name) {
   const dot = make("i", name);
-  dot.style.left = `${100 * place(axis, value)}%`;
+  if (axis.kind === "color") dot.style.background = value;
+  else dot.style.left = `${100 * place(axis, value)}%`;
   return dot;
+}
+
+/** What values an axis has. */
+function reach({ kind, least, most, names }) {
+  if (kind === "number") return `from ${short(least)} to ${short(most)}`;
+  return kind === "choice" ? names.join(", ") : kind === "switch" ? "true or false" : "a colour";
 }
 
 /** All values of a specimen: a track for each, with the script's own value and those of the favourites. */
@@ -29,9 +41,9 @@ export function values({ axes, specimens, stars }, id) {
     const value = specimens[id].values[i];
     const box = make("div", `value ${value === axis.default ? "" : "changed"}`);
     const name = make("div", "name");
-    name.append(make("span", "", axis.name), make("span", "number", short(value)));
-    const track = make("div", "track");
-    track.title = `from ${short(axis.least)} to ${short(axis.most)}; the script has ${short(axis.default)}`;
+    name.append(make("span", "", axis.name), make("span", "number", said(value)));
+    const track = make("div", axis.kind === "color" ? "track colors" : "track");
+    track.title = `${reach(axis)}; the script has ${said(axis.default)}`;
     track.append(mark(axis, axis.default, "script"),
                  ...stars.map((star) => mark(axis, specimens[star].values[i], "favourite")), mark(axis, value, "this"));
     box.append(name, track);
@@ -50,12 +62,18 @@ export function origin({ specimens, generations }, id) {
 
 /** A specimen for those who cannot see it. */
 export function spoken({ axes, specimens, stars }, id) {
-  const list = axes.map((axis, i) => `${axis.name} ${short(specimens[id].values[i])}`);
+  const list = axes.map((axis, i) => `${axis.name} ${said(specimens[id].values[i])}`);
   return `Picture ${id}${stars.includes(id) ? ", favourite" : ""}: ${list.join(", ")}`;
+}
+
+/** A value as it can be typed into a shell. */
+function word(value) {
+  const text = String(value);
+  return /^[\p{L}\p{N}./_+,#\\:-]*$/u.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
 }
 
 /** The options of the command line that a specimen is rendered with, where it differs from the script. */
 export function settings({ axes, specimens }, id) {
   const changed = axes.map((axis, i) => [axis, specimens[id].values[i]]).filter(([axis, value]) => value !== axis.default);
-  return changed.map(([{ name }, value]) => ` --set ${name}=${value}`).join("");
+  return changed.map(([{ name }, value]) => ` --set ${name}=${word(value)}`).join("");
 }

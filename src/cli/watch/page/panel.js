@@ -22,7 +22,7 @@ const short = (value) => String(Number(value.toPrecision(6)));
 export class Panel {
   constructor(link) {
     this.link = link;
-    this.sliders = new Map();
+    this.controls = new Map();
     this.asked = new Map();
     for (const layer of LAYERS) {
       const button = make("button", "", layer);
@@ -40,7 +40,10 @@ export class Panel {
     for (const caster of CASTERS) by("caster").append(new Option(caster, caster));
     by("caster").onchange = (e) => link.do({ caster: e.target.value });
     by("size").onchange = () => this.resize();
-    by("reset").onclick = () => link.do({ reset: null });
+    by("reset").onclick = () => {
+      this.asked.clear();
+      link.do({ reset: null });
+    };
     by("write").onclick = () => link.send("write");
     by("snap").onclick = () => link.do("snap_back");
     by("play").onclick = () => link.do({ play: !this.report?.playing });
@@ -90,21 +93,20 @@ export class Panel {
   }
 
   params(params) {
-    const names = params.map((p) => p.name).join("\n");
-    if (names !== this.names) {
-      this.names = names;
-      this.sliders.clear();
-      by("sliders").replaceChildren(...params.map((p) => this.slider(p)));
+    const key = JSON.stringify(params.map(({ name, kind, names }) => [name, kind, names]));
+    if (key !== this.key) {
+      this.key = key;
+      this.controls.clear();
+      by("sliders").replaceChildren(...params.map((p) => this.control(p)));
     }
     by("params").hidden = params.length === 0;
     for (const p of params) {
-      const { box, range, number } = this.sliders.get(p.name);
+      const { box, inputs } = this.controls.get(p.name);
       const settled = this.settled(p);
       box.classList.toggle("changed", p.value !== p.default);
-      for (const input of [range, number]) {
-        const step = p.whole ? 1 : 10 ** Math.floor(Math.log10((p.most - p.least) / 200));
-        Object.assign(input, { min: p.least, max: p.most, step: input === number && !p.whole ? "any" : step || "any" });
-        if (settled) input.value = p.whole ? String(p.value) : short(p.value);
+      for (const input of inputs) {
+        if (p.kind === "number") limit(input, p);
+        if (settled) put(input, p.value);
       }
     }
   }
@@ -117,27 +119,35 @@ export class Panel {
     return true;
   }
 
-  slider({ name }) {
-    const box = make("div", "slider");
+  /** A parameter's name with what turns, picks or switches it, and the way back. */
+  control(param) {
+    const { name } = param;
+    const box = make("div", `param ${param.kind}`);
     const line = make("div", "name");
-    const [range, number, back] = [make("input"), make("input"), make("button", "back", "↺")];
-    Object.assign(range, { type: "range" });
-    Object.assign(number, { type: "number" });
-    for (const input of [range, number]) {
+    const [label, back] = [make("label", "", name), make("button", "back", "↺")];
+    const inputs = inputsOf(param);
+    label.htmlFor = inputs[0].id = `param-${name}`;
+    for (const input of inputs) {
       input.dataset.param = name;
       input.setAttribute("aria-label", name);
       input.oninput = () => {
-        if (!Number.isFinite(input.valueAsNumber)) return;
-        for (const other of [range, number]) if (other !== input) other.value = short(input.valueAsNumber);
-        this.asked.set(name, { value: input.valueAsNumber, until: performance.now() + SETTLING });
-        this.link.do({ set: { [name]: input.valueAsNumber } });
+        const value = valueOf(input);
+        if (Number.isNaN(value)) return;
+        for (const other of inputs) if (other !== input) put(other, value);
+        this.asked.set(name, { value, until: performance.now() + SETTLING });
+        this.link.do({ set: { [name]: value } });
       };
     }
     back.title = `${name} as the script has it`;
-    back.onclick = () => this.link.do({ reset: [name] });
-    line.append(make("span", "", name), back, number);
-    box.append(line, range);
-    this.sliders.set(name, { box, range, number });
+    back.setAttribute("aria-label", back.title);
+    back.onclick = () => {
+      // What was asked for before is no longer wanted.
+      this.asked.delete(name);
+      this.link.do({ reset: [name] });
+    };
+    line.append(label, back, inputs[0]);
+    box.append(line, ...inputs.slice(1));
+    this.controls.set(name, { box, inputs });
     return box;
   }
 
@@ -156,6 +166,39 @@ export class Panel {
     by("messages").append(box);
     setTimeout(() => box.remove(), error ? 9000 : 4000);
   }
+}
+
+/** What a parameter is set with: a number by two, to type and to turn. */
+function inputsOf({ kind, names }) {
+  const input = (type) => Object.assign(make("input"), { type });
+  switch (kind) {
+    case "number": return [input("number"), input("range")];
+    case "color": return [input("color")];
+    case "switch": return [input("checkbox")];
+    default: {
+      const select = make("select");
+      select.append(...names.map((name) => new Option(name, name)));
+      return [select];
+    }
+  }
+}
+
+/** What an input is set to, as the script has it; NaN while it is no number. */
+function valueOf(input) {
+  if (input.type === "checkbox") return input.checked;
+  return input.type === "number" || input.type === "range" ? input.valueAsNumber : input.value;
+}
+
+/** Shows a value. */
+function put(input, value) {
+  if (input.type === "checkbox") input.checked = value;
+  else input.value = typeof value === "number" && !Number.isInteger(value) ? short(value) : String(value);
+}
+
+/** Gives an input the range of a number. */
+function limit(input, { least, most, whole }) {
+  const step = whole ? 1 : 10 ** Math.floor(Math.log10((most - least) / 200));
+  Object.assign(input, { min: least, max: most, step: input.type === "number" && !whole ? "any" : step || "any" });
 }
 
 /** How far the picture is, in words. */
