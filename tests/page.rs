@@ -231,6 +231,25 @@ fn colors_names_and_switches_are_picked_reset_and_written() {
 }
 
 #[test]
+fn a_browser_is_opened_on_request() {
+    use std::os::unix::fs::PermissionsExt;
+    let bench = Bench::new(&[("a.rhai", BALL), ("desktop/xdg-open", "#!/bin/sh\necho $1 >opened\n")]);
+    let opener = bench.path("desktop/xdg-open");
+    std::fs::set_permissions(&opener, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let [desktop, none] = ["desktop", "nothing"].map(|name| bench.path(name).display().to_string());
+    let run = bench.start_with("watch a.rhai --open", &[("PATH", &desktop)]);
+    run.wait_for("/\n", 1);
+    let opened = || std::fs::read_to_string(bench.path("opened")).unwrap_or_default();
+    run.wait_until("a browser", || opened().ends_with("/\n") && run.log().contains(&opened()));
+    run.kill();
+    // Where there is none, the address still serves.
+    let run = bench.start_with("watch a.rhai --open", &[("PATH", &none)]);
+    run.wait_for("no browser could be opened", 1);
+    run.wait_for("/\n", 1);
+    run.kill();
+}
+
+#[test]
 fn two_pages_see_the_same_and_come_back() {
     let Some(mut browser) = Browser::start() else { return };
     let mut watch = Watch::start(BALL, "");

@@ -294,8 +294,17 @@ impl Function<1> for Remaining<'_> {
     fn hess<R: Real>(&self, [s]: [R; 1]) -> [[R; 1]; 1] {
         [[self.sum(|fade| fade.hess([s])[0][0])]]
     }
+    /// Most octaves are whole or gone, which is told at once.
     fn range(&self, [s]: [Interval; 1]) -> Interval {
-        self.sum(|fade| fade.range([s]))
+        let mut sum = Interval::point(0.0);
+        for term in self.terms {
+            sum = match term.fade.plateau(s) {
+                Some(0.0) => continue,
+                Some(_) => sum + Interval::point(term.amplitude),
+                None => sum + Interval::point(term.amplitude) * term.fade.range([s]),
+            };
+        }
+        sum
     }
     /// It multiplies a quantity of which only the range is known; its own slope would say no more.
     fn is_vague(&self) -> bool {

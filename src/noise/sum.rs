@@ -35,9 +35,10 @@ pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
         let blind = term.blind_from();
         if reach >= blind
             && hurst.is_none()
+            && let Some(ending) = Ended::ending(ended.as_ref(), blind, p, &weight)
             && let Some(tail) = tail(f, &f.terms[i..], footprint)
         {
-            let now = Ended::next(ended, blind, p, &weight, || total.add(&tail));
+            let now = Ended::after(ended, &ending, &total.add(&tail));
             if is_one(now.over.range()) {
                 return now.total;
             }
@@ -124,10 +125,10 @@ struct Ended<T> {
 }
 
 impl<T: Number> Ended<T> {
-    /// Ends the lanes that are at least `blind` wide on some axis and not faded out already.
-    fn next(before: Option<Self>, blind: f64, p: [&T; 3], weight: &Weight<T>, close: impl Fn() -> T) -> Self {
+    /// 1 in the lanes that end now, because they are at least `blind` wide on some axis and not faded out already; `None` if
+    /// there are none.
+    fn ending(before: Option<&Self>, blind: f64, p: [&T; 3], weight: &Weight<T>) -> Option<T> {
         let (zero, one) = (T::constant(0.0), T::constant(1.0));
-        let before = before.unwrap_or_else(|| Ended { over: zero.clone(), total: zero.clone() });
         let mut now = zero.clone();
         for axis in p {
             now = T::choose(axis, |r| r.rad() >= blind, &one, &now);
@@ -135,13 +136,19 @@ impl<T: Number> Ended<T> {
         if let Weight::Share(w) = weight {
             now = T::choose(w, is_zero, &zero, &now);
         }
-        now = T::choose(&before.over, is_one, &zero, &now);
-        if is_zero(now.range()) {
-            return before;
+        if let Some(before) = before {
+            now = T::choose(&before.over, is_one, &zero, &now);
         }
+        (!is_zero(now.range())).then_some(now)
+    }
+
+    /// Those that ended `before`, and those that end now with a sum.
+    fn after(before: Option<Self>, ending: &T, sum: &T) -> Self {
+        let (zero, one) = (T::constant(0.0), T::constant(1.0));
+        let before = before.unwrap_or_else(|| Ended { over: zero.clone(), total: zero });
         Ended {
-            total: T::choose(&now, is_one, &close(), &before.total),
-            over: T::choose(&now, is_one, &one, &before.over),
+            total: T::choose(ending, is_one, sum, &before.total),
+            over: T::choose(ending, is_one, &one, &before.over),
         }
     }
 }
