@@ -102,7 +102,7 @@ picture 6.11d 6.11 --time 0.2 --set fast=1 --set spline=1
 # Chapter 7: pictures on their way to the finished one, which has the plain number. 7.8 has two to five octaves; of 7.14 a
 # part is asked for before the rest.
 picture 7.5 7.05 --snapshots 32,16,4
-picture 7.6 7.06 --size 200x200 --snapshots 16,8,4
+picture 7.6 7.06 --snapshots 32,16,8
 picture 7.7 7.07 --snapshots 32,16,4
 picture 7.8a 7.07 --set octaves=2
 picture 7.8b 7.07 --set octaves=3
