@@ -8,6 +8,7 @@ use super::space::Space;
 use super::subject::Genome;
 use crate::num::mix;
 use crate::scene::Value;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -217,16 +218,21 @@ impl Gallery {
         let (mut next, before) = (generation.next, self.specimens.len());
         let end = next + TRIES * wanted as u64;
         while next < end && self.specimens.len() < before + wanted {
-            let specimen = self.make(number, next, nurse);
-            next += 1;
+            // As many as are missing: no more are made than one after the other would be.
+            let missing = (before + wanted - self.specimens.len()) as u64;
+            let batch = next..end.min(next + missing);
+            next = batch.end;
+            let made: Vec<Specimen> = batch.into_par_iter().map(|i| self.make(number, i, nurse)).collect();
             if nurse.is_over() {
                 self.specimens.truncate(before);
                 return Err(Refused::GivenUp);
             }
-            let is_same =
-                |known: &Specimen| (&known.values, &known.text) == (&specimen.values, &specimen.text);
-            if !self.specimens.iter().any(is_same) {
-                self.specimens.push(specimen);
+            for specimen in made {
+                let is_same =
+                    |known: &Specimen| (&known.values, &known.text) == (&specimen.values, &specimen.text);
+                if !self.specimens.iter().any(is_same) {
+                    self.specimens.push(specimen);
+                }
             }
         }
         let new = before..self.specimens.len();

@@ -22,7 +22,7 @@ const ATTEMPTS: u64 = 10;
 const GLANCE: (u32, u32, u32) = (12, 9, 48);
 
 /// Raises children whose expressions may differ from those of their parents.
-pub trait Raise {
+pub trait Raise: Sync {
     /// The text of a child with some values, and what is new about it; `None` where nothing is.
     fn raise(&self, breeding: &Breeding, child: u64, genomes: [&Genome; 2]) -> Option<(Arc<str>, Change)>;
 
