@@ -14,7 +14,7 @@ const LONGEST: usize = 2;
 const EXPRESSIONS: u64 = 1 << 32;
 
 /// Characters of a subtree that a caption says.
-const SHORT: usize = 32;
+const SHORT: usize = 24;
 
 /// Characters of a line that is shown.
 const LONG: usize = 400;
@@ -150,7 +150,7 @@ fn change(genes: &Genes, site: &Gene, piece: &str) -> Change {
 fn brief(text: &str, most: usize) -> String {
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
     match words.char_indices().nth(most) {
-        Some((at, _)) => format!("{}…", &words[..at]),
+        Some((at, _)) => format!("{}…", words[..at].trim_end()),
         None => words,
     }
 }

@@ -113,7 +113,7 @@ function stars() {
 function generations() {
   by("generations").replaceChildren(...gallery.generations.map(({ way, from, members }, i) => {
     const button = make("button");
-    const how = way === "narrow" ? "narrowed to" : way.evolve === undefined ? "bred from" : "bred with expressions from";
+    const how = way === "narrow" ? "narrowed to" : way.evolve === undefined ? "bred from" : "evolved from";
     const made = way === "sample" ? "sample" : `${how} ${from.join(", ")}`;
     button.append(make("span", "", `${i + 1}  ${made}`), make("span", "", members.length));
     button.title = made;
