@@ -144,6 +144,80 @@ sphere(if param(\"bumps\", true) { 0.9 } else { 0.3 } + if size == \"small\" { 0
     has(&answer, &[&expected.replace("true", &bumps.to_string())]);
 }
 
+/// A ball with noise, whose expressions may change.
+const ROCK: &str = "import \"std/fractal\" as fractal;
+let r = param(\"radius\", 0.7, 0.5..0.9);
+let bumps = 0.2 * fractal::fbm(gradient(7), #{ octaves: 3 }).scaled(2.0);
+max(sphere(r), box([1.0, 1.5, 1.0])) + bumps";
+
+#[test]
+fn expressions_are_bred_on_request() {
+    let Some(mut browser) = Browser::start() else { return };
+    let exploration = Exploration::start(ROCK, "--count 6");
+    let page = browser.open(&exploration.address);
+    browser.wait(&page, "document.querySelectorAll('.specimen.drawn img').length === 6");
+    for id in [1, 3] {
+        browser.ask(&page, &format!("document.querySelector('[data-id=\"{id}\"] .star').click()"));
+        browser.wait(&page, &format!("document.querySelector('[data-id=\"{id}\"]').matches('.starred')"));
+    }
+    // Without the switch there is nothing new but the values; it has a label, and a key.
+    assert_eq!(
+        browser.ask(&page, "document.querySelector('#expressions').labels[0].innerText.trim()"),
+        json!("also the expressions")
+    );
+    browser.press(&page, "x");
+    browser.wait(&page, "document.querySelector('#expressions').checked");
+    browser.press(&page, "b");
+    browser.wait(&page, "document.body.dataset.generation === '1' && document.body.dataset.state === 'done'");
+    browser.wait(&page, "document.querySelectorAll('.specimen.drawn').length === 6");
+    let gallery = exploration.gallery();
+    let specimens = gallery["specimens"].as_array().unwrap();
+    let is_changed = |id: &usize| specimens[*id].get("changes").is_some();
+    let changed: Vec<usize> = (6..12).filter(is_changed).collect();
+    assert!(changed.len() > 1 && !(0..6).any(|id| is_changed(&id)), "{changed:?}");
+    let head = |name: &str| {
+        let answer = exploration.request("GET", name, "", "");
+        assert!(answer.starts_with("HTTP/1.1 200"), "{name}: {answer}");
+        answer.split_once("\r\n\r\n").unwrap().1.to_owned()
+    };
+    let pictures: Vec<String> = changed.iter().map(|id| head(&format!("thumb/{id}.png"))).collect();
+    assert!(pictures.windows(2).all(|pair| pair[0] != pair[1]));
+
+    // What is new is said beside the picture, and line by line beside the large one.
+    let id = changed[0];
+    let change = &specimens[id]["changes"][0];
+    let news = format!("{}, line {}", change["what"].as_str().unwrap(), change["line"]);
+    let said =
+        browser.ask(&page, &format!("document.querySelector('[data-id=\"{id}\"] .novelty').textContent"));
+    assert_eq!(said, json!(news));
+    browser.ask(&page, &format!("document.querySelector('[data-id=\"{id}\"] .picture').click()"));
+    browser.wait(&page, "document.querySelector('#large').dataset.state === 'done'");
+    for (part, what) in [("del", "before"), ("ins", "after")] {
+        let line =
+            browser.ask(&page, &format!("document.querySelector('#large .change {part}').textContent"));
+        assert_eq!(line, change[what]);
+    }
+    let command = browser.ask(&page, "document.querySelector('#large .command').textContent");
+    assert_eq!(command, json!(format!("orogen render a-{id}.rhai")));
+
+    // Its script has the picture of the specimen.
+    let text = head(&format!("script/{id}.rhai"));
+    assert!(text.contains("param(\"radius\", "), "{text}");
+    let bench = Bench::new(&[("b.rhai", &text)]);
+    bench.run("explore b.rhai --headless -o out --count 1 --size 48x36").success();
+    let again = String::from_utf8_lossy(&bench.read("out/0.png")).into_owned();
+    // Their values are noted otherwise, so only what is drawn is compared.
+    let pixels = |png: &str| png.split_once("IDAT").unwrap().1.to_owned();
+    assert_eq!(pixels(&again), pixels(&pictures[0]));
+
+    // A generation may go on, and what is starred goes on into the next one.
+    assert!(exploration.command(&format!("{{\"star\":{{\"id\":{id},\"on\":true}}}}")).contains("200 OK"));
+    assert!(exploration.command("{\"more\":1}").contains("200 OK"));
+    assert!(exploration.command("{\"evolve\":0.5}").contains("200 OK"));
+    has(&exploration.command("{\"evolve\":-0.5}"), &["409", "from 0 to 1"]);
+    assert_eq!(exploration.gallery()["specimens"].as_array().unwrap().len(), 24);
+}
+
 #[test]
 fn strangers_and_nonsense_are_refused_and_logged() {
     let exploration = Exploration::start(DICE, "--count 2");

@@ -21,6 +21,7 @@ mod definitions;
 mod diagnose;
 mod engine;
 mod fault;
+pub mod genes;
 pub mod help;
 mod host;
 mod lexer;
@@ -151,8 +152,8 @@ impl<T> Ran<T> {
 }
 
 /// What is made of a script: from its engine, its name and its text, with a list for complaints.
-trait Make<T>: FnOnce(&Setup, &str, &str, &mut Vec<Diagnostic>) -> Option<T> + Send {}
-impl<T, F: FnOnce(&Setup, &str, &str, &mut Vec<Diagnostic>) -> Option<T> + Send> Make<T> for F {}
+trait Make<T>: FnOnce(&mut Setup, &str, &str, &mut Vec<Diagnostic>) -> Option<T> + Send {}
+impl<T, F: FnOnce(&mut Setup, &str, &str, &mut Vec<Diagnostic>) -> Option<T> + Send> Make<T> for F {}
 
 /// Reads a script and makes something of it, on a thread with room for nested calls.
 fn execute<T: Send>(request: &Request, make: impl Make<T>) -> Ran<T> {
@@ -178,13 +179,13 @@ fn run<T>(request: &Request, make: impl Make<T>) -> Ran<T> {
     };
     let world = request.world.clone();
     let resolver = |loaded| modules::Resolver { world, root, loaded };
-    let setup = match engine::setup(host, resolver, &request.limits, request.cancel.clone()) {
+    let mut setup = match engine::setup(host, resolver, &request.limits, request.cancel.clone()) {
         Ok(setup) => setup,
         Err(d) => return Ran::failed(*d),
     };
     let mut diagnostics = Vec::new();
     let value = match read(request, &setup, &name) {
-        Ok(text) => make(&setup, &name, &text, &mut diagnostics),
+        Ok(text) => make(&mut setup, &name, &text, &mut diagnostics),
         Err(d) => {
             diagnostics.push(*d);
             None

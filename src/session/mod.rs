@@ -122,12 +122,7 @@ impl Session {
 
     fn compile(&self, time: f64, cancel: &Arc<AtomicBool>) -> Loaded {
         let world = Arc::new(Recorder::new(self.world.clone()));
-        let request = Request {
-            params: self.params.clone(),
-            time,
-            cancel: Some(cancel.clone()),
-            ..Request::new(Script::File(self.script.clone()), world.clone())
-        };
+        let request = self.request(world.clone(), time, cancel);
         let compiled = script::compile(&request);
         Loaded {
             scene: compiled.scene.map(Arc::new),
@@ -135,6 +130,16 @@ impl Session {
             sources: compiled.sources,
             output: compiled.output,
             reads: world.reads(),
+        }
+    }
+
+    /// What is to be run, with the files of a world.
+    fn request(&self, world: Arc<dyn World + Send + Sync>, time: f64, cancel: &Arc<AtomicBool>) -> Request {
+        Request {
+            params: self.params.clone(),
+            time,
+            cancel: Some(cancel.clone()),
+            ..Request::new(Script::File(self.script.clone()), world)
         }
     }
 

@@ -9,6 +9,7 @@ use super::{Args, Beginning, begin};
 use crate::diag::Diagnostic;
 use crate::scene::Value;
 use crate::session::Order;
+use crate::session::explore::Genome;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -27,11 +28,12 @@ pub fn run(args: &Args, folder: &Path, terminal: &Terminal) -> Outcome {
     let mut figures = String::new();
     let mut failed = 0;
     for (id, specimen) in gallery.specimens.iter().enumerate() {
-        let values = gallery.space().named(&specimen.values);
-        match subject.draw(&values, &order, &flag) {
+        let genome = Genome { values: gallery.space().named(&specimen.values), text: specimen.text.clone() };
+        let values = &genome.values;
+        match subject.draw(&genome, &order, &flag) {
             Ok(Some(png)) => {
                 files.write(&id.to_string(), "png", &progress, |file| file.write_all(&png))?;
-                figures += &figure(&told, id, &values, None);
+                figures += &figure(&told, id, values, None);
             }
             _ if flag.load(std::sync::atomic::Ordering::SeqCst) => {
                 return Err(Failure::error("stopped before all was done", files.account()));
@@ -39,12 +41,8 @@ pub fn run(args: &Args, folder: &Path, terminal: &Terminal) -> Outcome {
             Ok(None) => {}
             Err(error) => {
                 failed += 1;
-                progress.say(&format!(
-                    "picture {id} cannot be made:{}: {}",
-                    settings(&values),
-                    error.message
-                ));
-                figures += &figure(&told, id, &values, Some(&error.message));
+                progress.say(&format!("picture {id} cannot be made:{}: {}", settings(values), error.message));
+                figures += &figure(&told, id, values, Some(&error.message));
             }
         }
         progress.set((id + 1) as f64 / gallery.specimens.len() as f64);

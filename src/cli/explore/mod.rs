@@ -21,8 +21,10 @@ use std::sync::atomic::AtomicBool;
 ///
 /// Serves a page to this machine's browsers: small pictures of the script, each with other parameters, taken evenly from
 /// their ranges. Star those that you like; then narrow, for more from around them, or breed, for children that have each
-/// value from one of two favourites, some of them a little changed. Every picture can be seen large, and saved as a script
-/// with its values as the defaults. The same seed and the same choices give the same pictures. Ctrl-C ends it.
+/// value from one of two favourites, some of them a little changed. On request children differ in expressions of the
+/// script as well: in a number, an operation, or a subtree that is exchanged for another one of the same kind, also one of
+/// the other parent. Every picture can be seen large, and saved as a script with its values as the defaults. The same seed
+/// and the same choices give the same pictures. Ctrl-C ends it.
 ///
 /// With --headless there is no page: the first pictures are written into a folder, with a page that shows them and their
 /// values as JSON.

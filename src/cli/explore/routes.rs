@@ -5,14 +5,13 @@
 //! | `GET gallery` | the gallery as JSON |
 //! | `POST do` | the gallery after a command, which is JSON too |
 //! | `GET thumb/ID.png`, `GET large/ID.png` | a picture, as soon as it is drawn; whoever hangs up before does not want it |
-//! | `GET script/ID.rhai` | the script with the values of a picture |
+//! | `GET script/ID.rhai` | the script with the values and expressions of a picture |
 
 use super::Args;
 use super::told::{Told, settings};
 use crate::cli::serve::{self, Guard};
 use crate::diag::Diagnostic;
-use crate::scene::Value;
-use crate::session::explore::{Atelier, Command, Drawn, Gallery};
+use crate::session::explore::{Atelier, Command, Drawn, Gallery, Genome, Nurse, Nursery, Refused};
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
@@ -21,8 +20,8 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::oneshot;
 
@@ -49,7 +48,10 @@ const WIDEST: u32 = 1600;
 /// What the handlers share.
 pub struct Hall {
     atelier: Atelier,
+    nursery: Nursery,
     gallery: Mutex<Gallery>,
+    /// Held by the command that is obeyed, which may take a while.
+    turn: Mutex<()>,
     /// What the command was started with.
     args: Args,
     /// Width and height of small pictures.
@@ -59,7 +61,14 @@ pub struct Hall {
 impl Hall {
     /// For pictures of a gallery.
     pub fn new(args: &Args, size: (u32, u32), atelier: Atelier, gallery: Gallery) -> Hall {
-        Hall { atelier, gallery: Mutex::new(gallery), args: args.clone(), size }
+        Hall {
+            atelier,
+            nursery: Nursery::default(),
+            gallery: Mutex::new(gallery),
+            turn: Mutex::default(),
+            args: args.clone(),
+            size,
+        }
     }
 
     fn gallery(&self) -> MutexGuard<'_, Gallery> {
@@ -71,11 +80,20 @@ impl Hall {
         json(StatusCode::OK, &Told::new(&self.args, self.atelier.subject(), &self.gallery(), self.size))
     }
 
-    /// The values of a specimen by the name of a file that is about it.
-    fn values(&self, name: &str, ending: &str) -> Option<(usize, BTreeMap<String, Value>)> {
+    /// Does something. Meanwhile the gallery is what it was before.
+    fn obey(&self, command: Command, cancel: &Arc<AtomicBool>) -> Result<(), Refused> {
+        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        let nurse = Nurse { subject: self.atelier.subject(), nursery: &self.nursery, cancel };
+        let mut gallery = self.gallery().clone();
+        gallery.obey(command, &nurse)?;
+        *self.gallery() = gallery;
+        Ok(())
+    }
+
+    /// What a specimen is made of, by the name of a file that is about it.
+    fn genome(&self, name: &str, ending: &str) -> Option<(usize, Genome)> {
         let id = name.strip_suffix(ending)?.parse().ok()?;
-        let gallery = self.gallery();
-        Some((id, gallery.space().named(&gallery.specimens.get(id)?.values)))
+        Some((id, self.gallery().genome(id)?))
     }
 
     /// Width and height of the pictures in a folder.
@@ -138,10 +156,21 @@ async fn command(
             return refuse(StatusCode::BAD_REQUEST, format!("a command that makes no sense ({error})"));
         }
     };
-    let obeyed = door.hall.gallery().obey(command);
-    match obeyed {
-        Ok(()) => door.hall.told(),
-        Err(refused) => cannot(refused.to_string(), ""),
+    let waits = Patience(Arc::default());
+    let (hall, cancel) = (door.hall.clone(), waits.0.clone());
+    match tokio::task::spawn_blocking(move || hall.obey(command, &cancel)).await {
+        Ok(Ok(())) => door.hall.told(),
+        Ok(Err(refused)) => cannot(refused.to_string(), ""),
+        Err(_) => serve::later("the program ends\n"),
+    }
+}
+
+/// Somebody waits for what a command makes, until this is dropped.
+struct Patience(Arc<AtomicBool>);
+
+impl Drop for Patience {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::SeqCst);
     }
 }
 
@@ -152,13 +181,13 @@ async fn picture(
     Path((folder, name)): Path<(String, String)>,
 ) -> Response {
     let hall = &door.hall;
-    let (Some(size), Some((id, values))) = (hall.size(&folder), hall.values(&name, ".png")) else {
+    let (Some(size), Some((id, genome))) = (hall.size(&folder), hall.genome(&name, ".png")) else {
         return door.guard.lost(who);
     };
     let (sender, drawn) = oneshot::channel::<Drawn>();
     // Whoever hangs up has this dropped, and the ticket with it.
     let tell = move |drawn| sender.send(drawn).unwrap_or_default();
-    let _ticket = hall.atelier.ask((id, size), values, tell);
+    let _ticket = hall.atelier.ask((id, size), genome, tell);
     match drawn.await {
         Ok(Ok(png)) => ([(header::CONTENT_TYPE, "image/png")], Bytes::from_owner(png)).into_response(),
         Ok(Err(error)) => wrong(&error),
@@ -168,12 +197,14 @@ async fn picture(
 
 /// A script to save.
 async fn script(State(door): State<Door>, ConnectInfo(who): Who, Path(name): Path<String>) -> Response {
-    let Some((_, values)) = door.hall.values(&name, ".rhai") else { return door.guard.lost(who) };
-    match door.hall.atelier.subject().export(&values) {
+    let Some((_, genome)) = door.hall.genome(&name, ".rhai") else { return door.guard.lost(who) };
+    match door.hall.atelier.subject().export(&genome) {
         Ok(text) => ([(header::CONTENT_TYPE, "text/plain; charset=utf-8")], text).into_response(),
+        // Its own text is nowhere else.
+        Err(error) if genome.text.is_some() => wrong(&error),
         Err(error) => cannot(
             error.message.clone(),
-            &format!("set it on the command line instead:{}", settings(&values)),
+            &format!("set it on the command line instead:{}", settings(&genome.values)),
         ),
     }
 }

@@ -16,6 +16,8 @@ pub struct Told<'a> {
     pub name: String,
     /// The command that renders it, but for the parameters that vary.
     pub command: String,
+    /// The options of that command.
+    pub options: String,
     /// Width and height of small pictures.
     pub size: (u32, u32),
     /// Whether copies of the script have to stay beside it.
@@ -33,7 +35,8 @@ impl<'a> Told<'a> {
         Told {
             script: args.script.display().to_string(),
             name,
-            command: command(args, subject),
+            command: format!("orogen render {}{}", quoted(&args.script), options(args, subject)),
+            options: options(args, subject),
             size,
             company: subject.has_company(),
             fixed: subject.fixed(),
@@ -42,13 +45,11 @@ impl<'a> Told<'a> {
     }
 }
 
-/// The command line that renders the script, with the parameters that are fixed.
-fn command(args: &Args, subject: &Subject) -> String {
-    let mut line = format!("orogen render {}", quoted(&args.script));
-    if args.scripting.time != 0.0 {
-        line += &format!(" --time {:?}", args.scripting.time);
-    }
-    line + settings(&subject.fixed()).as_str()
+/// What renders the script at the time and with the parameters that are fixed.
+fn options(args: &Args, subject: &Subject) -> String {
+    let time =
+        if args.scripting.time == 0.0 { String::new() } else { format!(" --time {:?}", args.scripting.time) };
+    time + settings(&subject.fixed()).as_str()
 }
 
 /// Parameters as options of the command line.

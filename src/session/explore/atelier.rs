@@ -1,10 +1,9 @@
 //! Draws specimens in the background: what was asked for last comes first, and what nobody waits for any longer never.
 
-use super::Subject;
+use super::{Genome, Subject};
 use crate::diag::Diagnostic;
-use crate::scene::Value;
 use crate::session::Order;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -32,7 +31,7 @@ impl Drop for Ticket {
 /// One picture to draw.
 struct Task {
     key: Key,
-    values: BTreeMap<String, Value>,
+    genome: Genome,
     cancel: Arc<AtomicBool>,
     tell: Box<dyn FnOnce(Drawn) + Send>,
 }
@@ -67,11 +66,11 @@ impl Shared {
 
     /// Draws until the end.
     fn work(&self) {
-        while let Some(Task { key, values, cancel, tell }) = self.next() {
+        while let Some(Task { key, genome, cancel, tell }) = self.next() {
             let known = self.state().finished.get(&key).cloned();
             let drawn = known.or_else(|| {
                 let order = Order { size: Some(key.1), samples: Some(1), ..Order::default() };
-                let drawn = self.subject.draw(&values, &order, &cancel).map(|png| png.map(Arc::from));
+                let drawn = self.subject.draw(&genome, &order, &cancel).map(|png| png.map(Arc::from));
                 // What was stopped may have failed because of that.
                 drawn.transpose().filter(|_| !cancel.load(Ordering::SeqCst))
             });
@@ -126,14 +125,9 @@ impl Atelier {
     }
 
     /// Asks for a picture. `tell` is called on another thread once it is there, and never if the ticket is dropped before.
-    pub fn ask(
-        &self,
-        key: Key,
-        values: BTreeMap<String, Value>,
-        tell: impl FnOnce(Drawn) + Send + 'static,
-    ) -> Ticket {
+    pub fn ask(&self, key: Key, genome: Genome, tell: impl FnOnce(Drawn) + Send + 'static) -> Ticket {
         let cancel = Arc::new(AtomicBool::new(false));
-        let task = Task { key, values, cancel: cancel.clone(), tell: Box::new(tell) };
+        let task = Task { key, genome, cancel: cancel.clone(), tell: Box::new(tell) };
         self.shared.state().waiting.push(task);
         self.shared.bell.notify_one();
         Ticket(cancel)

@@ -1,4 +1,4 @@
-//! Children: each parameter from one of two parents, and some of them changed a little.
+//! Children: each parameter from one of two parents, and some of them changed a little; expressions likewise.
 
 use super::space::Axis;
 use crate::num::{mix, uniform};
@@ -42,7 +42,7 @@ impl Breeding {
     }
 
     /// A number in `[0, 1)` for a purpose.
-    fn chance(&self, child: u64, number: u64, what: u64) -> f64 {
+    pub(super) fn chance(&self, child: u64, number: u64, what: u64) -> f64 {
         uniform(mix(mix(mix(self.seed ^ mix(child)) ^ number) ^ what))
     }
 }

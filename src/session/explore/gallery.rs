@@ -1,12 +1,17 @@
 //! What was taken from the space of parameters, generation by generation.
 
 use super::breed::Breeding;
+use super::mutate::Change;
+use super::nursery::Raise;
 use super::sample;
 use super::space::Space;
+use super::subject::Genome;
 use crate::num::mix;
 use crate::scene::Value;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Most specimens that a gallery holds.
 pub const MOST: usize = 1000;
@@ -29,6 +34,19 @@ pub struct Specimen {
     pub generation: usize,
     /// Those of which it was bred.
     pub parents: Vec<usize>,
+    /// The text, where its expressions differ from those of the script.
+    #[serde(skip)]
+    pub text: Option<Arc<str>>,
+    /// What was changed of its expressions, one after the other, from the script to this.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<Change>,
+}
+
+impl Specimen {
+    /// One of nobody, with the expressions of the script.
+    fn new(values: Vec<Value>, generation: usize) -> Specimen {
+        Specimen { values, generation, parents: Vec::new(), text: None, changes: Vec::new() }
+    }
 }
 
 /// How a generation was taken from the space.
@@ -41,6 +59,8 @@ pub enum Way {
     Narrow,
     /// From favourites, mixed and mutated by this share of the ranges at most.
     Breed(f64),
+    /// The same, with their expressions.
+    Evolve(f64),
 }
 
 /// Specimens that were made together.
@@ -78,6 +98,8 @@ pub enum Command {
     Narrow,
     /// A generation bred from the favourites, with this strength of mutation, from 0 to 1.
     Breed(f64),
+    /// The same, with their expressions mutated and crossed, too.
+    Evolve(f64),
 }
 
 /// Why a command is not obeyed.
@@ -98,6 +120,9 @@ pub enum Refused {
     /// A number makes no sense.
     #[error("the strength of mutation is a number from 0 to 1")]
     Strength,
+    /// Nobody waits for it.
+    #[error("it was given up")]
+    GivenUp,
 }
 
 /// Everything that was made so far.
@@ -120,13 +145,13 @@ pub struct Gallery {
 impl Gallery {
     /// A gallery with its first generation. Each has `count` specimens, or as many as there are.
     pub fn new(space: Space, count: usize, seed: u64) -> Gallery {
-        let script = Specimen { values: space.defaults(), generation: 0, parents: Vec::new() };
+        let script = Specimen::new(space.defaults(), 0);
         let first = Generation { way: Way::Sample, from: Vec::new(), members: vec![0], depth: 1, next: 0 };
         let specimens = vec![script];
         let mut gallery =
             Gallery { space, seed, count, specimens, generations: vec![first], stars: BTreeSet::new() };
         // A space may be so small that the script as it is is all there is.
-        let _ = gallery.grow(0, count.min(MOST).saturating_sub(1));
+        let _ = gallery.grow(0, count.min(MOST).saturating_sub(1), &());
         gallery
     }
 
@@ -135,11 +160,17 @@ impl Gallery {
         &self.space
     }
 
-    /// Does what is asked for.
+    /// What a specimen is made of.
+    pub fn genome(&self, id: usize) -> Option<Genome> {
+        let Specimen { values, text, .. } = self.specimens.get(id)?;
+        Some(Genome { values: self.space.named(values), text: text.clone() })
+    }
+
+    /// Does what is asked for, with somebody to raise children whose expressions may change.
     ///
     /// # Errors
     /// Why it does not; then nothing has changed.
-    pub fn obey(&mut self, command: Command) -> Result<(), Refused> {
+    pub fn obey(&mut self, command: Command, nurse: &impl Raise) -> Result<(), Refused> {
         match command {
             Command::Star { id, on } => {
                 self.specimens.get(id).ok_or(Refused::Unknown("picture", id))?;
@@ -154,20 +185,23 @@ impl Gallery {
                 self.stars.clear();
                 Ok(())
             }
-            Command::More(number) => self.grow(number, self.count),
-            Command::Narrow => self.begin(Way::Narrow),
-            Command::Breed(strength) if (0.0..=1.0).contains(&strength) => self.begin(Way::Breed(strength)),
-            Command::Breed(_) => Err(Refused::Strength),
+            Command::More(number) => self.grow(number, self.count, nurse),
+            Command::Narrow => self.begin(Way::Narrow, nurse),
+            Command::Breed(strength) | Command::Evolve(strength) if !(0.0..=1.0).contains(&strength) => {
+                Err(Refused::Strength)
+            }
+            Command::Breed(strength) => self.begin(Way::Breed(strength), nurse),
+            Command::Evolve(strength) => self.begin(Way::Evolve(strength), nurse),
         }
     }
 
     /// Makes a generation of the favourites.
-    fn begin(&mut self, way: Way) -> Result<(), Refused> {
+    fn begin(&mut self, way: Way, nurse: &impl Raise) -> Result<(), Refused> {
         let from: Vec<usize> = self.stars.iter().copied().collect();
         let depths = from.iter().map(|id| self.generations[self.specimens[*id].generation].depth);
         let depth = 1 + depths.max().ok_or(Refused::NoFavourites)?;
         self.generations.push(Generation { way, from, members: Vec::new(), depth, next: 0 });
-        let grown = self.grow(self.generations.len() - 1, self.count);
+        let grown = self.grow(self.generations.len() - 1, self.count, nurse);
         if grown.is_err() {
             self.generations.pop();
         }
@@ -175,7 +209,7 @@ impl Gallery {
     }
 
     /// Adds specimens that are not there yet to a generation.
-    fn grow(&mut self, number: usize, wanted: usize) -> Result<(), Refused> {
+    fn grow(&mut self, number: usize, wanted: usize, nurse: &impl Raise) -> Result<(), Refused> {
         let generation = self.generations.get(number).ok_or(Refused::Unknown("generation", number))?;
         let wanted = wanted.min(MOST - self.specimens.len());
         if wanted == 0 {
@@ -184,10 +218,21 @@ impl Gallery {
         let (mut next, before) = (generation.next, self.specimens.len());
         let end = next + TRIES * wanted as u64;
         while next < end && self.specimens.len() < before + wanted {
-            let specimen = self.make(number, next);
-            next += 1;
-            if self.specimens.iter().all(|known| known.values != specimen.values) {
-                self.specimens.push(specimen);
+            // As many as are missing: no more are made than one after the other would be.
+            let missing = (before + wanted - self.specimens.len()) as u64;
+            let batch = next..end.min(next + missing);
+            next = batch.end;
+            let made: Vec<Specimen> = batch.into_par_iter().map(|i| self.make(number, i, nurse)).collect();
+            if nurse.is_over() {
+                self.specimens.truncate(before);
+                return Err(Refused::GivenUp);
+            }
+            for specimen in made {
+                let is_same =
+                    |known: &Specimen| (&known.values, &known.text) == (&specimen.values, &specimen.text);
+                if !self.specimens.iter().any(is_same) {
+                    self.specimens.push(specimen);
+                }
             }
         }
         let new = before..self.specimens.len();
@@ -200,29 +245,51 @@ impl Gallery {
     }
 
     /// A specimen of a generation.
-    fn make(&self, number: usize, index: u64) -> Specimen {
+    fn make(&self, number: usize, index: u64, nurse: &impl Raise) -> Specimen {
         let Generation { way, from, depth, .. } = &self.generations[number];
         let seed = mix(self.seed ^ mix(number as u64));
         let shrinkage = libm::pow(SHRINKAGE, f64::from(*depth) - 2.0);
         let axes = &self.space.axes;
-        let (values, parents) = match way {
-            Way::Sample => (self.space.values(&sample::point(axes.len(), index, seed)), Vec::new()),
+        match way {
+            Way::Sample => {
+                let values = self.space.values(&sample::point(axes.len(), index, seed));
+                Specimen::new(values, number)
+            }
             Way::Narrow => {
                 let ends = self.hull(from, MARGIN * shrinkage);
                 let point = sample::point(axes.len(), index, seed);
                 let inner = ends.iter().zip(point).map(|([low, high], place)| low + (high - low) * place);
-                (self.space.values(&inner.collect::<Vec<_>>()), Vec::new())
+                // Their expressions have equal shares of the box.
+                let Specimen { text, changes, .. } =
+                    self.specimens[from[index as usize % from.len()]].clone();
+                let values = self.space.values(&inner.collect::<Vec<_>>());
+                Specimen { text, changes, ..Specimen::new(values, number) }
             }
-            Way::Breed(strength) => {
+            Way::Breed(strength) | Way::Evolve(strength) => {
                 let breeding = Breeding { reach: strength * shrinkage, seed };
                 let parents = breeding.parents(from.len(), index).map(|i| from[i]);
                 let value = |i: usize| parents.map(|id| &self.specimens[id].values[i]);
                 let child = axes.iter().enumerate().map(|(i, a)| breeding.inherit(a, i, value(i), index));
+                let mut child = Specimen::new(child.collect(), number);
+                let own = breeding.takes_after(index);
+                let pair = [own, 1 - own].map(|i| &self.specimens[parents[i]]);
+                (child.text, child.changes) = (pair[0].text.clone(), pair[0].changes.clone());
+                if matches!(way, Way::Evolve(_)) {
+                    let genome = |of: &Specimen| Genome {
+                        values: self.space.named(&child.values),
+                        text: of.text.clone(),
+                    };
+                    let raised = nurse.raise(&breeding, index, [&genome(pair[0]), &genome(pair[1])]);
+                    if let Some((text, change)) = raised {
+                        child.text = Some(text);
+                        child.changes.push(change);
+                    }
+                }
                 let [first, second] = parents;
-                (child.collect(), if first == second { vec![first] } else { vec![first, second] })
+                child.parents = if first == second { vec![first] } else { vec![first, second] };
+                child
             }
-        };
-        Specimen { values, generation: number, parents }
+        }
     }
 
     /// The smallest box around specimens, with a margin, in the unit cube.

@@ -3,12 +3,37 @@
 use crate::diag::Diagnostic;
 use crate::render::{self, Job, Metadata};
 use crate::scene::{Param, Scene, Value};
-use crate::script::rewrite;
+use crate::script::{Request, rewrite};
 use crate::session::reads::Recorder;
 use crate::session::{Loaded, Order, Session};
+use crate::world::World;
 use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+/// What one picture is made of.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Genome {
+    /// What parameters have another value than the script gives them, by name.
+    pub values: BTreeMap<String, Value>,
+    /// The text, where its expressions differ from those of the script.
+    pub text: Option<Arc<str>>,
+}
+
+/// A world in which one file holds something else.
+struct Edited {
+    world: Arc<dyn World + Send + Sync>,
+    file: PathBuf,
+    text: Arc<str>,
+}
+
+impl World for Edited {
+    fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        if path == self.file { Ok(Arc::from(self.text.as_bytes())) } else { self.world.bytes(path) }
+    }
+}
 
 /// A script, and what it came to with the parameters that are fixed.
 #[derive(Clone)]
@@ -57,20 +82,37 @@ impl Subject {
             > 0
     }
 
-    /// The picture with other parameters, as the bytes of a PNG; `None` if it was cancelled.
+    /// The session of one picture.
+    pub(super) fn session(&self, genome: &Genome) -> Session {
+        let mut session = self.session.clone();
+        let mut params = session.params.clone();
+        params.extend(genome.values.clone());
+        session.set(params, session.time);
+        if let Some(text) = &genome.text {
+            let (world, file) = (session.world.clone(), session.script.clone());
+            session.world = Arc::new(Edited { world, file, text: text.clone() });
+            session.loaded = None;
+        }
+        session
+    }
+
+    /// What is to be run to find out about a text.
+    pub(super) fn request(&self, text: Option<&Arc<str>>, cancel: &Arc<AtomicBool>) -> Request {
+        let session = self.session(&Genome { text: text.cloned(), ..Genome::default() });
+        session.request(session.world.clone(), session.time, cancel)
+    }
+
+    /// One picture, as the bytes of a PNG; `None` if it was cancelled.
     ///
     /// # Errors
-    /// What is wrong with the script, or with its picture, if they have these values.
+    /// What is wrong with the script, or with its picture, if they are like that.
     pub fn draw(
         &self,
-        values: &BTreeMap<String, Value>,
+        genome: &Genome,
         order: &Order,
         cancel: &Arc<AtomicBool>,
     ) -> Result<Option<Vec<u8>>, Box<Diagnostic>> {
-        let mut session = self.session.clone();
-        let mut params = session.params.clone();
-        params.extend(values.clone());
-        session.set(params, session.time);
+        let mut session = self.session(genome);
         let loaded = session.load(cancel);
         let Some(scene) = &loaded.scene else {
             let error = loaded.diagnostics.iter().find(|d| d.severity == crate::diag::Severity::Error);
@@ -82,7 +124,7 @@ impl Subject {
             return Ok(None);
         }
         let metadata = Metadata {
-            script: self.text().unwrap_or_default().to_owned(),
+            script: self.text(genome).unwrap_or_default().to_owned(),
             params: scene.params.iter().map(|p| (p.name.clone(), p.value.clone())).collect(),
             ..Metadata::default()
         };
@@ -91,21 +133,26 @@ impl Subject {
             .map_err(|e| Box::new(Diagnostic::error(format!("the picture cannot be encoded ({e})"))))
     }
 
-    /// The script with other values as the defaults of its parameters.
+    /// The script of one picture, with its values as the defaults of its parameters.
     ///
     /// # Errors
     /// If one of them cannot be written into its text.
-    pub fn export(&self, values: &BTreeMap<String, Value>) -> Result<String, Box<Diagnostic>> {
-        let text = self.text().ok_or_else(|| Box::new(Diagnostic::error("the script has no text")))?;
-        let value = |p: &Param| values.get(&p.name).unwrap_or(&p.value).clone();
+    pub fn export(&self, genome: &Genome) -> Result<String, Box<Diagnostic>> {
+        let text = self.text(genome).ok_or_else(|| Box::new(Diagnostic::error("the script has no text")))?;
+        let value = |p: &Param| genome.values.get(&p.name).unwrap_or(&p.value).clone();
         let changed = self.params().iter().map(|p| Param { value: value(p), ..p.clone() });
         changed
             .filter(|p| p.value != p.default)
             .try_fold(text.to_owned(), |text, param| rewrite::with_default(&text, &param))
     }
 
+    /// The text of one picture.
+    pub(super) fn text<'a>(&'a self, genome: &'a Genome) -> Option<&'a str> {
+        genome.text.as_deref().or_else(|| self.own_text())
+    }
+
     /// The text of the script.
-    fn text(&self) -> Option<&str> {
+    fn own_text(&self) -> Option<&str> {
         self.loaded.sources.get(&*self.session.script.to_string_lossy()).map(|text| &**text)
     }
 }

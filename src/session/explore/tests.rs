@@ -59,7 +59,7 @@ fn gallery(count: usize) -> Gallery {
 fn starred(count: usize, ids: &[usize]) -> Gallery {
     let mut gallery = gallery(count);
     for id in ids {
-        gallery.obey(Command::Star { id: *id, on: true }).unwrap();
+        gallery.obey(Command::Star { id: *id, on: true }, &()).unwrap();
     }
     gallery
 }
@@ -102,7 +102,7 @@ fn the_same_choices_lead_to_the_same_specimens() {
             Command::More(1),
             Command::Narrow,
         ] {
-            gallery.obey(command).unwrap();
+            gallery.obey(command, &()).unwrap();
         }
         gallery
     };
@@ -117,7 +117,7 @@ fn narrow_stays_around_the_favourites() {
     let axes = space().axes;
     let mut widths = Vec::new();
     for _ in 0..2 {
-        gallery.obey(Command::Narrow).unwrap();
+        gallery.obey(Command::Narrow, &()).unwrap();
         let made = gallery.generations.last().unwrap();
         let mut width = 0.0_f64;
         for (i, axis) in axes.iter().enumerate() {
@@ -135,8 +135,8 @@ fn narrow_stays_around_the_favourites() {
         widths.push(width);
         // The next one is around one alone.
         let last = *made.members.last().unwrap();
-        gallery.obey(Command::Clear).unwrap();
-        gallery.obey(Command::Star { id: last, on: true }).unwrap();
+        gallery.obey(Command::Clear, &()).unwrap();
+        gallery.obey(Command::Star { id: last, on: true }, &()).unwrap();
     }
     assert!(widths[0] > 0.0 && widths[1] < widths[0], "{widths:?}");
 }
@@ -146,7 +146,7 @@ fn children_take_after_their_parents() {
     let favourites = [2, 5, 11];
     let distance = |strength: f64| {
         let mut gallery = starred(20, &favourites);
-        gallery.obey(Command::Breed(strength)).unwrap();
+        gallery.obey(Command::Breed(strength), &()).unwrap();
         let mut farthest = 0.0_f64;
         for id in &gallery.generations[1].members {
             let child = &gallery.specimens[*id];
@@ -170,8 +170,8 @@ fn children_take_after_their_parents() {
 #[test]
 fn every_pair_of_favourites_has_children() {
     let mut gallery = starred(20, &[2, 5, 11]);
-    gallery.obey(Command::Breed(0.5)).unwrap();
-    gallery.obey(Command::More(1)).unwrap();
+    gallery.obey(Command::Breed(0.5), &()).unwrap();
+    gallery.obey(Command::More(1), &()).unwrap();
     let pairs: std::collections::BTreeSet<_> =
         gallery.specimens[20..].iter().map(|s| s.parents.clone()).collect();
     let all = [[2, 5], [2, 11], [5, 2], [5, 11], [11, 2], [11, 5]];
@@ -190,11 +190,11 @@ fn what_makes_no_sense_is_refused_and_changes_nothing() {
         (Command::Star { id: 6, on: true }, Refused::Unknown("picture", 6)),
         (Command::More(1), Refused::Unknown("generation", 1)),
     ] {
-        assert_eq!(gallery.obey(command), Err(refused));
+        assert_eq!(gallery.obey(command, &()), Err(refused));
         assert_eq!(gallery, before);
     }
-    gallery.obey(Command::Star { id: 2, on: true }).unwrap();
-    assert_eq!(gallery.obey(Command::Breed(0.0)), Err(Refused::NothingNew));
+    gallery.obey(Command::Star { id: 2, on: true }, &()).unwrap();
+    assert_eq!(gallery.obey(Command::Breed(0.0), &()), Err(Refused::NothingNew));
     assert_eq!(gallery.generations.len(), 1);
 }
 
@@ -205,10 +205,10 @@ fn a_gallery_ends_where_everything_is_there() {
     let mut values: Vec<f64> = gallery.specimens.iter().map(|s| number(&s.values[0])).collect();
     values.sort_by(f64::total_cmp);
     assert_eq!(values, [1.0, 2.0, 3.0]);
-    assert_eq!(gallery.obey(Command::More(0)), Err(Refused::NothingNew));
+    assert_eq!(gallery.obey(Command::More(0), &()), Err(Refused::NothingNew));
     let mut full = Gallery::new(space(), MOST + 1, 0);
     assert_eq!(full.specimens.len(), MOST);
-    assert_eq!(full.obey(Command::More(0)), Err(Refused::Full));
+    assert_eq!(full.obey(Command::More(0), &()), Err(Refused::Full));
 }
 
 #[test]
@@ -255,10 +255,10 @@ fn pickers_are_sampled_and_bred_like_numbers() {
     assert!(["ridged", "billow", "7"].iter().all(|name| (16..=24).contains(&with(1, (*name).into()))));
     assert!((26..=34).contains(&with(2, true.into())));
     for id in [4, 9] {
-        gallery.obey(Command::Star { id, on: true }).unwrap();
+        gallery.obey(Command::Star { id, on: true }, &()).unwrap();
     }
-    gallery.obey(Command::Breed(0.2)).unwrap();
-    gallery.obey(Command::Narrow).unwrap();
+    gallery.obey(Command::Breed(0.2), &()).unwrap();
+    gallery.obey(Command::Narrow, &()).unwrap();
     for specimen in &gallery.specimens {
         for (axis, value) in gallery.space().axes.iter().zip(&specimen.values) {
             assert_eq!(axis.domain.admit(value).as_ref(), Ok(value));
@@ -266,9 +266,17 @@ fn pickers_are_sampled_and_bred_like_numbers() {
     }
 }
 
-fn subject(script: &str) -> Subject {
+fn of(values: &BTreeMap<String, Value>) -> Genome {
+    Genome { values: values.clone(), text: None }
+}
+
+fn session(script: &str) -> Session {
     let world = Memory(BTreeMap::from([("a.rhai".into(), script.to_owned())]));
-    let mut session = Session::new("a.rhai", Arc::new(world));
+    Session::new("a.rhai", Arc::new(world))
+}
+
+fn subject(script: &str) -> Subject {
+    let mut session = session(script);
     freeze(&mut session);
     let loaded = session.load(&Arc::default());
     let scene = loaded.scene.clone().unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
@@ -280,7 +288,7 @@ fn scripts_are_exported_with_their_values() {
     let subject =
         subject("let r = param(\"r\", 0.5, 0.1..1.0);\nlet n = param(\"n\", 2, 0..1 + 8);\nsphere(r / n)");
     let values = BTreeMap::from([("r".to_owned(), 0.25.into()), ("n".to_owned(), 3.0.into())]);
-    let text = subject.export(&values).unwrap();
+    let text = subject.export(&of(&values)).unwrap();
     assert_eq!(
         text,
         "let r = param(\"r\", 0.25, 0.1..1.0);\nlet n = param(\"n\", 3, 0..1 + 8);\nsphere(r / n)"
@@ -294,12 +302,12 @@ fn scripts_are_exported_with_their_values() {
         ("c".to_owned(), "#000001".into()),
     ]);
     assert_eq!(
-        pickers.export(&picked).unwrap(),
+        pickers.export(&of(&picked)).unwrap(),
         "let s = param(\"s\", \"b\", [\"a\", \"b\"]); let on = param(\"on\", false); sphere(1.0).colored(param(\"c\", \"#000001\"))",
     );
     let computed = self::subject("sphere(param(\"r\", 0.25 + 0.25, 0.1..1.0))");
-    assert!(computed.export(&BTreeMap::from([("r".to_owned(), 0.5.into())])).is_ok());
-    let error = computed.export(&values).unwrap_err();
+    assert!(computed.export(&of(&BTreeMap::from([("r".to_owned(), 0.5.into())]))).is_ok());
+    let error = computed.export(&of(&values)).unwrap_err();
     assert!(error.message.contains("`r` cannot be written"), "{error:?}");
 }
 
@@ -311,7 +319,7 @@ fn pictures_are_drawn_once_and_bad_ones_say_why() {
     let draw = |id: usize, r: f64| {
         let (sender, drawn) = channel();
         let tell = move |drawn: Drawn| sender.send(drawn).unwrap();
-        let ticket = atelier.ask((id, (24, 18)), BTreeMap::from([("r".to_owned(), r.into())]), tell);
+        let ticket = atelier.ask((id, (24, 18)), of(&BTreeMap::from([("r".to_owned(), r.into())])), tell);
         let drawn = drawn.recv().unwrap();
         drop(ticket);
         drawn
@@ -328,12 +336,144 @@ fn what_nobody_waits_for_is_not_drawn() {
     let (sender, drawn) = channel();
     for id in 0..20 {
         let sender = sender.clone();
-        let large = atelier.ask((id, (4000, 3000)), BTreeMap::new(), move |_| sender.send(id).unwrap());
+        let large = atelier.ask((id, (4000, 3000)), Genome::default(), move |_| sender.send(id).unwrap());
         drop(large);
     }
     let (done, end) = channel();
-    let _ticket = atelier.ask((99, (8, 6)), BTreeMap::new(), move |_| done.send(()).unwrap());
+    let _ticket = atelier.ask((99, (8, 6)), Genome::default(), move |_| done.send(()).unwrap());
     end.recv().unwrap();
     drop((sender, atelier));
     assert_eq!(drawn.iter().count(), 0);
+}
+
+/// A ball with a lump that is cut, and noise.
+const ROCK: &str = "import \"std/fractal\" as fractal;
+let r = param(\"r\", 0.8, 0.5..1.0);
+let bumps = 0.1 * fractal::fbm(gradient(7), #{ octaves: 3 }).scaled(3.0);
+let lump = max(sphere(r), box([1.0, 1.5, 1.0])); // max(x, 2.0)
+lump + bumps";
+
+/// Favourites of a script, and their children, whose expressions may change.
+fn evolved(script: &str, strength: f64, seed: u64) -> (Subject, Gallery) {
+    let subject = subject(script);
+    let mut gallery = Gallery::new(Space::new(subject.params(), &subject.fixed()), 6, seed);
+    let (nursery, cancel) = (Nursery::default(), Arc::default());
+    let nurse = Nurse { subject: &subject, nursery: &nursery, cancel: &cancel };
+    for id in [1, 3] {
+        gallery.obey(Command::Star { id, on: true }, &nurse).unwrap();
+    }
+    gallery.obey(Command::Evolve(strength), &nurse).unwrap();
+    for id in [7, 9] {
+        gallery.obey(Command::Star { id, on: true }, &nurse).unwrap();
+    }
+    gallery.obey(Command::Evolve(strength), &nurse).unwrap();
+    (subject, gallery)
+}
+
+#[test]
+fn expressions_change_and_every_child_is_a_script() {
+    let (subject, gallery) = evolved(ROCK, 0.5, 1);
+    let changed: Vec<_> = gallery.specimens.iter().filter(|s| s.text.is_some()).collect();
+    assert!(changed.len() >= 8, "{}", changed.len());
+    let texts: std::collections::BTreeSet<_> = changed.iter().map(|s| s.text.clone()).collect();
+    assert!(texts.len() >= 6, "{}", texts.len());
+    for (id, specimen) in gallery.specimens.iter().enumerate() {
+        let genome = gallery.genome(id).unwrap();
+        let text = subject.export(&genome).unwrap();
+        let loaded = self::session(&text).load(&Arc::default());
+        let scene = loaded.scene.clone().unwrap_or_else(|| panic!("{text}\n{:?}", loaded.diagnostics));
+        assert_eq!(scene.params.len(), 1);
+        assert_eq!(Some(&scene.params[0].value), genome.values.get("r"), "{text}");
+        assert_eq!(
+            (&scene.params[0].name, &scene.params[0].domain),
+            (&subject.params()[0].name, &subject.params()[0].domain)
+        );
+        assert_eq!(specimen.text.is_some(), !specimen.changes.is_empty());
+        assert!(
+            text.contains("// max(x, 2.0)") && text.contains("import \"std/fractal\" as fractal;"),
+            "{text}"
+        );
+        for change in &specimen.changes {
+            assert!(change.what.contains(" → ") && change.before != change.after, "{change:?}");
+        }
+        if let Some(change) = specimen.changes.last() {
+            let own = genome.text.as_deref().unwrap();
+            assert!(
+                own.lines().nth(change.line - 1).is_some_and(|l| change.after.contains(l.trim())),
+                "{change:?}"
+            );
+        }
+    }
+    let longest = gallery.specimens.iter().map(|s| s.changes.len()).max();
+    assert_eq!(longest, Some(2));
+}
+
+#[test]
+fn the_same_choices_lead_to_the_same_expressions() {
+    let texts = |seed: u64| {
+        let (_, gallery) = evolved(ROCK, 0.4, seed);
+        gallery.specimens.into_iter().map(|s| (s.values, s.text)).collect::<Vec<_>>()
+    };
+    assert_eq!(texts(3), texts(3));
+    assert_ne!(texts(3), texts(4));
+}
+
+#[test]
+fn without_mutation_expressions_are_only_crossed() {
+    let (subject, mut gallery) = evolved(ROCK, 0.5, 2);
+    let (nursery, cancel) = (Nursery::default(), Arc::default());
+    let nurse = Nurse { subject: &subject, nursery: &nursery, cancel: &cancel };
+    let stars: Vec<usize> = gallery.stars.iter().copied().collect();
+    let before = gallery.specimens.len();
+    gallery.obey(Command::Evolve(0.0), &nurse).unwrap();
+    for child in &gallery.specimens[before..] {
+        for (i, value) in child.values.iter().enumerate() {
+            assert!(stars.iter().any(|id| gallery.specimens[*id].values[i] == *value));
+        }
+    }
+    // Of those with the expressions of the script there is nothing to cross.
+    gallery.obey(Command::Clear, &nurse).unwrap();
+    for id in [1, 3] {
+        gallery.obey(Command::Star { id, on: true }, &nurse).unwrap();
+    }
+    assert_eq!(gallery.obey(Command::Evolve(0.0), &nurse), Err(Refused::NothingNew));
+    assert_eq!(gallery.obey(Command::Evolve(f64::NAN), &nurse), Err(Refused::Strength));
+}
+
+#[test]
+fn an_exported_child_has_the_picture_of_its_specimen() {
+    let (subject, gallery) = evolved(ROCK, 0.5, 1);
+    let id = gallery.specimens.iter().position(|s| s.changes.len() == 2).unwrap();
+    let order = crate::session::Order { size: Some((24, 18)), samples: Some(1), ..Default::default() };
+    let draw = |subject: &Subject, genome: &Genome| {
+        let png = subject.draw(genome, &order, &Arc::default()).unwrap().unwrap();
+        image::load_from_memory(&png).unwrap().into_rgba8()
+    };
+    let genome = gallery.genome(id).unwrap();
+    let exported = self::subject(&subject.export(&genome).unwrap());
+    assert_eq!(draw(&subject, &genome), draw(&exported, &Genome::default()));
+    assert_ne!(draw(&subject, &genome), draw(&subject, &Genome { text: None, ..genome.clone() }));
+}
+
+#[test]
+fn what_nobody_waits_for_is_not_raised() {
+    let subject = subject(ROCK);
+    let mut gallery = Gallery::new(Space::new(subject.params(), &subject.fixed()), 6, 0);
+    gallery.obey(Command::Star { id: 1, on: true }, &()).unwrap();
+    let before = gallery.clone();
+    let (nursery, cancel) = (Nursery::default(), Arc::new(true.into()));
+    let nurse = Nurse { subject: &subject, nursery: &nursery, cancel: &cancel };
+    assert_eq!(gallery.obey(Command::Evolve(0.5), &nurse), Err(Refused::GivenUp));
+    assert_eq!(gallery, before);
+}
+
+#[test]
+fn narrower_boxes_have_the_expressions_of_their_favourites() {
+    let (subject, mut gallery) = evolved(ROCK, 0.5, 1);
+    let stars: Vec<_> = gallery.stars.iter().map(|id| gallery.specimens[*id].text.clone()).collect();
+    let before = gallery.specimens.len();
+    gallery.obey(Command::Narrow, &()).unwrap();
+    let texts: Vec<_> = gallery.specimens[before..].iter().map(|s| s.text.clone()).collect();
+    assert!(stars.iter().all(|text| texts.contains(text)) && texts.iter().all(|text| stars.contains(text)));
+    assert!(subject.params().len() == 1);
 }

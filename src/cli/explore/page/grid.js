@@ -1,6 +1,6 @@
 // The pictures of a generation, side by side.
 
-import { make, origin, spoken } from "./values.js";
+import { make, novelty, origin, spoken } from "./values.js";
 
 export class Grid {
   /** `on` has what happens when a picture is opened, starred or looked at. */
@@ -47,6 +47,12 @@ export class Grid {
     const caption = make("figcaption");
     caption.append(make("b", "", id), make("span", "", origin(this.gallery, id)));
     figure.append(frame, star, caption);
+    const news = novelty(this.gallery, id);
+    if (news) {
+      const line = make("p", "novelty", news);
+      line.title = news;
+      figure.append(line);
+    }
     frame.onclick = () => this.on.open(id);
     star.onclick = () => this.on.star(id);
     figure.onfocus = () => this.look(id);

@@ -1,7 +1,7 @@
 // One picture, large, with its values and what can be done with it.
 
 import { picture } from "./pictures.js";
-import { origin, values } from "./values.js";
+import { changes, origin, values } from "./values.js";
 
 export class Large {
   /** `on` has what the buttons do, and `command` the command line of a picture. */
@@ -47,6 +47,7 @@ export class Large {
     const about = origin(gallery, id);
     this.part("h2").textContent = about ? `${id}, ${about}` : `Picture ${id}`;
     this.part(".values").replaceChildren(...values(gallery, id));
+    this.part(".changes").replaceChildren(...changes(gallery, id));
     const starred = gallery.stars.includes(id);
     this.part(".star").setAttribute("aria-pressed", String(starred));
     this.part(".star").textContent = starred ? "★ Starred" : "☆ Star";

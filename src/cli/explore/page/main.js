@@ -3,9 +3,11 @@
 import { Grid } from "./grid.js";
 import { Large } from "./large.js";
 import { Pictures } from "./pictures.js";
-import { make, origin, settings, values } from "./values.js";
+import { changes, make, origin, settings, values, word } from "./values.js";
 
 const by = (id) => document.getElementById(id);
+/** What makes something of the favourites. */
+const MAKERS = ["narrow", "breed", "clear"];
 let gallery;
 let shown = 0;
 
@@ -26,7 +28,12 @@ const large = new Large(by("large"), pictures, {
 /** The pictures that are shown. */
 const members = () => gallery.generations[shown].members;
 
+/** Whether a picture is of another text than the script has. */
+const isChanged = (id) => Boolean(gallery.specimens[id].changes);
+
 function command(id) {
+  // What has other expressions is rendered from its own script, with its values as the defaults.
+  if (isChanged(id)) return `orogen render ${word(`${gallery.name}-${id}.rhai`)}${gallery.options}`;
   return gallery.command + settings(gallery, id);
 }
 
@@ -55,7 +62,10 @@ async function act(command) {
 
 /** Makes a generation, and shows it. */
 async function begin(command) {
+  for (const id of MAKERS) by(id).disabled = true;
+  by("drawn").textContent = "making a generation";
   if (await act(command)) turn(gallery.generations.length - 1);
+  else show(gallery);
 }
 
 function show(news) {
@@ -69,7 +79,7 @@ function show(news) {
   status();
   look(grid.here);
   if (large.isOpen) large.show(gallery);
-  for (const id of ["narrow", "breed", "clear"]) by(id).disabled = gallery.stars.length === 0;
+  for (const id of MAKERS) by(id).disabled = gallery.stars.length === 0;
   document.body.dataset.generation = shown;
   document.body.dataset.specimens = gallery.specimens.length;
 }
@@ -103,7 +113,8 @@ function stars() {
 function generations() {
   by("generations").replaceChildren(...gallery.generations.map(({ way, from, members }, i) => {
     const button = make("button");
-    const made = way === "sample" ? "sample" : `${way === "narrow" ? "narrowed to" : "bred from"} ${from.join(", ")}`;
+    const how = way === "narrow" ? "narrowed to" : way.evolve === undefined ? "bred from" : "evolved from";
+    const made = way === "sample" ? "sample" : `${how} ${from.join(", ")}`;
     button.append(make("span", "", `${i + 1}  ${made}`), make("span", "", members.length));
     button.title = made;
     button.setAttribute("role", "radio");
@@ -130,6 +141,7 @@ function look(id) {
   by("here").hidden = false;
   by("here").querySelector("h2").textContent = about ? `${id}, ${about}` : `Picture ${id}`;
   by("here").querySelector(".values").replaceChildren(...values(gallery, id));
+  by("here").querySelector(".changes").replaceChildren(...changes(gallery, id));
 }
 
 function open(id) {
@@ -154,7 +166,7 @@ async function save(id) {
 async function copy(id) {
   try {
     await navigator.clipboard.writeText(command(id));
-    notice("copied", command(id));
+    notice("copied", isChanged(id) ? `${command(id)} (it needs the saved script)` : command(id));
   } catch {
     // Without a clipboard the text is there to be copied by hand.
     if (!large.isOpen) open(id);
@@ -180,7 +192,7 @@ function strength() {
 
 by("more").onclick = () => act({ more: shown });
 by("narrow").onclick = () => begin("narrow");
-by("breed").onclick = () => begin({ breed: by("strength").valueAsNumber });
+by("breed").onclick = () => begin({ [by("expressions").checked ? "evolve" : "breed"]: by("strength").valueAsNumber });
 by("clear").onclick = () => act("clear");
 by("strength").oninput = strength;
 by("help").onclick = () => by("keys").showModal();
@@ -195,6 +207,7 @@ const KEYS = [
   ["M", "more pictures for this generation", () => by("more").click()],
   ["N", "narrow: a generation from around the favourites", () => by("narrow").click()],
   ["B", "breed: a generation of their children", () => by("breed").click()],
+  ["X", "breed the expressions as well, or no longer", () => by("expressions").click()],
   ["[", "the generation before", () => turn(shown - 1)],
   ["]", "the generation after", () => turn(shown + 1)],
   ["?", "these keys", () => by("keys").showModal()],

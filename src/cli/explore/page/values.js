@@ -60,14 +60,30 @@ export function origin({ specimens, generations }, id) {
   return generations[generation].way === "narrow" ? "narrowed" : "";
 }
 
+/** The last change of the expressions of a specimen, in a few words; none where they are the script's. */
+export function novelty({ specimens }, id) {
+  const last = specimens[id].changes?.at(-1);
+  return last ? `${last.what}, line ${last.line}` : "";
+}
+
+/** All changes of the expressions of a specimen, with the lines as they were and became. */
+export function changes({ specimens }, id) {
+  return (specimens[id].changes ?? []).map(({ line, what, before, after }) => {
+    const box = make("div", "change");
+    box.append(make("p", "", `${what}, line ${line}`), make("del", "", before), make("ins", "", after));
+    return box;
+  });
+}
+
 /** A specimen for those who cannot see it. */
 export function spoken({ axes, specimens, stars }, id) {
   const list = axes.map((axis, i) => `${axis.name} ${said(specimens[id].values[i])}`);
-  return `Picture ${id}${stars.includes(id) ? ", favourite" : ""}: ${list.join(", ")}`;
+  const news = novelty({ specimens }, id);
+  return `Picture ${id}${stars.includes(id) ? ", favourite" : ""}: ${list.join(", ")}${news && `; ${news}`}`;
 }
 
 /** A value as it can be typed into a shell. */
-function word(value) {
+export function word(value) {
   const text = String(value);
   return /^[\p{L}\p{N}./_+,#\\:-]*$/u.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
 }
