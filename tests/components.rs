@@ -354,14 +354,14 @@ fn rough_solids() {
             _ => format!("max(sphere(1.0), {amplitude:.3} * 0.4 - abs(gradient({seed}).scaled(2.0)))"),
         }
     };
-    let scripts: Vec<String> = (0..30).map(script).collect();
+    let scripts: Vec<String> = (0..20).map(script).collect();
     let is_proven = |script: &&String| {
         let found = found(script, 2.0);
         compare(script, 2.0, &found, 64);
         found.is_certified()
     };
     let proven = scripts.par_iter().filter(is_proven).count();
-    assert!(proven >= 16, "only {proven} of 30 are proven");
+    assert!(proven >= 10, "only {proven} of 20 are proven");
 }
 
 #[test]
