@@ -59,6 +59,16 @@ fn finds_modules_headings_and_words() {
 }
 
 #[test]
+fn modules_of_ones_own_are_explained() {
+    let rocks = "/// A stone of a size.\n///\n///     rocks::boulder(2.0)\nfn boulder(size) { sphere(size) }";
+    let bench = Bench::new(&[("rocks.rhai", rocks)]);
+    let run = |lines: &str| bench.command("repl").write_stdin(lines).assert();
+    let said = stdout(&run("import \"rocks\" as stones;\n:help stones::boulder\n").success());
+    has(&said, &["stones::boulder(size)", "A stone of a size."]);
+    has(&stderr(&run(":help stones::boulder\n").code(1)), &["stones::boulder"]);
+}
+
+#[test]
 fn fields_are_drawn_to_files_on_a_pipe() {
     let bench = Bench::new(&[]);
     let run = |lines: &str| bench.command("repl").write_stdin(lines).assert();

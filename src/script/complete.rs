@@ -37,8 +37,10 @@ pub struct Known<'a> {
     pub entries: &'a [Entry],
     /// What the session itself has named, and the words of the language.
     pub others: Vec<Candidate>,
-    /// Names under which modules were imported, with those modules.
+    /// Names under which modules of the standard library were imported, with those modules.
     pub aliases: &'a [(String, String)],
+    /// Names under which the user's own modules were imported, with their functions.
+    pub own: &'a [(String, Vec<Entry>)],
 }
 
 impl<'a> Known<'a> {
@@ -85,6 +87,9 @@ impl<'a> Known<'a> {
 
     /// The entries of a name, which may have a module in front of it by the name that it was imported under.
     fn entries_of(&self, name: &str) -> Vec<&'a Entry> {
+        if let Some(own) = name.split_once("::").and_then(|(alias, _)| self.own_module(alias)) {
+            return own.iter().filter(|e| e.name == name).collect();
+        }
         let full = match name.split_once("::") {
             Some((alias, rest)) => format!("{}::{rest}", self.module(alias)),
             None => name.to_owned(),
@@ -97,12 +102,23 @@ impl<'a> Known<'a> {
         self.aliases.iter().rev().find(|(name, _)| name == alias).map_or(alias, |(_, module)| module)
     }
 
+    /// Functions of a module of the user's.
+    fn own_module(&self, alias: &str) -> Option<&'a [Entry]> {
+        self.own.iter().find(|(name, _)| name == alias).map(|(_, entries)| &entries[..])
+    }
+
     fn names(&self, word: &str) -> Vec<Candidate> {
         let modules = modules::STD.iter().map(|(name, _)| *name);
         let modules = modules.filter(|name| name.starts_with(word) && !modules::PRELUDE.contains(name));
         let entries = self.entries.iter().filter(|e| e.name.starts_with(word) && !e.name.contains("::"));
         let mut found: Vec<Candidate> = entries.map(|e| candidate(e, &e.name, &e.signature)).collect();
         found.extend(self.others.iter().filter(|c| c.text.starts_with(word)).cloned());
+        let own = self.own.iter().filter(|(alias, _)| alias.starts_with(word));
+        found.extend(own.map(|(alias, _)| Candidate {
+            text: format!("{alias}::"),
+            signature: format!("{alias}::"),
+            about: "a module of yours".to_owned(),
+        }));
         found.extend(modules.map(|name| Candidate {
             text: format!("{name}::"),
             signature: format!("{name}::"),
@@ -113,8 +129,11 @@ impl<'a> Known<'a> {
 
     /// Functions of a module.
     fn members(&self, alias: &str, word: &str) -> Vec<Candidate> {
-        let start = format!("{}::{word}", self.module(alias));
-        let entries = self.entries.iter().filter(|e| e.name.starts_with(&start));
+        let (start, entries) = match self.own_module(alias) {
+            Some(own) => (format!("{alias}::{word}"), own),
+            None => (format!("{}::{word}", self.module(alias)), self.entries),
+        };
+        let entries = entries.iter().filter(|e| e.name.starts_with(&start));
         entries.map(|e| candidate(e, help::short(e), &e.signature)).collect()
     }
 
@@ -244,12 +263,15 @@ fn items(text: &str) -> Vec<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::script::entries_of;
 
     fn with<T>(ask: impl FnOnce(&Known<'_>) -> T) -> T {
         let aliases = [("fr".to_owned(), "fractal".to_owned())];
         let mine =
             Candidate { text: "spherical".into(), signature: "spherical".into(), about: "mine".into() };
-        ask(&Known { entries: &crate::script::reference(), others: vec![mine], aliases: &aliases })
+        let functions = lexer::functions("/// Land.\nfn ground(height) { height }");
+        let own = [("planet".to_owned(), entries_of("planet", functions, ""))];
+        ask(&Known { entries: &crate::script::reference(), others: vec![mine], aliases: &aliases, own: &own })
     }
 
     fn texts(text: &str) -> Vec<String> {
@@ -281,6 +303,14 @@ mod tests {
         assert!(texts("film(#{ ").contains(&"height: ".to_owned()));
         // A value is no key.
         assert!(!texts("film(#{ width: hei").contains(&"height: ".to_owned()));
+    }
+
+    #[test]
+    fn modules_of_ones_own_hide_those_of_the_library() {
+        assert_eq!(texts("planet::"), ["ground"]);
+        assert!(texts("plane").contains(&"planet::".to_owned()));
+        let wanted = with(|known| known.signatures("planet::ground(").iter().map(|e| e.doc.clone()).next());
+        assert_eq!(wanted.as_deref(), Some("Land."));
     }
 
     #[test]

@@ -357,14 +357,21 @@ pub fn reference() -> Vec<Entry> {
 fn std_entries() -> Vec<Entry> {
     let mut entries = Vec::new();
     for (module, text) in modules::STD {
-        let prefix = if modules::PRELUDE.contains(module) { String::new() } else { format!("{module}::") };
-        entries.extend(lexer::functions(text).into_iter().map(|f| Entry {
-            name: format!("{prefix}{}", f.name),
-            signature: format!("{prefix}{}", f.signature),
-            doc: f.doc,
-            example: f.example,
-            group: format!("std/{module}"),
-        }));
+        let name = if modules::PRELUDE.contains(module) { "" } else { module };
+        entries.extend(entries_of(name, lexer::functions(text), &format!("std/{module}")));
     }
     entries
+}
+
+/// Functions of a module under the name that it was imported by, which is empty where there is none, and a heading.
+fn entries_of(module: &str, functions: Vec<lexer::Documented>, group: &str) -> Vec<Entry> {
+    let prefix = if module.is_empty() { String::new() } else { format!("{module}::") };
+    let entry = |f: lexer::Documented| Entry {
+        name: format!("{prefix}{}", f.name),
+        signature: format!("{prefix}{}", f.signature),
+        doc: f.doc,
+        example: f.example,
+        group: group.to_owned(),
+    };
+    functions.into_iter().map(entry).collect()
 }

@@ -77,6 +77,12 @@ impl Loaded {
         self.modules.borrow().values().flat_map(|(_, functions)| functions.clone()).collect()
     }
 
+    /// The functions of a module that was imported by a path.
+    pub fn functions_of(&self, path: &str) -> Vec<lexer::Documented> {
+        let path = path.strip_suffix(".rhai").unwrap_or(path);
+        self.modules.borrow().get(path).map_or(Vec::new(), |(_, functions)| functions.clone())
+    }
+
     /// Forgets all modules, so that changed files are read again.
     pub fn clear(&self) {
         self.modules.borrow_mut().clear();

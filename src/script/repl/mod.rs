@@ -42,6 +42,8 @@ pub struct Interpreter {
     record: Record,
     /// Names of imported modules of the standard library, with those modules.
     aliases: Vec<(String, String)>,
+    /// Those of the user's own modules, with their functions.
+    own: Vec<(String, Vec<Entry>)>,
     scene: Option<SceneValue>,
     entries: Vec<Entry>,
 }
@@ -73,6 +75,7 @@ impl Interpreter {
             text,
             record: Record::default(),
             aliases: Vec::new(),
+            own: Vec::new(),
             scene: None,
             entries,
         })
@@ -147,7 +150,8 @@ impl Interpreter {
         };
         let ast = compile(text)?;
         let statements = import_statements(text);
-        let imports = statements.iter().map(|(t, _)| compile(t)).collect::<Result<Vec<_>, _>>()?;
+        let imports =
+            statements.iter().map(|import| compile(&import.statement)).collect::<Result<Vec<_>, _>>()?;
         // Imports end with the run that makes them, so they run again.
         let mut whole = self.functions.clone();
         for import in &self.imports {
@@ -160,9 +164,23 @@ impl Interpreter {
         self.functions = self.functions.merge(&ast.clone_functions_only());
         if result.is_ok() {
             self.imports.extend(imports);
-            self.aliases.extend(statements.into_iter().filter_map(|(_, alias)| alias));
+            statements.into_iter().for_each(|import| self.name_module(import));
         }
         result
+    }
+
+    /// Notes by which name a module is known from now on.
+    fn name_module(&mut self, Import { alias, path, .. }: Import) {
+        self.aliases.retain(|(known, _)| *known != alias);
+        self.own.retain(|(known, _)| *known != alias);
+        match path.strip_prefix("std/") {
+            Some(module) => self.aliases.push((alias, module.to_owned())),
+            None => {
+                let functions = self.setup.loaded.functions_of(&path);
+                let entries = super::entries_of(&alias, functions, &path);
+                self.own.push((alias, entries));
+            }
+        }
     }
 
     /// Whether an input goes on: a bracket, text or comment is open.
@@ -212,12 +230,16 @@ impl Interpreter {
 
     /// How a text that ends at the cursor can go on.
     pub fn complete(&self, text: &str) -> Completion {
-        Known { entries: &self.entries, others: self.own_names(), aliases: &self.aliases }.complete(text)
+        self.known(self.own_names()).complete(text)
     }
 
     /// What the call wants that a text ends in: its signatures, and what it does.
     pub fn call(&self, text: &str) -> Vec<&Entry> {
-        Known { entries: &self.entries, others: Vec::new(), aliases: &self.aliases }.signatures(text)
+        self.known(Vec::new()).signatures(text)
+    }
+
+    fn known(&self, others: Vec<Candidate>) -> Known<'_> {
+        Known { entries: &self.entries, others, aliases: &self.aliases, own: &self.own }
     }
 
     /// Everything that went well so far, as a script; `None` if there is nothing.
@@ -228,7 +250,9 @@ impl Interpreter {
     /// What a name means: signatures, a sentence, an example; or what there is in a module, under a
     /// heading or about a word.
     pub fn help(&self, name: &str) -> Option<String> {
-        let known = help::explain(&self.entries, name).or_else(|| input_help(name).map(str::to_owned));
+        let own = self.own.iter().find_map(|(_, entries)| help::explain(entries, name));
+        let known = own.or_else(|| help::explain(&self.entries, name));
+        let known = known.or_else(|| input_help(name).map(str::to_owned));
         // What the user has named goes before words of the documentation.
         let own = self.scope.contains(name) || self.functions.iter_functions().any(|f| f.name == name);
         known.or_else(|| if own { None } else { help::topic(&self.entries, name) })
@@ -260,9 +284,15 @@ impl Interpreter {
     }
 }
 
-/// An import statement, padded to its line; and if it is of the standard library, the name that it gives to which
-/// module.
-type Import = (String, Option<(String, String)>);
+/// An import.
+struct Import {
+    /// Padded to its line.
+    statement: String,
+    /// The name that it gives,
+    alias: String,
+    /// and to what.
+    path: String,
+}
 
 /// The import statements at the top level of a text.
 fn import_statements(text: &str) -> Vec<Import> {
@@ -278,8 +308,8 @@ fn import_statements(text: &str) -> Vec<Import> {
                 if let [_, path, "as", alias] = words[..] {
                     let statement =
                         format!("{}import {path} as {alias};", "\n".repeat(token.line as usize - 1));
-                    let module = path.trim_matches('"').strip_prefix("std/");
-                    found.push((statement, module.map(|module| (alias.to_owned(), module.to_owned()))));
+                    let path = path.trim_matches('"').to_owned();
+                    found.push(Import { statement, alias: alias.to_owned(), path });
                 }
             }
             _ => {}
