@@ -229,11 +229,12 @@ fn what_melts_is_pruned_where_it_is_far_apart() {
     let mut solid = b.sphere([0.0; 3], 0.2);
     for _ in 0..40 {
         let ball = b.sphere(std::array::from_fn(|_| rng.random_range(-1.0..1.0)), 0.1);
-        let [near, far] = [solid, ball].map(|side| b.scaled(10.0, side));
-        let both = b.op(Op::Melt(op::Melt { ramp: op::Ramp::Cubic }), &[near, far]);
-        solid = b.scaled(0.1, both);
+        solid = b.op(Op::Melt(op::Melt::new(op::Ramp::Cubic, 0.1)), &[solid, ball]);
     }
     assert!(shorter_places(solid, &b) > 15_000);
+    let tape = b.field(solid).tape().clone();
+    let corner = tape.prune(&[Interval::new(0.9, 1.0), Interval::new(0.9, 1.0), Interval::new(0.9, 1.0)]);
+    assert!(corner.len() * 4 < tape.len(), "{} of {}", corner.len(), tape.len());
 }
 
 #[test]

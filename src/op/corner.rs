@@ -181,19 +181,40 @@ impl Function<1> for Ramp {
     }
 }
 
-/// The smaller of two with the corner between them rounded, `x - ramp(x - y)`: where they differ by 1 or more
-/// it is the smaller one, and its argument alone.
+/// The smaller of two with the corner between them rounded over a width `w`, `x - w ramp((x - y) / w)`: where they
+/// differ by `w` or more it is the smaller one, and its argument alone.
+///
+/// The width is a part of the operation, and not a matter of three products around it, so that nothing is left of
+/// a corner that is far away.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Melt {
     /// The profile of the corner.
     pub ramp: Ramp,
+    /// The bits of the width.
+    bits: u64,
 }
 
 impl Melt {
+    /// A corner of a width above zero.
+    pub const fn new(ramp: Ramp, width: f64) -> Melt {
+        Melt { ramp, bits: width.to_bits() }
+    }
+
+    /// The width.
+    pub const fn width(&self) -> f64 {
+        f64::from_bits(self.bits)
+    }
+
     /// The difference from which on the smaller one is all that counts, down to the last bit: of the
-    /// exponential ramp `1 + e^-40` is 1.
+    /// exponential ramp `1 + e^-40` is 1. A hair more than that, for the roundings of a quotient.
     pub fn reach(&self) -> f64 {
-        if self.ramp == Ramp::Exponential { 40.0 } else { 1.0 }
+        (1.0 + 1e-12) * self.width() * if self.ramp == Ramp::Exponential { 40.0 } else { 1.0 }
+    }
+
+    /// A difference in widths.
+    #[inline(always)]
+    fn apart<R: Real>(&self, x: R, y: R) -> R {
+        (x - y) * R::of(1.0 / self.width())
     }
 }
 
@@ -206,21 +227,22 @@ impl Function<2> for Melt {
     }
     #[inline(always)]
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
-        let far = (x - y).abs();
+        let far = self.apart(x, y).abs();
         let bite = match self.ramp {
             Ramp::Exponential => (R::of(1.0) + (-far).exp()).ln(),
             _ => self.ramp.bite((R::of(1.0) - far).max(R::of(0.0)))[0],
         };
-        x.min(y) - bite
+        x.min(y) - R::of(self.width()) * bite
     }
     /// Two shares that make up 1.
     #[inline(always)]
     fn grad<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
-        [self.ramp.grad([y - x])[0], self.ramp.grad([x - y])[0]]
+        [self.ramp.grad([self.apart(y, x)])[0], self.ramp.grad([self.apart(x, y)])[0]]
     }
     #[inline(always)]
     fn hess<R: Real>(&self, [x, y]: [R; 2]) -> [[R; 2]; 2] {
-        let [[bend]] = self.ramp.hess([x - y]);
+        let [[bend]] = self.ramp.hess([self.apart(x, y)]);
+        let bend = bend * R::of(1.0 / self.width());
         [[-bend, bend], [bend, -bend]]
     }
     /// Grows with either, so its corners bound it.

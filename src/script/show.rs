@@ -371,12 +371,17 @@ fn parameter(op: &Op) -> Option<String> {
     match op {
         Op::Norm(norm) => Some(norm.power().to_string()),
         Op::Plus(plus) => Some(plus.n.to_string()),
-        Op::Ramp(ramp) | Op::Melt(op::Melt { ramp }) => {
-            let named = op::Ramp::ALL.into_iter().find(|(_, shape)| shape == ramp);
-            named.map(|(name, _)| format!("\"{name}\""))
-        }
+        Op::Ramp(ramp) => profile(ramp),
+        Op::Melt(melt) if melt.width() == 1.0 => profile(&melt.ramp),
+        Op::Melt(melt) => profile(&melt.ramp).map(|shape| format!("{shape}, {}", melt.width())),
         _ => None,
     }
+}
+
+/// The name of a ramp, in quotes.
+fn profile(ramp: &op::Ramp) -> Option<String> {
+    let named = op::Ramp::ALL.into_iter().find(|(_, shape)| shape == ramp);
+    named.map(|(name, _)| format!("\"{name}\""))
 }
 
 fn write_list(graph: &Graph, args: &[NodeId], depth: usize, out: &mut String) {

@@ -135,9 +135,18 @@ fn corners(lib: &mut Library<'_>) {
     lib.def("ramp(x, shape)", doc(Op::Ramp(op::Ramp::Cubic)), Op::Ramp(op::Ramp::Cubic).example(), |c| {
         apply(c.host, Op::Ramp(ramp(c, 1)?), &[c.value(0)?])?.into_dynamic(c.host)
     });
-    let melt = |ramp| Op::Melt(op::Melt { ramp });
-    lib.def("melt(x, y, shape)", doc(melt(op::Ramp::Cubic)), melt(op::Ramp::Cubic).example(), move |c| {
-        apply(c.host, melt(ramp(c, 2)?), &[c.value(0)?, c.value(1)?])?.into_dynamic(c.host)
+    let melt = Op::Melt(op::Melt::new(op::Ramp::Cubic, 1.0));
+    lib.def("melt(x, y, shape)", doc(melt), melt.example(), move |c| {
+        let melt = Op::Melt(op::Melt::new(ramp(c, 2)?, 1.0));
+        apply(c.host, melt, &[c.value(0)?, c.value(1)?])?.into_dynamic(c.host)
+    });
+    lib.def("melt(x, y, shape, width)", doc(melt), "melt(y - x, y + x, \"cubic\", 0.3)", move |c| {
+        let width = c.number(3)?;
+        if !(width.is_normal() && width > 0.0 && (1.0 / width).is_normal()) {
+            return Err(c.wrong(3, "a width above zero"));
+        }
+        let melt = Op::Melt(op::Melt::new(ramp(c, 2)?, width));
+        apply(c.host, melt, &[c.value(0)?, c.value(1)?])?.into_dynamic(c.host)
     });
     lib.def("plus(x, n)", doc(Op::Plus(op::Plus { n: 2 })), Op::Plus(op::Plus { n: 2 }).example(), |c| {
         let n = i32::try_from(c.integer(1)?).ok().filter(|n| (2..=64).contains(n));

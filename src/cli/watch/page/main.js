@@ -19,6 +19,7 @@ const link = new Link({
     revision = report.revision;
     panel.show(report);
     frame(report);
+    document.body.dataset.region = report.region ?? "";
     document.body.dataset.stage = report.stage;
     document.body.dataset.revision = report.revision;
   },
@@ -55,7 +56,10 @@ function region() {
   steer.box = null;
   if (steer.region) canvas.focus({ preventScroll: true });
   canvas.classList.toggle("region", steer.region);
-  if (!steer.region) link.do({ region: null });
+  if (!steer.region) {
+    steer.show(null);
+    link.do({ region: null });
+  }
   by("region").setAttribute("aria-pressed", String(steer.region));
 }
 
