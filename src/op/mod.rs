@@ -142,7 +142,7 @@ ops! {
     Mix(3) = Mix, "mix", "mix(a, b, t): a at t = 0, b at t = 1, linear between and beyond.", "mix(box(1.4), sphere(1.0), 0.5)";
     Norm(2) = Norm::new(2.5), "norm", "norm(x, y, power): the p-norm (|x|^p + |y|^p)^(1/p) for a power p from 1 to 64, whose unit circle is a diamond for 1, round for 2 and nearly a square for 64; C2 from a power of 2 on.", "norm(x, y, 4) - 1.0";
     Ramp(1) = Ramp::Quartic, "ramp", "ramp(x, shape): max(x, 0) with a rounded corner between -1 and 1; shape is \"quadratic\" (C1), \"cubic\" or \"quartic\" (C2), or \"exponential\", which is ln(1 + e^x) (C2).", "y - ramp(2.0 * x, \"cubic\")";
-    Melt(2) = Melt::new(Ramp::Cubic, 0.7), "melt", "melt(x, y, shape): the smaller of two with a rounded corner where they differ by less than 1, x - ramp(x - y, shape); of the class of the ramp. melt(x, y, shape, width): where they differ by less than a width.", "melt(y - x, y + x, \"cubic\")";
+    Melt(2) = Melt::new(Ramp::Cubic, 0.7), "melt", "melt(x, y, shape): the smaller of two with a rounded corner where they differ by less than 1, x - ramp(x - y, shape); of the class of the ramp.", "melt(y - x, y + x, \"cubic\")";
     Plus(1) = Plus { n: 3 }, "plus", "plus(x, n): max(x, 0)^n, a power n from 2 to 64 that ends smoothly at zero; C1 for 2, C2 from 3 on.", "y + 0.5 - plus(1.0 - length(p), 2)";
     Zigzag(1) = Zigzag, "zigzag", "zigzag(x): distance to the nearest even whole number, a wave of straight lines between 0 and 1; C0.", "y - 0.4 * zigzag(4.0 * x)";
     Length(3) = Length, "length", "Length of a vector.", "length(vec3(x, 2.0 * y, z)) - 1.0";

@@ -9,7 +9,6 @@ use super::{Args, Beginning, begin};
 use crate::diag::Diagnostic;
 use crate::scene::Value;
 use crate::session::Order;
-use crate::session::explore::Genome;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -27,8 +26,7 @@ pub fn run(args: &Args, folder: &Path, terminal: &Terminal) -> Outcome {
     let told = Told::new(args, &subject, &gallery, size);
     let mut figures = String::new();
     let mut failed = 0;
-    for (id, specimen) in gallery.specimens.iter().enumerate() {
-        let genome = Genome { values: gallery.space().named(&specimen.values), text: specimen.text.clone() };
+    for (id, genome) in (0..).map_while(|id| Some((id, gallery.genome(id)?))) {
         let values = &genome.values;
         match subject.draw(&genome, &order, &flag) {
             Ok(Some(png)) => {

@@ -1,6 +1,7 @@
 //! Functions that can stand for one another.
 
 use super::Entry;
+use crate::script::help::short;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Functions of one heading, or of one module, that the reference gives the same arguments.
@@ -10,17 +11,18 @@ pub struct Kin(BTreeMap<(String, usize), Vec<String>>);
 impl Kin {
     /// Those of a reference.
     pub fn new(entries: &[Entry]) -> Kin {
-        let mut families = BTreeMap::<_, BTreeSet<&str>>::new();
+        let mut families = BTreeMap::<_, BTreeSet<(&str, &str)>>::new();
         for entry in entries {
             if let Some(arguments) = arguments(entry) {
-                families.entry((&entry.group, arguments)).or_default().insert(&entry.name);
+                families.entry((&entry.group, arguments)).or_default().insert((&entry.name, short(entry)));
             }
         }
         let mut kin = BTreeMap::<_, BTreeSet<String>>::new();
         for ((_, arguments), names) in &families {
             let arity = arguments.split(')').next().unwrap_or("").split(',').count();
-            for name in names {
-                let others = names.iter().filter(|other| *other != name).map(|other| short(other).to_owned());
+            for (name, _) in names {
+                let others = names.iter().filter(|(other, _)| other != name);
+                let others = others.map(|(_, short)| (*short).to_owned());
                 kin.entry(((*name).to_owned(), arity)).or_default().extend(others);
             }
         }
@@ -36,9 +38,4 @@ impl Kin {
 /// What a function is called with, and gives: its signature without its name. Operators have none.
 fn arguments(entry: &Entry) -> Option<&str> {
     entry.signature.strip_prefix(&entry.name)?.strip_prefix('(').filter(|rest| !rest.starts_with(')'))
-}
-
-/// The name without its module.
-fn short(name: &str) -> &str {
-    name.rsplit("::").next().unwrap_or(name)
 }

@@ -47,6 +47,22 @@ pub(super) fn register(lib: &mut Library<'_>) {
     );
 }
 
+/// `melt(x, y, shape, width)`: an operation of its own where the width is a number.
+fn melted(c: &Call<'_>) -> Outcome<Dynamic> {
+    let (shape, width) = (ramp(c, 2)?, c.value(3)?);
+    let (x, y) = (c.value(0)?, c.value(1)?);
+    let Value::Scalar(Scalar::Number(number), _) = width else {
+        let in_widths = |v: Value| apply(c.host, Op::Div(op::Div), &[v, width.clone()]);
+        let unit = Op::Melt(op::Melt::new(shape, 1.0));
+        let melted = apply(c.host, unit, &[in_widths(x)?, in_widths(y)?])?;
+        return apply(c.host, Op::Mul(op::Mul), &[width, melted])?.into_dynamic(c.host);
+    };
+    if !(number.is_normal() && number > 0.0 && (1.0 / number).is_normal()) {
+        return Err(c.wrong(3, "a width above zero"));
+    }
+    apply(c.host, Op::Melt(op::Melt::new(shape, number)), &[x, y])?.into_dynamic(c.host)
+}
+
 fn doc(op: Op) -> &'static str {
     op.doc()
 }
@@ -140,14 +156,8 @@ fn corners(lib: &mut Library<'_>) {
         let melt = Op::Melt(op::Melt::new(ramp(c, 2)?, 1.0));
         apply(c.host, melt, &[c.value(0)?, c.value(1)?])?.into_dynamic(c.host)
     });
-    lib.def("melt(x, y, shape, width)", doc(melt), "melt(y - x, y + x, \"cubic\", 0.3)", move |c| {
-        let width = c.number(3)?;
-        if !(width.is_normal() && width > 0.0 && (1.0 / width).is_normal()) {
-            return Err(c.wrong(3, "a width above zero"));
-        }
-        let melt = Op::Melt(op::Melt::new(ramp(c, 2)?, width));
-        apply(c.host, melt, &[c.value(0)?, c.value(1)?])?.into_dynamic(c.host)
-    });
+    let sentence = "The same where they differ by less than a width, which may be a field.";
+    lib.def("melt(x, y, shape, width)", sentence, "melt(y - x, y + x, \"cubic\", 0.3)", melted);
     lib.def("plus(x, n)", doc(Op::Plus(op::Plus { n: 2 })), Op::Plus(op::Plus { n: 2 }).example(), |c| {
         let n = i32::try_from(c.integer(1)?).ok().filter(|n| (2..=64).contains(n));
         let n = n.ok_or_else(|| c.wrong(1, "a whole number from 2 to 64"))?;
