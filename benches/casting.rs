@@ -28,8 +28,8 @@ fn main() {
     println!("|---|---|---|---|---|---|");
     let wanted = std::env::args().nth(1).filter(|a| !a.starts_with('-'));
     for (kind, name) in Kind::ALL.into_iter().filter(|k| wanted.as_ref().is_none_or(|w| w == k.1)) {
-        let mut field = b.field(root);
-        let Ok(mut caster) = caster(kind, &mut field, &Aabb::cube(1.55), &typical) else { continue };
+        let field = b.field(root);
+        let Ok(mut caster) = caster(kind, &field, &Aabb::cube(1.55), &typical) else { continue };
         let mut stats = CastStats::default();
         let watch = view::Stopwatch::start();
         for group in rays.chunks(4096) {

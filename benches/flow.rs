@@ -48,11 +48,11 @@ fn main() {
     for (name, velocity) in cases {
         let compiled = compile(&Request::text(format!("sphere(1.0).unflow({velocity})")));
         let Some(scene) = compiled.scene else { panic!("{:?}", compiled.diagnostics) };
-        let mut field = Field::new(&scene.graph, scene.surface.field);
+        let field = Field::new(&scene.graph, scene.surface.field);
         let steps = field.tape().flowed().map_or(0, |flowed| flowed.steps());
         let mut found: Vec<Vec<Hit>> = Vec::new();
         for kind in [Kind::Beam, Kind::Bent] {
-            let mut caster = caster(kind, &mut field, &region, &[]).expect("a caster");
+            let mut caster = caster(kind, &field, &region, &[]).expect("a caster");
             let (mut stats, mut hits) = (CastStats::default(), Vec::new());
             let start = Instant::now();
             for rays in tiles(&region) {

@@ -73,8 +73,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let cancel = AtomicBool::new(false);
     let prepared = prepare(&scene, &Settings::of(&scene, Aabb::cube(2.0)), &cancel)?;
-    let mut field = Field::new(&prepared.graph, prepared.field);
-    let caster = caster(Kind::Auto, &mut field, &prepared.settings.bounds, &prepared.typical_rays())?;
+    let field = Field::new(&prepared.graph, prepared.field);
+    let caster = caster(Kind::Auto, &field, &prepared.settings.bounds, &prepared.typical_rays())?;
     let picture = render(&prepared, &*caster, &Job::unwatched(&cancel))?;
     for warning in &picture.warnings {
         eprintln!("{warning}");

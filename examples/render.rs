@@ -35,12 +35,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The picture fixes the detail, and with it the field that the caster sees.
     let cancel = AtomicBool::new(false);
     let prepared = render::prepare(&scene, &Settings::of(&scene, bounds), &cancel)?;
-    let mut field = Field::new(&prepared.graph, prepared.field);
+    let field = Field::new(&prepared.graph, prepared.field);
     let kind =
         args.next().map_or(Some(Kind::Auto), |name| Kind::ALL.iter().find(|k| k.1 == name).map(|k| k.0));
     let caster = cast::caster(
         kind.ok_or("no such caster")?,
-        &mut field,
+        &field,
         &prepared.settings.bounds,
         &prepared.typical_rays(),
     )?;

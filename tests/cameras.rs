@@ -65,7 +65,7 @@ fn rays_of_every_camera_meet_a_ball_where_they_should() {
         let rays = rays(&camera, &bounds);
         for kind in [Kind::Beam, Kind::Auto, Kind::Speculative, Kind::Affine] {
             let typical: Vec<Vec<Ray>> = rays.chunks(64).map(<[Ray]>::to_vec).collect();
-            let mut caster = caster(kind, &mut build.field(root), &bounds, &typical).unwrap();
+            let mut caster = caster(kind, &build.field(root), &bounds, &typical).unwrap();
             let mut hits = vec![Hit::MISS; rays.len()];
             let mut stats = CastStats::default();
             caster.first_hits(&rays, &mut hits, &mut stats, &AtomicBool::new(false));

@@ -77,7 +77,7 @@ fn ridges_without_a_lipschitz_bound() {
     let mut b = Build::default();
     let root = common::square_root_ridges(&mut b);
     for kind in [Kind::Sphere, Kind::Speculative] {
-        let refused = caster(kind, &mut b.field(root), &Aabb::cube(REGION), &[]);
+        let refused = caster(kind, &b.field(root), &Aabb::cube(REGION), &[]);
         assert!(refused.is_err(), "{kind:?} has no bound to stand on");
     }
 }
@@ -123,7 +123,7 @@ fn rays_towards_a_point_are_cast_as_beams() {
     };
     let rays: Vec<Ray> = (0..4096).map(ray).collect();
     let cast = |kind: Kind| {
-        let mut made = caster(kind, &mut b.field(root), &region, &[]).expect("a caster");
+        let mut made = caster(kind, &b.field(root), &region, &[]).expect("a caster");
         let (mut hits, mut stats) = (vec![Hit::MISS; rays.len()], CastStats::default());
         made.first_hits(&rays, &mut hits, &mut stats, &AtomicBool::new(false));
         (hits, stats)
@@ -143,8 +143,8 @@ fn any_grouping_gives_the_same_hits() {
     // Rays of a beam share what they find, so that their hits agree to within the tolerance only.
     // Bent ones are for flowed solids.
     for (kind, _) in Kind::ALL.into_iter().filter(|k| ![Kind::Beam, Kind::Bent].contains(&k.0)) {
-        let mut made = caster(kind, &mut b.field(root), &Aabb::cube(REGION), &[rays(4)[..100].to_vec()])
-            .expect("a caster");
+        let mut made =
+            caster(kind, &b.field(root), &Aabb::cube(REGION), &[rays(4)[..100].to_vec()]).expect("a caster");
         let rays = &rays(4)[..700];
         let mut whole = vec![Hit::MISS; rays.len()];
         made.first_hits(rays, &mut whole, &mut CastStats::default(), &AtomicBool::new(false));
@@ -171,7 +171,7 @@ fn any_hits_are_those_rays_that_have_a_first_hit() {
         let kinds = if n == 2 { boundless() } else { ALL.to_vec() };
         for kind in kinds {
             let mut made =
-                caster(kind, &mut field, &Aabb::cube(REGION), &[rays[..100].to_vec()]).expect("a caster");
+                caster(kind, &field, &Aabb::cube(REGION), &[rays[..100].to_vec()]).expect("a caster");
             let mut found = [vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]];
             let [mut first_cost, mut any_cost] = [CastStats::default(); 2];
             made.first_hits(rays, &mut found[0], &mut first_cost, &never);
@@ -240,8 +240,8 @@ fn beams_find_what_lone_rays_find() {
         for (out, (kind, size)) in
             found.iter_mut().zip([(Kind::Affine, 4096), (Kind::Beam, 4096), (Kind::Beam, 1)])
         {
-            let mut made = caster(kind, &mut b.field(root), &Aabb::cube(REGION), &[rays[..200].to_vec()])
-                .expect("a caster");
+            let mut made =
+                caster(kind, &b.field(root), &Aabb::cube(REGION), &[rays[..200].to_vec()]).expect("a caster");
             out.resize(rays.len(), Hit::MISS);
             for (rays, out) in rays.chunks(size).zip(out.chunks_mut(size)) {
                 made.first_hits(rays, out, &mut CastStats::default(), &AtomicBool::new(false));
@@ -272,7 +272,7 @@ fn rays_that_start_a_hair_above_the_surface_come_to_an_end() {
     let mut b = Build::default();
     let [x, ..] = b.p();
     let field = b.field(x);
-    let mut group = caster(Kind::Affine, &mut field.clone(), &Aabb::cube(1e6), &[]).expect("a caster");
+    let mut group = caster(Kind::Affine, &field, &Aabb::cube(1e6), &[]).expect("a caster");
     for i in 0..400 {
         let ray = Ray {
             origin: DVec3::new(f64::from(i) * 5e-15, 0.1, 0.2),
@@ -291,7 +291,7 @@ fn a_ray_of_one_point_hits_where_it_is_inside() {
     let mut b = Build::default();
     let ball = b.sphere([0.0; 3], 1.0);
     for kind in ALL {
-        let mut made = caster(kind, &mut b.field(ball), &Aabb::cube(2.0), &[]).expect("a caster");
+        let mut made = caster(kind, &b.field(ball), &Aabb::cube(2.0), &[]).expect("a caster");
         for (t, inside) in [(0.5, false), (1.5, true)] {
             let tolerance = Tolerance::fixed(TOLERANCE);
             let ray = Ray { origin: -2.0 * DVec3::X, direction: DVec3::X, near: t, far: t, tolerance };
@@ -314,7 +314,7 @@ fn where_the_field_has_no_value_there_is_nothing() {
     let bowl = b.add(ball, bump);
     let mut field = b.field(bowl);
     let rays = &rays(11)[..3000];
-    let mut made = caster(Kind::Beam, &mut field.clone(), &Aabb::cube(REGION), &[]).expect("a caster");
+    let mut made = caster(Kind::Beam, &field, &Aabb::cube(REGION), &[]).expect("a caster");
     let mut hits = vec![Hit::MISS; rays.len()];
     made.first_hits(rays, &mut hits, &mut CastStats::default(), &AtomicBool::new(false));
     const SAMPLES: u32 = 20_000;
@@ -353,7 +353,7 @@ fn no_hit_is_certified_where_no_value_is() {
     let nothing = b.shifted(root, -5.0);
     let rays = &rays(12)[..300];
     for kind in boundless() {
-        let mut made = caster(kind, &mut b.field(nothing), &Aabb::cube(REGION), &[]).expect("a caster");
+        let mut made = caster(kind, &b.field(nothing), &Aabb::cube(REGION), &[]).expect("a caster");
         let mut hits = vec![Hit::MISS; rays.len()];
         made.first_hits(rays, &mut hits, &mut CastStats::default(), &AtomicBool::new(false));
         for (ray, hit) in rays.iter().zip(&hits) {

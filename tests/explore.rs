@@ -7,7 +7,7 @@ mod support;
 use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use support::browser::Browser;
 use support::{BALL, Bench, Running, has, stderr};
 
@@ -25,8 +25,12 @@ struct Exploration {
 
 impl Exploration {
     fn start(script: &str, options: &str) -> Exploration {
+        Exploration::start_with(script, &format!("--size 48x36 {options}"), &[])
+    }
+
+    fn start_with(script: &str, options: &str, environment: &[(&str, &str)]) -> Exploration {
         let bench = Bench::new(&[("a.rhai", script)]);
-        let run = bench.start(&format!("explore a.rhai --size 48x36 {options}"));
+        let run = bench.start_with(&format!("explore a.rhai {options}"), environment);
         run.wait_for("/\n", 1);
         let log = run.log();
         let address = log.lines().find_map(|line| line.strip_prefix("a.rhai is at ")).expect("an address");
@@ -114,6 +118,39 @@ fn a_page_shows_stars_breeds_and_exports() {
     let expected =
         DICE.replace("0.5, 0.2", &format!("{radius:?}, 0.2")).replace("3, 0..9", &format!("{bumps}, 0..9"));
     assert_eq!(text, json!(expected));
+}
+
+/// A ball that takes more than a moment, on one thread.
+const CRAGS: &str = "import \"std/fractal\" as fractal;
+let crags = fractal::turbulence(gradient(7), #{ octaves: 9 }).scaled(3.0);
+sphere(param(\"radius\", 0.8, 0.7..0.9)) - 0.2 * crags";
+
+#[test]
+fn what_takes_long_is_rough_at_first_and_says_so() {
+    let Some(mut browser) = Browser::start() else { return };
+    // Pictures that take some seconds each, however fast this machine is.
+    let (bench, start) = (Bench::new(&[("a.rhai", CRAGS)]), Instant::now());
+    bench.run("render a.rhai --size 100x75 --samples 1 --threads 1 -o a.png").success();
+    let width = (100.0 * (4.0 / start.elapsed().as_secs_f64()).sqrt()).clamp(40.0, 1000.0);
+    let options = format!("--size {width:.0}x{:.0} --count 2", 0.75 * width);
+    let exploration = Exploration::start_with(CRAGS, &options, &[("RAYON_NUM_THREADS", "1")]);
+    let page = browser.open(&exploration.address);
+    // Both are seen before one is finished, and whoever cannot see them is told what they are.
+    browser.wait(&page, "document.querySelectorAll('.specimen.rough img[src]').length === 2");
+    let told = |what: &str| format!("document.querySelector('[data-id=\"0\"]').{what}");
+    assert_eq!(browser.ask(&page, &told("getAttribute('aria-busy')")), json!("true"));
+    has(browser.ask(&page, &told("getAttribute('aria-label')")).as_str().unwrap(), &["rough so far"]);
+    let status = browser.ask(&page, "document.querySelector('#drawn').textContent");
+    assert_eq!(status, json!("0 of 2 pictures, 2 rough so far"));
+    assert_eq!(browser.ask(&page, "document.body.dataset.state"), json!("drawing"));
+
+    browser.wait(&page, "document.body.dataset.state === 'done'");
+    assert_eq!(browser.ask(&page, "document.querySelectorAll('.specimen.rough').length"), json!(0));
+    assert_eq!(browser.ask(&page, &told("getAttribute('aria-busy')")), json!("false"));
+    let label = browser.ask(&page, &told("getAttribute('aria-label')"));
+    assert!(!label.as_str().unwrap().contains("rough"), "{label}");
+    // What is finished is not drawn again, and not roughly either.
+    has(&exploration.request("GET", "rough/0.png", "", ""), &["200 OK", "picture: finished"]);
 }
 
 #[test]
@@ -258,7 +295,9 @@ fn what_cannot_be_drawn_or_exported_says_why() {
         "let r = param(\"r\", 0.25 + 0.25, 0.1..1.0); if r != 0.5 { throw \"too \" + \"odd\" } sphere(r)";
     let exploration = Exploration::start(script, "--count 2");
     assert!(exploration.request("GET", "thumb/0.png", "", "").starts_with("HTTP/1.1 200"));
-    has(&exploration.request("GET", "thumb/1.png", "", ""), &["409", "too odd"]);
+    for folder in ["rough", "thumb", "large"] {
+        has(&exploration.request("GET", &format!("{folder}/1.png"), "", ""), &["409", "too odd"]);
+    }
     has(
         &exploration.request("GET", "script/1.rhai", "", ""),
         &["409", "`r` cannot be written", "not a plain number", "--set r="],
@@ -288,6 +327,7 @@ fn without_a_page_there_are_files() {
     assert_ne!(bench.read("out/1.png"), bench.read("out/2.png"));
     let page = String::from_utf8(bench.read("out/index.html")).unwrap();
     let radius = gallery["specimens"][3]["values"][0].as_f64().unwrap();
+    has(&page, &["the script as it is", &format!("<dt>radius</dt><dd>{radius}</dd>")]);
     has(&page, &["src=\"3.png\"", &format!("orogen render a.rhai --set bumps=5 --set radius={radius}<")]);
     // The same again.
     bench.run("explore a.rhai --headless -o again --count 4 --size 32x24 --set bumps=5").success();

@@ -11,6 +11,7 @@ use orogen::session::polygonise;
 use orogen::shape::Census;
 use orogen::tape::Evaluator;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
+use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
 /// Velocities of all kinds, the last ones strong; and whether they are C1 at least.
@@ -225,26 +226,23 @@ fn bundles(count: usize, region: &Aabb) -> Vec<Vec<Ray>> {
 
 #[test]
 fn no_hit_is_missed() {
-    let mut f = flowed("-0.04 * slope(gradient(7).scaled(4.0))");
+    const SOLID: &str = "-0.04 * slope(gradient(7).scaled(4.0))";
     let region = Aabb::cube(1.4);
     let never = AtomicBool::new(false);
-    let mut cast = |kind: Kind, rays: &[Ray]| {
-        let mut out = vec![Hit::MISS; rays.len()];
-        let mut stats = CastStats::default();
-        caster(kind, &mut f, &region, &[]).expect("a caster").first_hits(rays, &mut out, &mut stats, &never);
-        out
-    };
-    let (mut rays_in_all, mut hits, mut uncertified) = (0, 0, 0);
-    for rays in bundles(12, &region) {
-        let (certified, bent) = (cast(Kind::Beam, &rays), cast(Kind::Bent, &rays));
+    // Hits of a bundle, and those that are not proven.
+    let looked_at = |rays: Vec<Ray>| {
+        let f = flowed(SOLID);
+        let cast = |kind: Kind| {
+            let (mut out, mut stats) = (vec![Hit::MISS; rays.len()], CastStats::default());
+            let mut caster = caster(kind, &f, &region, &[]).expect("a caster");
+            caster.first_hits(&rays, &mut out, &mut stats, &never);
+            out
+        };
+        let (certified, bent) = (cast(Kind::Beam), cast(Kind::Bent));
         // What is not proven is said to be so.
         assert!(bent.iter().all(|hit| !hit.certified));
-        let mut lanes =
-            Evaluator::<Many<f64, 16>>::new(flowed("-0.04 * slope(gradient(7).scaled(4.0))").tape().clone());
+        let mut lanes = Evaluator::<Many<f64, 16>>::new(f.tape().clone());
         for (ray, hit) in rays.iter().zip(&certified) {
-            rays_in_all += 1;
-            uncertified += usize::from(!hit.certified);
-            hits += usize::from(hit.is_hit());
             // Nothing lies before the hit, as far as 512 samples can tell.
             let end = hit.t.min(ray.far) - 2e-4;
             for batch in 0..32 {
@@ -254,9 +252,13 @@ fn no_hit_is_missed() {
                 assert!(least > 0.0, "{ray:?}: a root before {hit:?}");
             }
         }
-    }
-    assert!(hits > rays_in_all / 4, "{hits} of {rays_in_all} rays meet the solid");
-    assert!(1000 * uncertified < rays_in_all, "{uncertified} of {rays_in_all} rays are not certified");
+        let count = |is: fn(&&Hit) -> bool| certified.iter().filter(is).count();
+        [rays.len(), count(|hit| hit.is_hit()), count(|hit| !hit.certified)]
+    };
+    let counts: Vec<[usize; 3]> = bundles(12, &region).into_par_iter().map(looked_at).collect();
+    let [all, hits, uncertified] = [0, 1, 2].map(|k| counts.iter().map(|count| count[k]).sum::<usize>());
+    assert!(hits > all / 4, "{hits} of {all} rays meet the solid");
+    assert!(1000 * uncertified < all, "{uncertified} of {all} rays are not certified");
 }
 
 fn meshed(script: &str, resolution: u32) -> orogen::mesh::Meshed {

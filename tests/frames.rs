@@ -98,6 +98,46 @@ fn an_exr_has_its_region_as_data_window_and_light_in_halves() {
 }
 
 #[test]
+fn an_exr_says_which_component_is_seen() {
+    use exr::prelude::*;
+    let script = "scene(#{
+        surface: union([sphere(1.0), sphere(0.4).translated([2.0, 0.0, 0.0]), sphere(0.3).translated([-2.0, 0.0, 0.0])]),
+        camera: look_at(#{ eye: [0, 0, 10], target: [0, 0, 0] }),
+        film: film(#{ width: 101, height: 41, samples: 2 }) })";
+    let moving = script.replace("samples: 2", "samples: 2, shutter: 0.5");
+    let bench = Bench::new(&[("balls.rhai", script), ("moving.rhai", &moving)]);
+    let warns = |script: &str, file: &str| {
+        let said = bench.run(&format!("render {script} --components -o {file}")).success();
+        String::from_utf8_lossy(&said.get_output().stderr).contains("when the shutter opens")
+    };
+    assert!(warns("moving.rhai", "moving.exr"));
+    assert!(!warns("balls.rhai", "balls.exr"));
+    bench.run("render balls.rhai --exr float -o plain.exr").success();
+    let channel = |file: &str, name: &str| -> Option<Vec<f32>> {
+        let list = read_first_flat_layer_from_file(bench.path(file)).unwrap().layer_data.channel_data.list;
+        let found = list.iter().find(|channel| channel.name.to_string() == name)?;
+        Some(found.sample_data.values_as_f32().collect())
+    };
+    assert_eq!(channel("plain.exr", "component"), None);
+    assert_eq!(channel("plain.exr", "R"), channel("balls.exr", "R"));
+    let (seen, depth) = (channel("balls.exr", "component").unwrap(), channel("balls.exr", "Z").unwrap());
+    let at = |x: usize| seen[20 * 101 + x];
+    // The largest comes first in the report, and the others by size.
+    assert_eq!(
+        (at(50), at(50 + 13), at(50 - 13), at(0)),
+        (0.0, 1.0, 2.0, -1.0),
+        "{:?}",
+        &seen[20 * 101..21 * 101]
+    );
+    assert!(seen.iter().zip(&depth).all(|(number, depth)| (*number >= 0.0) == depth.is_finite()));
+    for tile in 1..=3 {
+        bench.run(&format!("render balls.rhai --components --tile {tile}/3 -o {tile}.exr")).success();
+    }
+    bench.run("merge 1.exr 2.exr 3.exr -o whole.exr").success();
+    assert_eq!(bench.read("whole.exr"), bench.read("balls.exr"));
+}
+
+#[test]
 fn parts_that_do_not_belong_together_are_named() {
     let bench = rock();
     let render =
@@ -155,6 +195,7 @@ fn parts_and_frames_that_make_no_sense() {
         ("render rock.rhai --region 0,0,9x9 --tile 1/2", &["cannot be used with"]),
         ("render rock.rhai --exr double", &["double"]),
         ("render rock.rhai --exr half -o rock.png", &["--exr", "-o rock.exr"]),
+        ("render rock.rhai --components -o rock.png", &["--components", "-o rock.exr"]),
         ("render rock.rhai --frames 5-1", &["the first frame, 5, comes after the last, 1", "--frames 1-250"]),
         ("render rock.rhai --frames 1-5:0", &["a step of 0"]),
         ("render rock.rhai --frames all", &["--frames 1-250:5"]),

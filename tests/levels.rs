@@ -66,7 +66,7 @@ fn hits(kind: Kind) -> Vec<[u64; 2]> {
         Ray { origin: eye, direction, near, far, tolerance: Tolerance::fixed(1e-6) }
     };
     let rays: Vec<Ray> = (0..256).map(ray).collect();
-    let mut made = caster(kind, &mut b.field(root), &region, &[rays[..64].to_vec()]).expect("a caster");
+    let mut made = caster(kind, &b.field(root), &region, &[rays[..64].to_vec()]).expect("a caster");
     let (mut first, mut any) = (vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]);
     let never = AtomicBool::new(false);
     made.first_hits(&rays, &mut first, &mut CastStats::default(), &never);

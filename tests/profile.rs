@@ -131,6 +131,38 @@ sphere(1.0).colored(paint)";
     has(&findings(&measure(text, false).unwrap(), 2), &["colours and material take", "rays to the eye"]);
 }
 
+#[test]
+fn creases_are_named_where_a_trial_without_them_is_faster() {
+    let text = "import \"std/fractal\" as fractal;
+let billows = fractal::turbulence(gradient(7), #{ octaves: 6 });
+sphere(1.0) - 0.1 * billows.scaled(3.0)";
+    let made = measure(text, false).unwrap();
+    has(&findings(&made, 2), &["may bend sharply in 100 %", "in a trial of the following", "octaves: 4 }"]);
+    // Smooth octaves, and solids that meet in few places: a smooth union would be computed everywhere.
+    let text = "import \"std/fractal\" as fractal;
+let octaves = fractal::fbm(gradient(7), #{ octaves: 6 }).scaled(3.0);
+let ball = sphere(0.5) - 0.05 * octaves;
+min(ball.translated([-0.6, 0, 0]), ball.translated([0.6, 0, 0]))";
+    let made = measure(text, false).unwrap();
+    assert!(!made.hints.iter().any(|hint| hint.finding.contains("trial")), "{:?}", made.hints);
+}
+
+#[test]
+fn what_is_computed_twice_is_named() {
+    let text = |angle: &str| {
+        format!(
+            "let rock = gradient(7);
+let relief = rock.scaled(3.0);
+let turned = rock.scaled(3.0).rotated([0, 1, 0], {angle}).rotated([0, 1, 0], -30.0);
+sphere(1.0) - 0.1 * relief - 0.1 * turned * turned"
+        )
+    };
+    let made = measure(&text("30.0"), false).unwrap();
+    has(&findings(&made, 3), &["`gradient noise` has the same values as that of line 1", "let n ="]);
+    let made = measure(&text("29.0"), false).unwrap();
+    assert!(!made.hints.iter().any(|hint| hint.finding.contains("same values")), "{:?}", made.hints);
+}
+
 // ---- the program --------------------------------------------------------------------------------
 
 #[test]

@@ -45,16 +45,17 @@ struct Sieve {
 impl Sieve {
     fn sifted(&self, kind: Kind, judge: impl Judge + 'static) -> Box<dyn Caster> {
         let region = Aabb::cube(REGION);
-        let mut field = self.build.field(self.whole);
+        let field = self.build.field(self.whole);
         let cells = Arc::new(Cells::new(field.tape().clone(), &region.intervals()));
         let solid =
-            caster_in(kind, &mut field, &region, &cells, &[rays(1)[..200].to_vec()]).expect("a caster");
+            caster_in(kind, &field, &region, &cells, &[rays(1)[..200].to_vec()], &AtomicBool::new(false))
+                .expect("a caster");
         Box::new(Sifted::new(solid, &cells, &region, Box::new(judge)))
     }
 
     /// A caster of what is kept alone.
     fn alone(&self) -> Box<dyn Caster> {
-        caster(Kind::Affine, &mut self.build.field(self.main), &Aabb::cube(REGION), &[]).expect("a caster")
+        caster(Kind::Affine, &self.build.field(self.main), &Aabb::cube(REGION), &[]).expect("a caster")
     }
 }
 
@@ -249,8 +250,8 @@ fn who_keeps_all_changes_nothing() {
     for sieve in sieves() {
         for kind in KINDS {
             let mut sifted = sieve.sifted(kind, By(|_| true));
-            let mut field = sieve.build.field(sieve.whole);
-            let mut plain = caster(kind, &mut field, &Aabb::cube(REGION), &[self::rays(1)[..200].to_vec()])
+            let field = sieve.build.field(sieve.whole);
+            let mut plain = caster(kind, &field, &Aabb::cube(REGION), &[self::rays(1)[..200].to_vec()])
                 .expect("a caster");
             let (expected, plainly) = first(&mut *plain, &rays);
             let (found, stats) = first(&mut *sifted, &rays);

@@ -74,6 +74,11 @@ pub(super) trait Strategy: Clone + Send + 'static {
     /// The same way, content with any place that is inside.
     fn any(&self) -> Self;
 
+    /// The Lipschitz bound of the field that it goes by, if it does.
+    fn lipschitz(&self) -> Option<f64> {
+        None
+    }
+
     /// Before the first question.
     fn start(&self, ray: &Ray) -> Self::March;
 
@@ -86,7 +91,7 @@ pub(super) trait Strategy: Clone + Send + 'static {
 
 /// A strategy with the memory to run it.
 pub(super) struct Group<S: Strategy> {
-    strategy: S,
+    pub(super) strategy: S,
     any: S,
     cells: Arc<Cells>,
     evaluator: Evaluator<S::Batch>,

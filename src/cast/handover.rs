@@ -69,6 +69,10 @@ impl<S: Strategy> Caster for Handover<S> {
         &self.quick.costs
     }
 
+    fn lipschitz(&self) -> Option<f64> {
+        self.quick.strategy.lipschitz()
+    }
+
     fn clone_box(&self) -> Box<dyn Caster> {
         Box::new(Handover { quick: self.quick.again(), sure: self.sure.again() })
     }

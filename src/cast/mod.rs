@@ -41,7 +41,7 @@ pub use later::Later;
 pub use reach::{Reach, reach};
 pub use sifted::{Judge, Ruling, Sifted};
 
-use crate::field::{Field, lipschitz_outside, lipschitz_until};
+use crate::field::{Field, lipschitz_until};
 use crate::num::{Affine, Interval, ROUNDOFF, Reduced};
 use crate::scene::Aabb;
 use crate::tape::{Cells, Census, Evaluator};
@@ -192,6 +192,12 @@ pub trait Caster: Send {
     /// beside an evaluation.
     fn costs(&self) -> &[f64];
 
+    /// The Lipschitz bound of the field by which it takes its steps, if that is how it does: whole tiles can go by the
+    /// same, see [`reach`].
+    fn lipschitz(&self) -> Option<f64> {
+        None
+    }
+
     /// The same caster with memory of its own, for another thread.
     fn clone_box(&self) -> Box<dyn Caster>;
 }
@@ -250,6 +256,9 @@ pub enum CastError {
     /// Bent rays without a flow.
     #[error("the surface is not a flowed solid, which is the only kind that the bent caster knows")]
     NoFlow,
+    /// The job was cancelled.
+    #[error("the job was cancelled")]
+    Stopped,
 }
 
 /// A caster for rays within a region, outside of which nothing is known of the field; see [`caster_in`].
@@ -258,29 +267,31 @@ pub enum CastError {
 /// [`CastError::NoLipschitzBound`] where sphere tracing was asked for and cannot be had.
 pub fn caster(
     kind: Kind,
-    field: &mut Field,
+    field: &Field,
     region: &Aabb,
     typical: &[Vec<Ray>],
 ) -> Result<Box<dyn Caster>, CastError> {
     let cells = Arc::new(Cells::new(field.tape().clone(), &region.intervals()));
-    caster_in(kind, field, region, &cells, typical)
+    caster_in(kind, field, region, &cells, typical, &AtomicBool::new(false))
 }
 
 /// A caster for rays within a region, of which the cells are at hand. `typical` bundles of rays,
 /// neighbours each, help [`Kind::Auto`] to choose.
 ///
 /// # Errors
-/// [`CastError::NoLipschitzBound`] where sphere tracing was asked for and cannot be had.
+/// [`CastError::NoLipschitzBound`] where sphere tracing was asked for and cannot be had; [`CastError::NoFlow`] where bent
+/// rays cannot; [`CastError::Stopped`] if `cancel` was set before the caster was there.
 pub fn caster_in(
     kind: Kind,
-    field: &mut Field,
+    field: &Field,
     region: &Aabb,
     cells: &Arc<Cells>,
     typical: &[Vec<Ray>],
+    cancel: &AtomicBool,
 ) -> Result<Box<dyn Caster>, CastError> {
     let own = cells.clone();
     match kind {
-        Kind::Auto => return Ok(auto(field, region, cells, typical, &AtomicBool::new(false))),
+        Kind::Auto => return Ok(auto(field, region, cells, typical, cancel)),
         Kind::Sphere | Kind::Speculative => {}
         Kind::Segment => return Ok(Box::new(Handover::new(SegmentTracing { any: false }, own))),
         Kind::Interval => return Ok(Box::new(Group::new(Pieces::<Interval>::halving(Seek::First), own))),
@@ -293,21 +304,19 @@ pub fn caster_in(
             // Bent rays go as far out of the region as the flow carries them.
             let reach = flowed.reach(region.min.abs().max(region.max.abs()).max_element()).unwrap_or(0.0);
             let around = Aabb { min: region.min - reach, max: region.max + reach };
-            let lipschitz = lipschitz_outside(&Field::of_tape(flowed.field().tape()), &around);
-            let bounded = lipschitz.is_finite() && lipschitz > 0.0;
-            return if bounded {
-                Ok(Box::new(Bent::new(flowed.clone(), lipschitz)))
-            } else {
-                Err(CastError::NoLipschitzBound)
-            };
+            let lipschitz = bound(&Field::of_tape(flowed.field().tape()), &around, cancel)?;
+            return Ok(Box::new(Bent::new(flowed.clone(), lipschitz)));
         }
     }
-    let lipschitz = lipschitz_outside(field, region);
-    if !(lipschitz.is_finite() && lipschitz > 0.0) {
-        return Err(CastError::NoLipschitzBound);
-    }
     let relaxation = if kind == Kind::Sphere { 1.0 } else { RELAXATION };
-    Ok(spheres(lipschitz, relaxation, cells))
+    Ok(spheres(bound(field, region, cancel)?, relaxation, cells))
+}
+
+/// The Lipschitz bound that sphere tracing needs.
+fn bound(field: &Field, region: &Aabb, cancel: &AtomicBool) -> Result<f64, CastError> {
+    let found =
+        lipschitz_until(field, region, &|| cancel.load(Ordering::Relaxed)).ok_or(CastError::Stopped)?;
+    if found.is_finite() && found > 0.0 { Ok(found) } else { Err(CastError::NoLipschitzBound) }
 }
 
 fn spheres(lipschitz: f64, relaxation: f64, cells: &Arc<Cells>) -> Box<dyn Caster> {

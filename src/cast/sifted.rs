@@ -390,6 +390,10 @@ impl Caster for Sifted {
         self.run(work, stats);
     }
 
+    fn lipschitz(&self) -> Option<f64> {
+        self.solid.lipschitz()
+    }
+
     fn costs(&self) -> &[f64] {
         &self.costs
     }

@@ -72,6 +72,10 @@ impl Strategy for SphereTracing {
         SphereTracing { any: true, ..*self }
     }
 
+    fn lipschitz(&self) -> Option<f64> {
+        Some(self.lipschitz)
+    }
+
     fn start(&self, ray: &Ray) -> March {
         March { t: ray.near, radius: 0.0, probe: ray.near, crept: 0, steps: 0 }
     }

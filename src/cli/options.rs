@@ -91,6 +91,12 @@ pub struct FileOptions {
     #[arg(long, conflicts_with_all = ["region", "tile"])]
     pub denoise: bool,
 
+    /// Adds a channel to an .exr that says which component of the solid is seen: its number in `orogen topology`
+    ///
+    /// It is -1 where nothing is seen, and where that is not known. The topology is found out first, which may take a while.
+    #[arg(long)]
+    pub components: bool,
+
     /// How closely an .exr holds light: float, or half for half the size; depth, positions and normals are floats always
     #[arg(long, value_name = "PRECISION", hide_possible_values = true)]
     pub exr: Option<Light>,
@@ -113,7 +119,7 @@ impl FileOptions {
 
     /// The ending of the file, unless it is named: parts do not go where the whole picture does.
     pub fn ending(&self) -> String {
-        let format = if self.exr.is_some() { "exr" } else { "png" };
+        let format = if self.exr.is_some() || self.components { "exr" } else { "png" };
         match self.part() {
             Part::Whole => format.to_owned(),
             Part::Region(_) => format!("region.{format}"),
@@ -123,9 +129,11 @@ impl FileOptions {
 
     /// How closely the file holds light.
     pub fn precision(&self, file: &Path) -> Result<Precision, Failure> {
-        if self.exr.is_some() && !matches!(Format::of(file), Ok(Format::OpenExr)) {
+        let asked = [(self.exr.is_some(), "--exr"), (self.components, "--components")];
+        let is_open_exr = matches!(Format::of(file), Ok(Format::OpenExr));
+        if let Some((_, option)) = asked.iter().find(|(asked, _)| *asked && !is_open_exr) {
             let hint = format!("for example: -o {}", file.with_extension("exr").display());
-            return Err(Failure::usage("--exr is about .exr files", hint));
+            return Err(Failure::usage(format!("{option} is about .exr files"), hint));
         }
         Ok(if matches!(self.exr, Some(Light::Half)) { Precision::Half } else { Precision::Float })
     }

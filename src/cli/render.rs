@@ -88,7 +88,7 @@ pub struct Args {
     /// Refines the picture, and saves what it looks like when rough tiles of these sides are there: 128, 64 and so on to 1
     ///
     /// Files are named NAME.1.png, NAME.2.png and so on, and NAME.png is the same picture as without. Rough tiles show all
-    /// of the solid and more. There are none through a lens, all around, of what moves, and with a sea or a moon.
+    /// there is, solid, sea and moon, and more.
     #[arg(long, value_name = "SIDE,...", conflicts_with_all = ["frames", "heatmap"])]
     snapshots: Option<Sides>,
 
@@ -139,7 +139,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let file = args.stats.as_ref().and_then(|file| file.as_deref());
     let mut work = Work::new(session, &args.scripting, &options, file)?;
     (work.order.part, work.order.precision) = (args.file.part(), precision);
-    work.order.denoise = args.file.denoise;
+    (work.order.denoise, work.order.components) = (args.file.denoise, args.file.components);
     if let (Some(frames), Some(pattern)) = (args.frames, pattern) {
         let (params, offset, rate) = (args.scripting.params()?, args.scripting.time, args.fps);
         return animation::run(Animation { work, params, frames, rate, offset, pattern, terminal });

@@ -3,7 +3,7 @@
 use super::fold;
 use crate::diag::Place;
 use crate::flow::Precision;
-use crate::grid::Grid;
+use crate::grid::{Grid, never};
 use crate::noise::{Fractal, Noise};
 use crate::num::{Class, Kernel};
 use crate::op::Op;
@@ -200,6 +200,7 @@ impl Graph {
 
     /// The field of a grid at a point: its spline and its level.
     pub fn grid(&mut self, grid: Arc<Grid>, p: [NodeId; 3]) -> Result<NodeId, TooLarge> {
+        let _ = grid.bind(&never);
         let level = self.constant(grid.level())?;
         let spline = self.intern(Node::Grid(grid, p))?;
         self.op(Op::Add(crate::op::Add), &[spline, level])
@@ -238,6 +239,16 @@ impl Graph {
         for id in used {
             let new = self.replaced(id, with, &image, &carried)?;
             image.insert(id, new);
+        }
+        Ok(image[&root])
+    }
+
+    /// The same expression with a node replaced by another one, but within flows.
+    pub fn exchange(&mut self, root: NodeId, old: NodeId, new: NodeId) -> Result<NodeId, TooLarge> {
+        let (mut image, carried) = (HashMap::new(), HashMap::new());
+        for id in self.reachable_here(&[root]) {
+            let now = if id == old { new } else { self.replaced(id, &[], &image, &carried)? };
+            image.insert(id, now);
         }
         Ok(image[&root])
     }
@@ -394,5 +405,25 @@ impl Node {
                 [*x, *y, *z, *footprint].into_iter().chain(*hurst).collect()
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::op::{Add, Cos, Op, Sin};
+
+    #[test]
+    fn a_node_can_be_exchanged_and_the_rest_stays() {
+        let mut graph = Graph::default();
+        let [x, y, _] = graph.point().unwrap();
+        let op = |graph: &mut Graph, op: Op, args: &[NodeId]| graph.op(op, args).unwrap();
+        let (sine, cosine) = (op(&mut graph, Op::Sin(Sin), &[x]), op(&mut graph, Op::Cos(Cos), &[x]));
+        let sum = op(&mut graph, Op::Add(Add), &[sine, y]);
+        let other = op(&mut graph, Op::Add(Add), &[cosine, y]);
+        assert_eq!(graph.exchange(sum, sine, cosine), Ok(other));
+        assert_eq!(graph.exchange(sum, sum, x), Ok(x));
+        // What is not part of it changes nothing.
+        assert_eq!(graph.exchange(sum, cosine, x), Ok(sum));
     }
 }

@@ -13,7 +13,7 @@
 //! few places, and a box is bounded by the blocks that it touches. Over the blocks stands a pyramid
 //! of maxima, so that a box of any size touches a few blocks of the right level.
 
-use super::{Edge, Frame};
+use super::{Cancel, Edge, Frame};
 use crate::num::{Bounds, ROUNDOFF};
 use rayon::prelude::*;
 
@@ -51,6 +51,9 @@ fn cells(n: usize, edge: Edge) -> usize {
 
 const NOTHING: Bounds = Bounds { range: 0.0, lipschitz: 0.0, hessian: 0.0, third: 0.0 };
 
+const EVERYTHING: Bounds =
+    Bounds { range: f64::INFINITY, lipschitz: f64::INFINITY, hessian: f64::INFINITY, third: f64::INFINITY };
+
 fn hull(a: Bounds, b: Bounds) -> Bounds {
     Bounds {
         range: a.range.max(b.range),
@@ -61,17 +64,22 @@ fn hull(a: Bounds, b: Bounds) -> Bounds {
 }
 
 impl Pyramid {
-    pub(super) fn new(frame: &Frame, scale: [f64; 3], coefficients: &[f64]) -> Pyramid {
+    /// The bounds of a spline. When cancelled it has none in the blocks that are left.
+    pub(super) fn new(frame: &Frame, scale: [f64; 3], coefficients: &[f64], cancel: Cancel<'_>) -> Pyramid {
         let count = frame.size.map(|n| cells(n, frame.edge));
         // Small blocks where there are few of them: a heightfield.
         let side = if frame.size.contains(&1) { 4 } else { 8 };
         let edge = count.map(|n| side.min(n));
         let size: [usize; 3] = std::array::from_fn(|axis| count[axis].div_ceil(edge[axis]));
         let [bx, by, bz] = size;
-        let mut blocks = vec![NOTHING; bx * by * bz];
-        blocks.par_iter_mut().enumerate().for_each(|(i, block)| {
-            let at = [i % bx * edge[0], i / bx % by * edge[1], i / (bx * by) * edge[2]];
-            *block = Patch::cut(frame, coefficients, at, edge).bounds(scale);
+        let mut blocks = vec![EVERYTHING; bx * by * bz];
+        let rows = blocks.par_chunks_mut(bx).enumerate();
+        rows.for_each_init(<[Patch; 4]>::default, |patches, (row, blocks)| {
+            for (i, block) in blocks.iter_mut().enumerate().take_while(|_| !cancel()) {
+                let at = [i * edge[0], row % by * edge[1], row / by * edge[2]];
+                patches[0].cut(frame, coefficients, at, edge);
+                *block = bounds(patches, scale);
+            }
         });
         let all = blocks.iter().copied().fold(NOTHING, hull);
         let mut levels = vec![Level { edge, size, blocks }];
@@ -198,8 +206,8 @@ impl Level {
     }
 }
 
-/// A box of coefficients or of their differences.
-#[derive(Clone)]
+/// A box of coefficients or of their differences, in memory that many take their turns in.
+#[derive(Default)]
 struct Patch {
     size: [usize; 3],
     values: Vec<f64>,
@@ -207,85 +215,93 @@ struct Patch {
 
 impl Patch {
     /// The coefficients that reach a block of cells.
-    fn cut(frame: &Frame, coefficients: &[f64], at: [usize; 3], edge: [usize; 3]) -> Patch {
-        let [nx, ny, nz] = frame.size;
-        let index = |axis: usize, n: usize| -> Vec<usize> {
-            if n == 1 {
-                return vec![0];
-            }
-            let before = 1 + if frame.edge == Edge::Clamp { MARGIN } else { 0 };
-            let count = edge[axis].min(cells(n, frame.edge) - at[axis]) + 3;
-            (0..count).map(|k| frame.neighbour(at[axis] + k, -(before as isize), n)).collect()
+    fn cut(&mut self, frame: &Frame, coefficients: &[f64], at: [usize; 3], edge: [usize; 3]) {
+        let [nx, ny, _] = frame.size;
+        let before = 1 + if frame.edge == Edge::Clamp { MARGIN } else { 0 };
+        self.size = std::array::from_fn(|axis| match frame.size[axis] {
+            1 => 1,
+            n => edge[axis].min(cells(n, frame.edge) - at[axis]) + 3,
+        });
+        let index = |axis: usize, k: usize| match frame.size[axis] {
+            1 => 0,
+            n => frame.neighbour(at[axis] + k, -(before as isize), n),
         };
-        let [xs, ys, zs] = [index(0, nx), index(1, ny), index(2, nz)];
-        let mut values = Vec::with_capacity(xs.len() * ys.len() * zs.len());
-        for z in &zs {
-            for y in &ys {
-                let row = (z * ny + y) * nx;
-                values.extend(xs.iter().map(|x| coefficients[row + x]));
+        self.values.clear();
+        for z in 0..self.size[2] {
+            for y in 0..self.size[1] {
+                let row = (index(2, z) * ny + index(1, y)) * nx;
+                self.values.extend((0..self.size[0]).map(|x| coefficients[row + index(0, x)]));
             }
         }
-        Patch { size: [xs.len(), ys.len(), zs.len()], values }
     }
 
-    /// Differences along an axis; none along one where nothing changes.
-    fn difference(&self, axis: usize) -> Patch {
-        let mut size = self.size;
-        if size[axis] < 2 {
-            return Patch { size: [0; 3], values: Vec::new() };
+    /// The differences of another along an axis; none along one where nothing changes.
+    fn difference(&mut self, of: &Patch, axis: usize) {
+        self.values.clear();
+        self.size = of.size;
+        if self.size[axis] < 2 {
+            self.size = [0; 3];
+            return;
         }
-        size[axis] -= 1;
-        let [nx, ny, _] = self.size;
+        self.size[axis] -= 1;
+        let [nx, ny, _] = of.size;
         let step = [1, nx, nx * ny][axis];
-        let mut values = Vec::with_capacity(size.iter().product());
-        for z in 0..size[2] {
-            for y in 0..size[1] {
+        for z in 0..self.size[2] {
+            for y in 0..self.size[1] {
                 let row = (z * ny + y) * nx;
-                values.extend((row..row + size[0]).map(|i| self.values[i + step] - self.values[i]));
+                let (here, next) = (&of.values[row..][..self.size[0]], &of.values[row + step..]);
+                self.values.extend(here.iter().zip(next).map(|(a, b)| b - a));
             }
         }
-        Patch { size, values }
     }
 
     fn largest(&self) -> f64 {
-        self.values.iter().fold(0.0, |most, v| most.max(v.abs()))
+        // Side by side, for each of these waits for the one before it; and all are numbers.
+        let mut most = [0.0_f64; 8];
+        let widen = |most: &mut f64, v: &f64| *most = if v.abs() > *most { v.abs() } else { *most };
+        let chunks = self.values.chunks_exact(most.len());
+        most.iter_mut().zip(chunks.remainder()).for_each(|(most, v)| widen(most, v));
+        chunks.for_each(|chunk| most.iter_mut().zip(chunk).for_each(|(most, v)| widen(most, v)));
+        most.into_iter().fold(0.0, f64::max)
     }
+}
 
-    fn bounds(&self, scale: [f64; 3]) -> Bounds {
-        let range = self.largest();
-        // A difference of order k has 2^k terms and k roundings of each.
-        let bound = |patch: &Patch, order: i32, scale: f64| {
-            if patch.values.is_empty() {
-                0.0
-            } else {
-                (patch.largest() + 32.0 * f64::from(order) * ROUNDOFF * range) * scale
-            }
-        };
-        let mut first = [0.0; 3];
-        let mut second = [[0.0; 3]; 3];
-        let mut third = [[[0.0; 3]; 3]; 3];
-        for i in 0..3 {
-            let d = self.difference(i);
-            first[i] = bound(&d, 1, scale[i]);
-            for j in i..3 {
-                let d = d.difference(j);
-                second[i][j] = bound(&d, 2, scale[i] * scale[j]);
-                second[j][i] = second[i][j];
-                for k in j..3 {
-                    let b = bound(&d.difference(k), 3, scale[i] * scale[j] * scale[k]);
-                    for [p, q, r] in [[i, j, k], [i, k, j], [j, i, k], [j, k, i], [k, i, j], [k, j, i]] {
-                        third[p][q][r] = b;
-                    }
+/// Bounds of the block that the first of these patches reaches; the others are for its differences.
+fn bounds([patch, d1, d2, d3]: &mut [Patch; 4], scale: [f64; 3]) -> Bounds {
+    let range = patch.largest();
+    // A difference of order k has 2^k terms and k roundings of each.
+    let bound = |patch: &Patch, order: i32, scale: f64| {
+        if patch.values.is_empty() {
+            0.0
+        } else {
+            (patch.largest() + 32.0 * f64::from(order) * ROUNDOFF * range) * scale
+        }
+    };
+    let mut first = [0.0; 3];
+    let mut second = [[0.0; 3]; 3];
+    let mut third = [[[0.0; 3]; 3]; 3];
+    for i in 0..3 {
+        d1.difference(patch, i);
+        first[i] = bound(d1, 1, scale[i]);
+        for j in i..3 {
+            d2.difference(d1, j);
+            second[i][j] = bound(d2, 2, scale[i] * scale[j]);
+            second[j][i] = second[i][j];
+            for k in j..3 {
+                d3.difference(d2, k);
+                let b = bound(d3, 3, scale[i] * scale[j] * scale[k]);
+                for [p, q, r] in [[i, j, k], [i, k, j], [j, i, k], [j, k, i], [k, i, j], [k, j, i]] {
+                    third[p][q][r] = b;
                 }
             }
         }
-        Bounds {
-            range,
-            lipschitz: length(first),
-            hessian: spectral(second),
-            // |T(u, u, .)| for unit u has the components u^T T_i u.
-            third: length(third.map(spectral)),
-        }
+    }
+    Bounds {
+        range,
+        lipschitz: length(first),
+        hessian: spectral(second),
+        // |T(u, u, .)| for unit u has the components u^T T_i u.
+        third: length(third.map(spectral)),
     }
 }
 

@@ -134,7 +134,7 @@ impl Kernel for Grid {
 
     #[inline]
     fn bounds(&self) -> Bounds {
-        self.bounds.all()
+        self.pyramid().all()
     }
 
     fn jets(&self, at: [&[f64]; 3], mut out: Jets<'_>) {
@@ -153,7 +153,7 @@ impl Kernel for Grid {
     }
 
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
-        let bounds = self.bounds.around(&self.frame, self.scale, at, radius);
+        let bounds = self.pyramid().around(&self.frame, self.scale, at, radius);
         Local::uniform(self.jet(order, at), bounds)
     }
 
@@ -162,7 +162,7 @@ impl Kernel for Grid {
         // of three axes; sums over three axes add 12. The offset from the origin rounds, and its
         // product with the scale, which is exact by definition.
         let b = self.bounds();
-        let most = self.bounds.magnitude();
+        let most = self.pyramid().magnitude();
         let varies = |axis: &usize| self.frame.size[*axis] > 1;
         let scale = (0..3).filter(varies).map(|axis| self.scale[axis]).fold(0.0, f64::max);
         let away = self.frame.origin.iter().fold(0.0, |most: f64, o| most.max(o.abs()));

@@ -31,7 +31,7 @@ use crate::num::{Order, interpolate_cubic, mix};
 use bound::Pyramid;
 use rayon::prelude::*;
 use std::hash::{Hash, Hasher};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Samples that a grid may have: 512 MiB.
 pub const MOST_SAMPLES: usize = 1 << 26;
@@ -273,7 +273,8 @@ pub struct Grid {
     scale: [f64; 3],
     level: f64,
     coefficients: Arc<[f64]>,
-    bounds: Arc<Pyramid>,
+    /// Made when it is first asked for: grids that only others are made of never are.
+    bounds: Arc<OnceLock<Pyramid>>,
     digest: u64,
 }
 
@@ -315,9 +316,30 @@ impl Grid {
         let level = 0.5 * (lo + hi);
         coefficients.iter_mut().for_each(|c| *c -= level);
         let scale = frame.spacing.map(|s| 1.0 / s);
-        let bounds = Arc::new(Pyramid::new(&frame, scale, &coefficients));
         let digest = coefficients.iter().fold(mix(level.to_bits()), |hash, c| mix(hash ^ c.to_bits()));
-        Ok(Grid { frame, scale, level, coefficients: coefficients.into(), bounds, digest })
+        Ok(Grid { frame, scale, level, coefficients: coefficients.into(), bounds: Arc::default(), digest })
+    }
+
+    /// Finds its bounds, if they were not found yet. Who is to evaluate it by many threads does so before: they all help to
+    /// find them, and one that waited for another would wait for itself.
+    ///
+    /// # Errors
+    /// When cancelled.
+    pub fn bind(&self, cancel: Cancel<'_>) -> Result<(), Failure> {
+        if self.bounds.get().is_none() {
+            let found = Pyramid::new(&self.frame, self.scale, &self.coefficients, cancel);
+            if cancel() {
+                return Err(Failure::Cancelled);
+            }
+            // Whoever was quicker found the same.
+            let _ = self.bounds.set(found);
+        }
+        Ok(())
+    }
+
+    /// Its bounds.
+    fn pyramid(&self) -> &Pyramid {
+        self.bounds.get_or_init(|| Pyramid::new(&self.frame, self.scale, &self.coefficients, &never))
     }
 
     /// Where its samples lie.
@@ -343,7 +365,10 @@ impl Grid {
                 let old = line.to_vec();
                 let n = line.len();
                 for i in 0..n {
-                    let [before, after] = [-1, 1].map(|step| old[self.frame.neighbour(i, step, n)]);
+                    let [before, after] = match (1..n - 1).contains(&i) {
+                        true => [old[i - 1], old[i + 1]],
+                        false => [-1, 1].map(|step| old[self.frame.neighbour(i, step, n)]),
+                    };
                     line[i] = old[i] + (before - 2.0 * old[i] + after) / 6.0;
                 }
             });
@@ -380,7 +405,7 @@ fn prefilter(values: &mut [f64], frame: Frame, axis: usize) {
     each_line(values, frame.size, axis, |line| interpolate_cubic(line, frame.edge));
 }
 
-/// Runs a job on every line of an array along an axis.
+/// Runs a job on every line of an array along an axis. It leaves a line of one sample as it is, and is not asked to.
 fn each_line(
     values: &mut [f64],
     [nx, ny, nz]: [usize; 3],
@@ -388,6 +413,7 @@ fn each_line(
     job: impl Fn(&mut [f64]) + Sync + Send,
 ) {
     match axis {
+        _ if [nx, ny, nz][axis] == 1 => {}
         0 => values.par_chunks_mut(nx).for_each(job),
         1 => values.par_chunks_mut(nx * ny).for_each(|slab| columns(slab, nx, ny, &job)),
         // Lines across all slabs: one thread for each would tear the array apart.

@@ -91,6 +91,67 @@ fn unfit(e: Unfit) -> Failure {
     }
 }
 
+/// The frequencies of a frame.
+struct Frequencies {
+    size: [usize; 3],
+    /// Distances of neighbours along the axes. One of a single sample has no frequencies, and takes no part in the measure: 0.
+    step: [f64; 3],
+    /// Of one of them, as a part of their space.
+    measure: f64,
+}
+
+impl Frequencies {
+    fn of(frame: &Frame) -> Frequencies {
+        let extent = frame.extent();
+        let step = std::array::from_fn(|axis| if frame.size[axis] > 1 { 1.0 / extent[axis] } else { 0.0 });
+        Frequencies { size: frame.size, step, measure: step.iter().filter(|step| **step > 0.0).product() }
+    }
+
+    /// Which frequency is stored at an index.
+    fn number(&self, index: [usize; 3]) -> [i64; 3] {
+        std::array::from_fn(|axis| signed(index[axis], self.size[axis]))
+    }
+
+    /// A frequency by its number.
+    fn vector(&self, number: [i64; 3]) -> [f64; 3] {
+        std::array::from_fn(|axis| number[axis] as f64 * self.step[axis])
+    }
+
+    /// The power at a frequency.
+    fn power(&self, density: &mut impl FnMut([f64; 3]) -> f64, at: [f64; 3]) -> Result<f64, Failure> {
+        let value = density(at);
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(Failure::Spectrum { value, at });
+        }
+        Ok(value * self.measure)
+    }
+
+    /// Something for each of them, by their indices; for that of zero there is nothing.
+    fn map<T: Default + Clone + Send, F>(
+        &self,
+        density: F,
+        of: impl Fn(&mut F, [usize; 3]) -> Result<T, Failure> + Sync + Send,
+        cancel: Cancel<'_>,
+    ) -> Result<Vec<T>, Failure>
+    where
+        F: FnMut([f64; 3]) -> f64 + Clone + Send + Sync,
+    {
+        let mut found = vec![T::default(); self.size.iter().product()];
+        let row_of = |density: &mut F, (row, found): (usize, &mut [T])| {
+            if cancel() {
+                return Err(Failure::Cancelled);
+            }
+            for (i, found) in found.iter_mut().enumerate().skip(usize::from(row == 0)) {
+                *found = of(density, [i, row % self.size[1], row / self.size[1]])?;
+            }
+            Ok(())
+        };
+        let rows = found.par_chunks_mut(self.size[0]).enumerate();
+        rows.try_for_each_init(|| density.clone(), row_of)?;
+        Ok(found)
+    }
+}
+
 /// The `g_k`.
 fn amplitudes<F>(
     frame: &Frame,
@@ -106,42 +167,21 @@ where
     if let Some(n) = size.iter().find(|n| !n.is_power_of_two()) {
         return Err(Failure::Power(*n));
     }
-    // An axis of one sample has no frequencies and takes no part in the measure.
-    let varies = size.map(|n| n > 1);
-    let step: [f64; 3] =
-        std::array::from_fn(|axis| if varies[axis] { 1.0 / frame.extent()[axis] } else { 0.0 });
-    let measure: f64 = (0..3).filter(|axis| varies[*axis]).map(|axis| step[axis]).product();
-    let mut waves = vec![Complex::default(); frame.count()];
-    waves.par_chunks_mut(size[0]).enumerate().try_for_each_init(
-        || density.clone(),
-        |density, (row, waves)| {
-            if cancel() {
-                return Err(Failure::Cancelled);
-            }
-            for (i, wave) in waves.iter_mut().enumerate() {
-                let index = [i, row % size[1], row / size[1]];
-                if index == [0; 3] {
-                    continue;
-                }
-                // What travels one way, and what travels the other.
-                let mut one = |index: [usize; 3]| {
-                    let number: [i64; 3] = std::array::from_fn(|axis| signed(index[axis], size[axis]));
-                    let k: [f64; 3] = std::array::from_fn(|axis| number[axis] as f64 * step[axis]);
-                    let s = density(k);
-                    if !(s >= 0.0 && s.is_finite()) {
-                        return Err(Failure::Spectrum { value: s, at: k });
-                    }
-                    let [re, im] = normals(key(seed, number));
-                    let turn = Complex::turn(-motion.phase(k));
-                    Ok(Complex { re, im }.scale((0.25 * s * measure).sqrt()) * turn)
-                };
-                let back = std::array::from_fn(|axis| (size[axis] - index[axis]) % size[axis]);
-                *wave = one(index)? + one(back)?.conj();
-            }
-            Ok(())
-        },
-    )?;
-    Ok(waves)
+    let all = Frequencies::of(frame);
+    let wave = |density: &mut F, index: [usize; 3]| {
+        // What travels one way, and what travels the other.
+        let mut one = |index: [usize; 3]| {
+            let number = all.number(index);
+            let k = all.vector(number);
+            let power = all.power(density, k)?;
+            let [re, im] = normals(key(seed, number));
+            let turn = Complex::turn(-motion.phase(k));
+            Ok(Complex { re, im }.scale((0.25 * power).sqrt()) * turn)
+        };
+        let back = std::array::from_fn(|axis| (size[axis] - index[axis]) % size[axis]);
+        Ok(one(index)? + one(back)?.conj())
+    };
+    all.map(density, wave, cancel)
 }
 
 /// Standard deviation that a field of a spectrum is to be expected to have on a frame: the root of
@@ -149,22 +189,13 @@ where
 ///
 /// # Errors
 /// As [`synthesize`].
-pub fn deviation(frame: &Frame, mut density: impl FnMut([f64; 3]) -> f64) -> Result<f64, Failure> {
-    let varies = frame.size.map(|n| n > 1);
-    let extent = frame.extent();
-    let step: [f64; 3] = std::array::from_fn(|axis| if varies[axis] { 1.0 / extent[axis] } else { 0.0 });
-    let measure: f64 = (0..3).filter(|axis| varies[*axis]).map(|axis| step[axis]).product();
-    let mut power = vec![0.0; frame.count()];
-    for (i, power) in power.iter_mut().enumerate().skip(1) {
-        let index = frame.index(i);
-        let k = std::array::from_fn(|axis| signed(index[axis], frame.size[axis]) as f64 * step[axis]);
-        let s = density(k);
-        if !(s >= 0.0 && s.is_finite()) {
-            return Err(Failure::Spectrum { value: s, at: k });
-        }
-        *power = s * measure;
-    }
-    Ok(super::total(&power).sqrt())
+pub fn deviation<F>(frame: &Frame, density: F, cancel: Cancel<'_>) -> Result<f64, Failure>
+where
+    F: FnMut([f64; 3]) -> f64 + Clone + Send + Sync,
+{
+    let all = Frequencies::of(frame);
+    let power = |density: &mut F, index| all.power(density, all.vector(all.number(index)));
+    Ok(super::total(&all.map(density, power, cancel)?).sqrt())
 }
 
 /// Fractional Brownian motion of `axes` dimensions (thesis, 3.26): `|k|^-beta` with
@@ -299,7 +330,7 @@ mod tests {
     #[test]
     fn variance_is_the_integral_of_the_spectrum() {
         let frame = flat(128, 2.0);
-        let expected = deviation(&frame, markov(3.0)).unwrap();
+        let expected = deviation(&frame, markov(3.0), &never).unwrap();
         let runs = 40;
         let mean = (0..runs)
             .map(|seed| synthesize(frame, seed, Motion::Still, markov(3.0), &never).unwrap().moments().1)
@@ -327,7 +358,7 @@ mod tests {
         for (speed, focus) in [(6.0, 0.0), (10.0, 2.0), (14.0, 8.5)] {
             let wind = Wind { speed, direction: 0.6, focus };
             let frame = flat(512, 20.0 * speed * speed);
-            let grid = deviation(&frame, wind.spectrum()).unwrap();
+            let grid = deviation(&frame, wind.spectrum(), &never).unwrap();
             // The shortest waves are missing.
             assert!((grid / wind.deviation() - 1.0).abs() < 0.02, "{grid} {}", wind.deviation());
         }

@@ -139,6 +139,7 @@ ops! {
     Fract(1) = Fract, "fract", "What is left above the floor, from 0 to 1.", "y - 0.5 * fract(2.0 * x)";
     Modulo(2) = Modulo, "modulo", "modulo(x, period): x minus whole periods, with the sign of the period.", "y - modulo(x, 0.6)";
     Smoothstep(1) = Smoothstep, "smoothstep", "smoothstep(low, high, x): rises smoothly from 0 at low to 1 at high.", "y - smoothstep(-0.8, 0.8, x)";
+    Smootherstep(1) = Smootherstep, "smootherstep", "smootherstep(low, high, x): rises from 0 at low to 1 at high, smooth also where it begins and ends; C2, where smoothstep is C1.", "y - smootherstep(-0.8, 0.8, x)";
     Mix(3) = Mix, "mix", "mix(a, b, t): a at t = 0, b at t = 1, linear between and beyond.", "mix(box(1.4), sphere(1.0), 0.5)";
     Norm(2) = Norm::new(2.5), "norm", "norm(x, y, power): the p-norm (|x|^p + |y|^p)^(1/p) for a power p from 1 to 64, whose unit circle is a diamond for 1, round for 2 and nearly a square for 64; C2 from a power of 2 on.", "norm(x, y, 4) - 1.0";
     Ramp(1) = Ramp::Quartic, "ramp", "ramp(x, shape): max(x, 0) with a rounded corner between -1 and 1; shape is \"quadratic\" (C1), \"cubic\" or \"quartic\" (C2), or \"exponential\", which is ln(1 + e^x) (C2).", "y - ramp(2.0 * x, \"cubic\")";

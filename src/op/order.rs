@@ -350,6 +350,54 @@ impl Function<1> for Smoothstep {
     }
 }
 
+/// `t^3 (10 - 15 t + 6 t^2)` with `t` clamped to [0, 1]: smooth also where it begins and ends (Perlin, *Improving Noise*,
+/// 2002).
+///
+/// With `u = t - 1/2` its derivatives are `30 (1/4 - u^2)^2` and `-120 u (1/4 - u^2)`, where `u` stands but once or twice, so
+/// that intervals enclose them closely; and both end at zero by themselves.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Smootherstep;
+
+impl Smootherstep {
+    /// `u`, and `1/4 - u^2 = t (1 - t)`.
+    #[inline(always)]
+    fn halves<R: Real>(x: R) -> [R; 2] {
+        let u = x.max(R::of(0.0)).min(R::of(1.0)) - R::of(0.5);
+        [u, R::of(0.25) - u.square()]
+    }
+}
+
+impl Function<1> for Smootherstep {
+    #[inline(always)]
+    fn value<R: Real>(&self, [x]: [R; 1]) -> R {
+        let t = x.max(R::of(0.0)).min(R::of(1.0));
+        let rest = R::of(10.0) + t * (R::of(6.0) * t - R::of(15.0));
+        (t.square() * t * rest).min(R::of(1.0))
+    }
+    #[inline(always)]
+    fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        let [_, both] = Self::halves(x);
+        [R::of(30.0) * both.square()]
+    }
+    #[inline(always)]
+    fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
+        let [u, both] = Self::halves(x);
+        [[R::of(-120.0) * u * both]]
+    }
+    /// Rising, so its ends bound it, and a hair more: what is in brackets is a small number made of large ones, so that values
+    /// are rounded by up to `1e-14` of them.
+    #[inline(always)]
+    fn range(&self, [x]: [Interval; 1]) -> Interval {
+        let [low, high] = [x.lo, x.hi].map(|e| self.value([Interval::point(e)]));
+        let lo = if x.lo >= 1.0 { 1.0 } else { (low.lo * (1.0 - 1e-14)).max(0.0) };
+        let hi = if x.hi <= 0.0 { 0.0 } else { (high.hi * (1.0 + 1e-14)).min(1.0) };
+        Interval { lo, hi }
+    }
+    fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
+        Form::taylor(self, x[0])
+    }
+}
+
 /// `a + (b - a) t`
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Mix;

@@ -88,9 +88,11 @@ impl<'a> Film<'a> {
         down.flat_map(move |y| across.clone().map(move |x| (y * columns + x) as usize))
     }
 
-    /// Puts a finished tile in its place, and tells of it.
+    /// Puts a finished tile in its place, and tells of it, unless the first one comes too late.
     pub fn put(&mut self, rect: &Rect, pixels: &[Pixel], job: &Job<'_>) {
-        self.picture.fill();
+        if !self.picture.fill_until(job.cancel) {
+            return;
+        }
         self.picture.put(rect, pixels);
         self.picture.tiles += 1;
         self.picture.finished = self.picture.tiles as usize == self.total;

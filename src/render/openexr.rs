@@ -12,6 +12,7 @@
 //! | `denoised` | all light with its noise smoothed, if that was wanted |
 //! | `Z`, `position.X Y Z`, `normal.X Y Z`, `footprint` | distance, place, direction and distance between pixels of the nearest sample, never averages, so that they belong together |
 //! | `samples` | how many samples were taken |
+//! | `component` | which component of the solid the nearest sample shows, if that was wanted: its number, or -1 where it is none or not known |
 //!
 //! The display window is the whole picture, the data window the part of it that the file holds.
 
@@ -86,6 +87,10 @@ pub(super) fn sheet(picture: &Picture, precision: Precision) -> Sheet {
             )
         })
     });
+    let components = picture.components.iter().map(|numbers| {
+        let values = numbers.iter().map(|number| number.map_or(-1.0, |number| number as f32));
+        AnyChannel::new("component", samples_of(values, precision, Content::Geometry))
+    });
     let [r, g, b] = picture.background;
     let comments = format!(
         "Linear light, Rec. 709 primaries, premultiplied; background {r} {g} {b} left out; exposure \
@@ -93,7 +98,10 @@ pub(super) fn sheet(picture: &Picture, precision: Precision) -> Sheet {
          nearest sample in a pixel.",
         picture.exposure
     );
-    Sheet { channels: AnyChannels::sort(channels.into_iter().chain(smoothed).collect()), comments }
+    Sheet {
+        channels: AnyChannels::sort(channels.into_iter().chain(smoothed).chain(components).collect()),
+        comments,
+    }
 }
 
 /// Values as a file holds them.

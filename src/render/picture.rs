@@ -4,6 +4,7 @@ use super::{Rect, Settings, Stats, tone};
 use crate::diag::Diagnostic;
 use crate::render::RenderError;
 use crate::scene::Tone;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a picture holds in one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +75,9 @@ pub struct Picture {
     pub pixels: Vec<Pixel>,
     /// The colours of these pixels with their noise smoothed, if that is wanted; see [`denoise`](super::denoise).
     pub denoised: Option<Vec<[f32; 3]>>,
+    /// The components of the solid that these pixels show, by number, if that is wanted; none where nothing is seen or
+    /// where it is not known.
+    pub components: Option<Vec<Option<u32>>>,
     /// Light behind everything, linear.
     pub background: [f32; 3],
     /// Exposure in stops for screens.
@@ -110,6 +114,7 @@ impl Picture {
             window,
             pixels,
             denoised: None,
+            components: None,
             background,
             exposure: settings.exposure,
             tone: settings.tone,
@@ -123,7 +128,23 @@ impl Picture {
 
     /// Fills the window with nothing, unless there is something in it already.
     pub(super) fn fill(&mut self) {
-        self.pixels.resize(self.window.area() as usize, Pixel::EMPTY);
+        self.fill_until(&AtomicBool::new(false));
+    }
+
+    /// The same bit by bit, and whether that came to its end: memory that was never used takes its time. Once `cancel` is
+    /// set there is nothing in the window.
+    pub(super) fn fill_until(&mut self, cancel: &AtomicBool) -> bool {
+        /// Pixels in about 7 MB.
+        const BIT: usize = 1 << 16;
+        let count = self.window.area() as usize;
+        while self.pixels.len() < count {
+            if cancel.load(Ordering::Relaxed) {
+                self.pixels.clear();
+                return false;
+            }
+            self.pixels.resize((self.pixels.len() + BIT).min(count), Pixel::EMPTY);
+        }
+        true
     }
 
     /// Whether the window is all of the picture.

@@ -1,9 +1,11 @@
 //! Everything that can be done, and can go wrong, before the first ray.
 
+use super::light::Surroundings;
 use super::rays::piece;
 use super::reflect::Reflecting;
 use super::sample::{Purpose, Sample};
 use super::view::{View, tolerance};
+use super::water::Water;
 use super::{Atmosphere, Painter, Probe, RenderError, Settings};
 use crate::cast::{Ray, Tolerance};
 use crate::diag::Diagnostic;
@@ -12,6 +14,7 @@ use crate::field::Field;
 use crate::scene::{Light, Scene, Sea, Sky, Sun, Surface};
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
+use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -146,6 +149,17 @@ fn stretched(view: &View) -> Option<Diagnostic> {
 }
 
 impl Prepared {
+    /// What is beyond everything, and gives light.
+    pub(super) fn around(&self) -> Surroundings<'_> {
+        Surroundings { sky: &self.sky, air: self.air.as_ref(), suns: &self.suns }
+    }
+
+    /// Light that comes back from all around to an eye below the surface of a sea; `None` above it.
+    pub(super) fn glow_below(&self, surface: &Prepared) -> Option<DVec3> {
+        let water = self.sea.as_ref().map(Water::new).filter(|_| surface.probe.camera_inside)?;
+        Some(water.glow(PI * self.around().overhead(self.view.eye)))
+    }
+
     /// Bundles of neighbouring lines of sight all over the picture, for choosing a caster.
     pub fn typical_rays(&self) -> Vec<Vec<Ray>> {
         /// Bundles across the picture, and rays across a bundle.

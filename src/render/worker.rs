@@ -13,6 +13,7 @@ use super::water::Water;
 use super::{Filter, Job, Pixel, Prepared, Rect, Stats, light, stars};
 use crate::cast::{Caster, Reach};
 use glam::DVec3;
+use std::sync::atomic::Ordering;
 
 /// Rays that a stage handles at once, about: enough for full batches, few enough that their state
 /// stays in the cache and a cancelled job stops soon.
@@ -62,11 +63,7 @@ impl<'a> Seer<'a> {
 
     /// Light that comes back from all around an eye under water.
     pub fn under_water(&self) -> Option<DVec3> {
-        let water =
-            self.water().filter(|_| self.sea.as_ref().is_some_and(|sea| sea.scene.probe.camera_inside))?;
-        let Prepared { sky, air, suns, view, .. } = self.scene;
-        let around = light::Surroundings { sky, air: air.as_ref(), suns };
-        Some(water.glow(std::f64::consts::PI * around.overhead(view.eye)))
+        self.sea.as_ref().and_then(|sea| self.scene.glow_below(sea.scene))
     }
 
     /// The water, if there is any.
@@ -153,7 +150,11 @@ impl<'a> Worker<'a> {
             let open = outcomes.iter_mut().filter(|outcome| outcome.is_open());
             open.zip(&self.moon_paths.outcomes).for_each(|(outcome, behind)| outcome.put_behind(behind));
         }
-        for (sample, outcome) in self.samples.iter().zip(outcomes) {
+        for (i, (sample, outcome)) in self.samples.iter().zip(outcomes).enumerate() {
+            // Stars take their time.
+            if i % 64 == 0 && job.cancel.load(Ordering::Relaxed) {
+                return None;
+            }
             if outcome.is_open() {
                 let (_, direction) = sample.line(&seer.scene.view);
                 let Prepared { lights, sky, view, .. } = seer.scene;

@@ -2,7 +2,7 @@
 
 use super::lexer::{Kind, Token, tokens};
 use crate::diag::Diagnostic;
-use crate::scene::{Camera, Param, Projection, Value};
+use crate::scene::{Camera, Domain, Param, Projection, Value};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -11,21 +11,57 @@ use std::ops::Range;
 /// # Errors
 /// If the script does not say the default as it is, in just one place.
 pub fn with_default(text: &str, param: &Param) -> Result<String, Box<Diagnostic>> {
-    let calls = defaults(text, param);
-    match calls.as_slice() {
-        [Some(range)] => {
-            let value = literal(&param.value, &text[range.clone()]);
-            Ok(format!("{}{value}{}", &text[..range.start], &text[range.end..]))
-        }
-        [None] => {
-            let plain = match param.value {
-                Value::Number(_) => "a plain number",
-                Value::Text(_) => "a plain text",
-                Value::Flag(_) => "plain true or false",
-            };
-            Err(by_hand(param, &format!("its default is not {plain}")))
-        }
-        [] => Err(by_hand(param, "another file makes it, or its name is computed")),
+    let default = only(defaults(text, param), param)?;
+    if !default.is_literal {
+        let plain = match param.value {
+            Value::Number(_) => "a plain number",
+            Value::Text(_) => "a plain text",
+            Value::Flag(_) => "plain true or false",
+        };
+        return Err(by_hand(param, &format!("its default is not {plain}")));
+    }
+    Ok(default.replaced(text, param))
+}
+
+/// A script of its own that has a parameter's value as its default, also in the place of what computes it: what that is made
+/// of may have other defaults now.
+///
+/// # Errors
+/// If the script does not make the parameter in just one place, and the value is not its default.
+pub fn with_value(text: &str, param: &Param) -> Result<String, Box<Diagnostic>> {
+    let is_same = param.value == param.default;
+    match only(defaults(text, param), param) {
+        Ok(default) if is_same && default.is_literal => Ok(text.to_owned()),
+        Ok(default) => Ok(default.replaced(text, param)),
+        Err(_) if is_same => Ok(text.to_owned()),
+        Err(error) => Err(error),
+    }
+}
+
+/// Where a script says a default.
+struct Default {
+    range: Range<usize>,
+    /// Whether it is a literal of the parameter's kind.
+    is_literal: bool,
+}
+
+impl Default {
+    fn replaced(&self, text: &str, param: &Param) -> String {
+        let Range { start, end } = self.range;
+        let like = match (&param.domain, self.is_literal) {
+            (_, true) => &text[start..end],
+            (Domain::Number { whole: true, .. }, false) => "0",
+            _ => "0.0",
+        };
+        format!("{}{}{}", &text[..start], literal(&param.value, like), &text[end..])
+    }
+}
+
+/// The one place where a parameter is made.
+fn only(mut places: Vec<Default>, param: &Param) -> Result<Default, Box<Diagnostic>> {
+    match (places.pop(), places.is_empty()) {
+        (Some(default), true) => Ok(default),
+        (None, _) => Err(by_hand(param, "another file makes it, or its name is computed")),
         _ => Err(by_hand(param, "it is made in several places")),
     }
 }
@@ -35,8 +71,8 @@ fn by_hand(param: &Param, why: &str) -> Box<Diagnostic> {
     Box::new(error.hint(format!("write {} there yourself", literal(&param.value, "0.0"))))
 }
 
-/// Where a script makes a parameter: the bytes of each default that is a literal of its kind.
-fn defaults(text: &str, param: &Param) -> Vec<Option<Range<usize>>> {
+/// Where a script makes a parameter.
+fn defaults(text: &str, param: &Param) -> Vec<Default> {
     let tokens: Vec<Token<'_>> = tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();
     let is_call = |w: &[Token<'_>]| {
         w[0].kind == Kind::Word
@@ -46,29 +82,39 @@ fn defaults(text: &str, param: &Param) -> Vec<Option<Range<usize>>> {
             && w[2].text.trim_matches(['"', '`']) == param.name
     };
     let starts = tokens.windows(3).enumerate().filter(|(_, w)| is_call(w)).map(|(i, _)| i + 3);
-    starts.map(|i| argument(&tokens[i..], &param.value)).collect()
+    starts.filter_map(|i| argument(&tokens[i..], &param.value)).collect()
 }
 
-/// The literal after a comma that is a whole argument, if it is one like a value: a number with its sign, a text, or
-/// a flag.
-fn argument(tokens: &[Token<'_>], like: &Value) -> Option<Range<usize>> {
-    let mut rest = tokens.iter();
-    rest.next().filter(|t| t.text == ",")?;
-    let first = rest.next()?;
-    let last = match like {
-        Value::Number(_) if matches!(first.text, "-" | "+") => rest.next()?,
-        _ => first,
-    };
-    let fits = match like {
-        Value::Number(_) => last.kind == Kind::Number,
-        // A text with expressions in it is computed.
-        Value::Text(_) => {
-            last.text.starts_with('"') || last.text.starts_with('`') && !last.text.contains("${")
+/// The argument after a comma.
+fn argument(tokens: &[Token<'_>], like: &Value) -> Option<Default> {
+    let (_, rest) = tokens.split_first().filter(|(comma, _)| comma.text == ",")?;
+    let mut depth = 0;
+    let is_end = |token: &Token<'_>| {
+        let is_end = depth == 0 && matches!(token.text, "," | ")");
+        match token.text {
+            "(" | "[" | "{" | "#{" => depth += 1,
+            ")" | "]" | "}" => depth -= 1,
+            _ => {}
         }
-        Value::Flag(_) => matches!(last.text, "true" | "false"),
+        is_end
     };
-    let is_whole = rest.next().is_some_and(|t| matches!(t.text, "," | ")"));
-    (fits && is_whole).then(|| first.start..last.end())
+    let own = &rest[..rest.iter().position(is_end)?];
+    let (first, last) = (own.first()?, own.last()?);
+    Some(Default { range: first.start..last.end(), is_literal: is_literal(own, like) })
+}
+
+/// Whether an argument is a literal like a value: a number with its sign, a text, or a flag.
+fn is_literal(argument: &[Token<'_>], like: &Value) -> bool {
+    match (argument, like) {
+        ([number], Value::Number(_)) => number.kind == Kind::Number,
+        ([sign, number], Value::Number(_)) => matches!(sign.text, "-" | "+") && number.kind == Kind::Number,
+        // A text with expressions in it is computed.
+        ([text], Value::Text(_)) => {
+            text.text.starts_with('"') || text.text.starts_with('`') && !text.text.contains("${")
+        }
+        ([flag], Value::Flag(_)) => matches!(flag.text, "true" | "false"),
+        _ => false,
+    }
 }
 
 /// A value as a script says it, in the manner of a literal that is there.
@@ -188,11 +234,32 @@ mod tests {
             ("param(\"relief\", r, 0.0..1.0)", "not a plain number"),
             ("param(\"other\", 1.0, 0.0..1.0)", "another file"),
             ("param(\"relief\", 1.0, 0.0..1.0); param(\"relief\", 1.0, 0.0..1.0)", "several places"),
-            ("param(\"relief\"", "not a plain number"),
+            ("param(\"relief\"", "another file"),
         ] {
             let error = with_default(text, &param(0.5)).unwrap_err();
             assert!(error.message.contains(why) && error.hints[0].contains("0.5"), "{text}: {error:?}");
         }
+    }
+
+    #[test]
+    fn what_computes_a_default_gives_way_in_a_script_of_its_own() {
+        for (text, value, after) in [
+            ("param(\"relief\", 2.0 * f(r, [1, 2]), 0.0..1.0)", 0.5, "param(\"relief\", 0.5, 0.0..1.0)"),
+            ("param(\"relief\", #{ a: r, b: 1 }.a)", 3.0, "param(\"relief\", 3.0)"),
+            // What it is made of may have changed.
+            ("param(\"relief\", r)", 0.0, "param(\"relief\", 0.0)"),
+            ("param(\"relief\", 1.0)", 0.0, "param(\"relief\", 1.0)"),
+            ("f()", 0.0, "f()"),
+        ] {
+            let default = Value::Number(0.0);
+            assert_eq!(with_value(text, &Param { default, ..param(value) }).unwrap(), after);
+        }
+        let domain = Domain::Number { least: 0.0, most: 9.0, whole: true };
+        assert_eq!(
+            with_value("param(\"relief\", 2 * n)", &Param { domain, ..param(6.0) }).unwrap(),
+            "param(\"relief\", 6)"
+        );
+        assert!(with_value("f()", &param(0.5)).unwrap_err().message.contains("another file"));
     }
 
     #[test]

@@ -38,5 +38,5 @@ fn enlarged(small: &Picture, coarseness: u32, width: u32, height: u32) -> Pictur
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| pixel(x, y))).collect();
     let window = Rect::whole(width, height);
     let warnings = small.warnings.clone();
-    Picture { width, height, window, pixels, denoised: None, warnings, ..*small }
+    Picture { width, height, window, pixels, denoised: None, components: None, warnings, ..*small }
 }

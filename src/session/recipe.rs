@@ -82,6 +82,7 @@ impl Session {
         let caster = crate::cast::Kind::ALL.iter().find(|kind| kind.0 == order.caster);
         lines.extend(caster.map(|kind| format!("caster {}", kind.1)));
         lines.extend(order.denoise.then(|| "denoised".to_owned()));
+        lines.extend(order.components.then(|| "components".to_owned()));
         lines.extend((order.precision == Precision::Half).then(|| "light in halves".to_owned()));
         lines.push(format!("time {}", self.time));
         lines.extend(self.params.iter().map(|(name, value)| format!("set {name}={value}")));

@@ -7,7 +7,7 @@ use crate::field::{self, Extent, Field, Watch};
 use crate::render::{
     self, Job, Painter, Part, Picture, Precision, RenderError, Settings, Shot, Steering, View,
 };
-use crate::scene::{Aabb, Projection, Scene, Shutter};
+use crate::scene::{Aabb, Scene};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -24,6 +24,8 @@ pub struct Order {
     pub caster: Kind,
     /// Whether its noise is smoothed.
     pub denoise: bool,
+    /// Whether it is told which component of the solid each pixel shows.
+    pub components: bool,
     /// How closely a file holds its light, where it is a file of floats.
     pub precision: Precision,
     /// Threads; as many as there are cores where `None`.
@@ -77,8 +79,7 @@ pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Bo
     render_moments(&[scene], order, job, None)
 }
 
-/// The same picture, with rough tiles before it ([`render::refine`]), those first that `steering` asks for. Scenes that
-/// cannot be seen roughly appear tile by tile.
+/// The same picture, with rough tiles before it ([`render::refine`]), those first that `steering` asks for.
 ///
 /// # Errors
 /// As for [`render`](render()).
@@ -89,15 +90,6 @@ pub fn refine(
     steering: &Steering,
 ) -> Result<Picture, Box<Diagnostic>> {
     render_moments(&[scene], order, job, Some(steering))
-}
-
-/// Whether a scene can be seen roughly: by one eye, at one moment, and with nothing beside its solid.
-pub(super) fn is_seen_roughly(scene: &Scene) -> bool {
-    let is_plain = matches!(
-        scene.camera.projection,
-        Projection::Perspective { lens: None, .. } | Projection::Orthographic { .. }
-    );
-    is_plain && scene.film.shutter == Shutter::Still && scene.moon.is_none() && scene.sea.is_none()
 }
 
 /// Renders a scene that moves while the shutter is open, as [`Session::render`](super::Session::render) does; refines it
@@ -117,16 +109,28 @@ pub(super) fn render_moments(
     for scene in moments {
         let (mut taken, odd) = Taken::corrected(scene, order, &watch)?;
         if steering.is_some() && job.rough.is_some() {
-            taken.look_ahead(order.caster);
+            taken.look_ahead();
         }
         shots.push(taken);
         warnings = odd;
     }
+    let labels = match moments.first() {
+        Some(scene) if order.components => Some(topology::labels(scene, order.threads, &watch)?),
+        _ => None,
+    };
+    warnings.extend(labels.as_ref().filter(|_| moments.len() > 1).map(|_| parted()));
     let mut picture = picture(shots, order, job, steering)?;
     picture.warnings.extend(warnings);
+    picture.components = labels.map(|labels| labels.seen(&picture));
     let is_smoothed = order.denoise && picture.tiles > 0;
     picture.denoised = is_smoothed.then(|| render::denoise(&picture));
     Ok(picture)
+}
+
+/// Components are not followed through time.
+fn parted() -> Diagnostic {
+    Diagnostic::warning("components are told from one another as they are when the shutter opens")
+        .hint("what moves meanwhile may have the number of another, or none; close the shutter to be sure")
 }
 
 /// What a picture shows otherwise than the scene says.
@@ -182,17 +186,19 @@ impl Taken {
         cancel: &AtomicBool,
     ) -> Result<Taken, Box<Diagnostic>> {
         let halt = || cancel.load(Ordering::Relaxed);
-        let mut prepared = render::prepare(scene, &settings_until(scene, order, &halt)?, cancel)
-            .map_err(|e| Box::new(e.diagnostic()))?;
+        let settings = settings_until(scene, order, &halt)?;
+        if halt() {
+            return Err(stopped());
+        }
+        let mut prepared = render::prepare(scene, &settings, cancel).map_err(|e| Box::new(e.diagnostic()))?;
         prepared.painter = touch.painter;
-        let mut field = Field::new(&prepared.graph, prepared.field);
+        let field = Field::of_tape(&prepared.tape);
         let Settings { bounds, .. } = prepared.settings;
         let typical = prepared.typical_rays();
         let mut caster: Box<dyn cast::Caster> = match order.caster {
             Kind::Auto => Box::new(cast::Later::new(field, bounds, prepared.cells.clone(), typical)),
-            kind => {
-                cast::caster_in(kind, &mut field, &bounds, &prepared.cells, &typical).map_err(no_caster)?
-            }
+            kind => cast::caster_in(kind, &field, &bounds, &prepared.cells, &typical, cancel)
+                .map_err(no_caster)?,
         };
         if let Some(judge) = touch.judge {
             caster = Box::new(Sifted::new(caster, &prepared.cells, &bounds, judge));
@@ -203,10 +209,10 @@ impl Taken {
         Ok(Taken { scene: prepared, caster, reach: None, moon, sea })
     }
 
-    /// Finds a way to see whole tiles.
-    fn look_ahead(&mut self, kind: Kind) {
-        let render::Prepared { graph, field, settings, cells, .. } = &self.scene;
-        self.reach = Some(cast::reach(kind, &Field::new(graph, *field), &settings.bounds, cells));
+    /// Finds a way to see whole tiles, of all that is there.
+    fn look_ahead(&mut self) {
+        self.reach = Some(cast::reach(&*self.caster, &self.scene.settings.bounds, &self.scene.cells));
+        [&mut self.moon, &mut self.sea].into_iter().flatten().for_each(|beside| beside.look_ahead());
     }
 
     /// Its moon and its sea.
@@ -236,6 +242,8 @@ fn picture(
             Some(steering) => render::refine(&shots, job, steering),
             None => render::render_moments(&shots, job),
         };
+        // Freeing thousands of pruned tapes takes longer than whoever cancels a picture should wait.
+        rayon::spawn(move || drop(taken));
         picture.map_err(|e| Box::new(e.diagnostic()))
     };
     on_threads(order.threads, work)?
@@ -256,6 +264,9 @@ pub fn on_threads<T: Send>(
 }
 
 fn no_caster(error: cast::CastError) -> Box<Diagnostic> {
+    if error == cast::CastError::Stopped {
+        return stopped();
+    }
     Box::new(Diagnostic::error(error.to_string()).hint("choose another with --caster, or leave it to auto"))
 }
 

@@ -231,7 +231,7 @@ fn selects(op: &Op) -> bool {
 
 /// Whether an operation has the same value for many arguments.
 fn settles(op: &Op) -> bool {
-    matches!(op, Op::Step(_) | Op::Smoothstep(_) | Op::Sign(_) | Op::Floor(_))
+    matches!(op, Op::Step(_) | Op::Smoothstep(_) | Op::Smootherstep(_) | Op::Sign(_) | Op::Floor(_))
 }
 
 /// Whether an operation with a smooth part has ends where it is simpler.

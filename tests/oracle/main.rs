@@ -157,7 +157,7 @@ fn check(surface: &Surface, field: &Field, kinds: &[(Kind, usize)], tiles: usize
         .iter()
         .filter(|(kind, _)| bounded || !spheres.contains(kind))
         .map(|&(kind, every)| {
-            let made = caster(kind, &mut field.clone(), &surface.region, &typical).expect("a caster");
+            let made = caster(kind, field, &surface.region, &typical).expect("a caster");
             (kind, every, made)
         })
         .collect();

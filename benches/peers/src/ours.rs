@@ -56,16 +56,16 @@ impl Model {
     /// Which pixels the model covers, row by row from the top, from nothing to all hits, and normals if
     /// they are wanted.
     pub fn hits(&self, view: &View, normals: bool) -> Vec<bool> {
-        let mut field = self.field.clone();
+        let field = &self.field;
         let half = view.half * 3f64.sqrt();
         let region = Aabb::cube(half);
         let cells = Arc::new(Cells::new(field.tape().clone(), &region.intervals()));
         let (rays, pixels) = rays(view);
         let typical: Vec<Vec<Ray>> = rays.chunks(64).step_by(rays.len() / 640).map(<[Ray]>::to_vec).collect();
-        let mut caster =
-            caster_in(Kind::Auto, &mut field, &region, &cells, &typical).expect("beams serve every field");
-        let mut shading = Normals::new(&cells);
         let (mut stats, never) = (CastStats::default(), AtomicBool::new(false));
+        let mut caster = caster_in(Kind::Auto, field, &region, &cells, &typical, &never)
+            .expect("beams serve every field");
+        let mut shading = Normals::new(&cells);
         let mut covered = vec![false; SIZE * SIZE];
         let mut hits = vec![Hit::MISS; GROUP];
         for (rays, pixels) in rays.chunks(GROUP).zip(pixels.chunks(GROUP)) {

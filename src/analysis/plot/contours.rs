@@ -5,11 +5,10 @@
 //! about `|f - c| / |g|` pixels away. So lines have the same width everywhere and smooth edges, without being traced.
 //! Where they would come too close to be told apart, they fade.
 
-use super::bar::{Bar, pixels};
-use super::{Area, FONT, Figure, Frame, PlotError, TEXT, TITLE, decimals, drawing, font, tick};
+use super::axes::{Axes, BOTTOM, LEFT, TOP};
+use super::bar::pixels;
+use super::{Figure, PlotError};
 use crate::num::oklab;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// A figure of a plane.
 #[derive(Clone, Debug)]
@@ -26,13 +25,8 @@ pub struct Contours<'a> {
     pub data: &'a [f64],
 }
 
-/// Room around the picture: for labels on its left, the bar on its right, the title, labels below.
-const LEFT: u32 = 62;
+/// Room on the right of the picture, for the bar.
 const RIGHT: u32 = 106;
-const TOP: u32 = 34;
-const BOTTOM: u32 = 46;
-/// White margin outside of all labels.
-const MARGIN: u32 = 8;
 
 /// Values that the strongest colours need not reach: a few that are very large would make all others pale.
 const TOLD_APART: f64 = 0.99;
@@ -66,16 +60,20 @@ impl Contours<'_> {
     /// # Errors
     /// [`PlotError`]
     pub fn draw(&self) -> Result<Figure, PlotError> {
-        font()?;
         let image = self.image();
-        let (width, height) = Contours::outer(image.width, image.height);
-        let mut figure = Figure::blank(width, height);
-        let backend = BitMapBackend::with_buffer(&mut figure.rgb, (width, height));
-        let root = backend.into_drawing_area();
         let shades = self.shades();
-        let ((across, down), bar) = self.frames(&root, (image.width, image.height), shades.most)?;
-        root.present().map_err(drawing)?;
-        drop(root);
+        let ticks = [image.width, image.height].map(|pixels| (pixels as usize / 60).clamp(2, 9));
+        let axes = Axes {
+            title: &self.title,
+            middle: LEFT + image.width / 2,
+            labels: self.labels,
+            ends: self.ends,
+            ticks,
+            size: (image.width, image.height),
+            right: RIGHT,
+            bar: ("f", (-shades.most, shades.most)),
+        };
+        let (mut figure, (across, down), bar) = axes.draw()?;
         for (y, row) in (down.start..).zip(image.rgb.chunks_exact(3 * image.width as usize)) {
             for (x, pixel) in (across.start..).zip(row.chunks_exact(3)) {
                 figure.set(x, y, [pixel[0], pixel[1], pixel[2]]);
@@ -134,51 +132,6 @@ impl Contours<'_> {
         let across = steeper((x > 0).then(|| at(x - 1, y)), (x + 1 < width).then(|| at(x + 1, y)));
         let down = steeper((y > 0).then(|| at(x, y - 1)), (y + 1 < rows).then(|| at(x, y + 1)));
         libm::hypot(across, down)
-    }
-
-    /// Draws everything but the pixels; says where they belong.
-    fn frames(
-        &self,
-        root: &Area<'_>,
-        (width, height): (u32, u32),
-        most: f64,
-    ) -> Result<(Frame, Frame), PlotError> {
-        root.fill(&WHITE).map_err(drawing)?;
-        let centred = Pos::new(HPos::Center, VPos::Center);
-        let style = TextStyle::from((FONT, TITLE).into_font()).pos(centred);
-        let middle = (LEFT + width / 2) as i32;
-        root.draw(&Text::new(self.title.as_str(), (middle, TOP as i32 / 2), style)).map_err(drawing)?;
-        let (left, right) = root.split_horizontally(LEFT + width);
-        let [x, y] = self.ends;
-        let mut chart = ChartBuilder::on(&left)
-            .margin_top(TOP)
-            .margin_bottom(MARGIN)
-            .x_label_area_size(BOTTOM - MARGIN)
-            .margin_left(MARGIN)
-            .y_label_area_size(LEFT - MARGIN)
-            .build_cartesian_2d(x.0..x.1, y.0..y.1)
-            .map_err(drawing)?;
-        let [x_format, y_format] = self.ends.map(|(low, high)| {
-            let digits = decimals(low, high);
-            move |v: &f64| tick(*v, digits)
-        });
-        let ticks = |pixels: u32| (pixels as usize / 60).clamp(2, 9);
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .x_labels(ticks(width))
-            .y_labels(ticks(height))
-            .x_label_formatter(&x_format)
-            .y_label_formatter(&y_format)
-            .label_style((FONT, TEXT))
-            .axis_desc_style((FONT, TEXT + 1))
-            .x_desc(self.labels[0])
-            .y_desc(self.labels[1])
-            .draw()
-            .map_err(drawing)?;
-        let image = chart.plotting_area().get_pixel_range();
-        let bar = Bar { label: "f", ends: (-most, most), top: TOP, bottom: BOTTOM, right: MARGIN };
-        Ok((image, bar.frame(&right)?))
     }
 }
 

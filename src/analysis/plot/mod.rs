@@ -4,6 +4,7 @@
 //! figure is the same, bit for bit, on every machine. Images are put into their frames pixel by pixel
 //! here.
 
+mod axes;
 mod bar;
 mod contours;
 mod curves;

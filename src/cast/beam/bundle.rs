@@ -80,9 +80,23 @@ impl Bundle {
         Some(Bundle { is_whole: true, ..Bundle::of(*frame, section, march, (rays, tolerance)) })
     }
 
-    /// Those of its lines that go through a smaller rectangle: they go on where the bundle ended.
-    pub fn part(&self, rectangle: [[f64; 2]; 2], region: &Aabb, rays: usize) -> Option<Bundle> {
-        self.onward(Section::through(&self.frame, rectangle, region)?, rays)
+    /// Those of its lines that go through a smaller rectangle: they go on where the bundle ended. The rectangle may be
+    /// one of another frame for them, with the same axis or the same origin.
+    pub fn part(
+        &self,
+        frame: &Frame,
+        rectangle: [[f64; 2]; 2],
+        region: &Aabb,
+        rays: usize,
+    ) -> Option<Bundle> {
+        let section = Section::through(frame, rectangle, region)?;
+        if *frame == self.frame {
+            return self.onward(section, rays);
+        }
+        // What was seen last was seen through other planes.
+        let mut turned = Bundle { frame: *frame, last: None, ..*self };
+        turned.march.free = frame.onward(&self.frame, self.march.free, section.slant());
+        turned.onward(section, rays)
     }
 
     /// The part of it that goes through a smaller section; `None` where that ends before this bundle did.

@@ -24,7 +24,7 @@ pub(super) fn is_real(ray: &Ray) -> bool {
 ///
 /// Depths are the same for all beams of the group, so that a beam starts where the one that it is a
 /// part of ended.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     origin: DVec3,
     axis: DVec3,
@@ -32,7 +32,12 @@ pub struct Frame {
     is_parallel: bool,
     /// Size of the numbers that depths and places are computed from, in units of them.
     size: f64,
+    /// Depths between which there is anything of the lines.
+    range: [f64; 2],
 }
+
+/// In front of the origin.
+const AHEAD: [f64; 2] = [0.0, f64::INFINITY];
 
 impl Frame {
     /// The frame of those rays of which there is anything, the first of all among them, if they have
@@ -52,28 +57,52 @@ impl Frame {
         let u = axis.any_orthonormal_vector();
         let far = real().map(|r| r.origin.abs().max_element()).fold(0.0, f64::max);
         let size = if is_parallel { 4.0 * far } else { 1.0 };
-        Some(Frame { origin, axis, across: [u, axis.cross(u)], is_parallel, size })
+        Some(Frame { origin, axis, across: [u, axis.cross(u)], is_parallel, size, range: AHEAD })
     }
 
     /// The frame of all lines that start at one point; the three unit vectors are at right angles.
     pub fn from_point(origin: DVec3, axis: DVec3, across: [DVec3; 2]) -> Frame {
-        Frame { origin, axis, across, is_parallel: false, size: 1.0 }
+        Frame { origin, axis, across, is_parallel: false, size: 1.0, range: AHEAD }
     }
 
     /// The frame of parallel lines that start at most `reach` away from a point, on any axis.
     pub fn parallel(origin: DVec3, axis: DVec3, across: [DVec3; 2], reach: f64) -> Frame {
         let size = 4.0 * (origin.abs().max_element() + reach);
-        Frame { origin, axis, across, is_parallel: true, size }
+        Frame { origin, axis, across, is_parallel: true, size, range: AHEAD }
     }
 
-    /// Depths between which some line through a rectangle of places may be in a region, none of them behind the
-    /// origin: those between its three pairs of faces, for an interval of lines.
+    /// The same lines, of which there is something between two depths only; they may lie before the origin.
+    pub fn between(self, range: [f64; 2]) -> Frame {
+        Frame { range, ..self }
+    }
+
+    /// The depth from which on lines may meet something that meet nothing up to a depth `free` of another frame: of the
+    /// same lines, with the same axis or the same origin, none of which is at more than `slant` units across for each
+    /// unit of depth.
+    ///
+    /// By one axis depths differ by a number. From one origin a point at the distance `t` is at most `t` deep, and in a
+    /// line so slanted at least `t / sqrt(1 + slant^2)`.
+    pub(super) fn onward(&self, other: &Frame, free: f64, slant: f64) -> f64 {
+        let from = if self.axis == other.axis {
+            let later = (self.origin - other.origin).dot(self.axis);
+            let size = self.origin.abs().max_element() + other.origin.abs().max_element();
+            free - later - HAIR * size
+        } else if self.origin == other.origin && !self.is_parallel {
+            free.max(0.0) / (1.0 + slant * slant).sqrt()
+        } else {
+            self.range[0]
+        };
+        from - self.hair(from) - other.hair(free)
+    }
+
+    /// Depths between which some line through a rectangle of places may be in a region, as far as there is anything of the
+    /// lines: those between its three pairs of faces, for an interval of lines.
     fn depths(&self, [x, y]: [Interval; 2], region: &Aabb) -> Option<[f64; 2]> {
         let all = region.intervals();
         let point = Interval::point;
         let deep = (0..3).map(|k| (all[k] - point(self.origin[k])) * point(self.axis[k]));
         let deep = deep.fold(point(0.0), |sum, part| sum + part);
-        let mut within = Interval { lo: deep.lo.max(0.0), hi: deep.hi };
+        let mut within = Interval { lo: deep.lo.max(self.range[0]), hi: deep.hi.min(self.range[1]) };
         for axis in 0..3 {
             let at = |v: DVec3| point(v[axis]);
             let aside = at(self.across[0]) * x + at(self.across[1]) * y;
@@ -170,6 +199,11 @@ impl Section {
         let [x, y] = [0, 1].map(|k| Interval::around(centre[k], extent[k]));
         let depth = frame.depths([x, y], region)?;
         Some(Section { centre, extent, radius: libm::hypot(extent[0], extent[1]), depth })
+    }
+
+    /// How far its lines go across at most, for each unit of depth.
+    pub(super) fn slant(&self) -> f64 {
+        libm::hypot(self.centre[0].abs() + self.extent[0], self.centre[1].abs() + self.extent[1])
     }
 
     /// Half the diagonal at a depth.

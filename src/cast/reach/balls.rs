@@ -117,7 +117,7 @@ impl Bundle {
 }
 
 impl Reach for Balls {
-    fn advance(&mut self, bundles: &mut [Bundle], stats: &mut CastStats, cancel: &AtomicBool) {
+    fn advance(&mut self, bundles: &mut [&mut Bundle], stats: &mut CastStats, cancel: &AtomicBool) {
         let (region, lipschitz) = (self.region, self.lipschitz);
         let marching = bundles.iter().enumerate().filter(|(_, bundle)| bundle.state == State::Marching);
         self.probes.clear();
@@ -125,7 +125,7 @@ impl Reach for Balls {
         while !self.probes.is_empty() && !cancel.load(Ordering::Relaxed) {
             let mut backtracks = 0;
             self.ask(stats, cancel, |probe, f| {
-                let bundle = &mut bundles[probe.bundle];
+                let bundle = &mut *bundles[probe.bundle];
                 // A hair less, for the rounding of the field, of this division, and of the place.
                 let rounding = 8.0 * ROUNDOFF * probe.at.abs().max_element() + bundle.frame.hair(probe.depth);
                 let radius = f / lipschitz * (1.0 - 1e-12) - rounding;

@@ -26,7 +26,7 @@ impl Bands {
 }
 
 impl Reach for Bands {
-    fn advance(&mut self, bundles: &mut [Bundle], stats: &mut CastStats, cancel: &AtomicBool) {
+    fn advance(&mut self, bundles: &mut [&mut Bundle], stats: &mut CastStats, cancel: &AtomicBool) {
         let Bands { cells, wide, active } = self;
         march_bundles((cells, wide), (bundles, active), stats, cancel, |_| {});
     }

@@ -18,8 +18,7 @@ mod balls;
 mod bands;
 
 use super::beam::Bundle;
-use super::{CastStats, Kind};
-use crate::field::{Field, lipschitz_outside};
+use super::{CastStats, Caster};
 use crate::scene::Aabb;
 use crate::tape::Cells;
 use balls::Balls;
@@ -31,20 +30,17 @@ use std::sync::atomic::AtomicBool;
 pub trait Reach: Send {
     /// Takes bundles forwards as far as each is proven to meet nothing as a whole. Once `cancel` is set, those that
     /// are still under way are left where they are.
-    fn advance(&mut self, bundles: &mut [Bundle], stats: &mut CastStats, cancel: &AtomicBool);
+    fn advance(&mut self, bundles: &mut [&mut Bundle], stats: &mut CastStats, cancel: &AtomicBool);
 
     /// The same with memory of its own, for another thread.
     fn clone_box(&self) -> Box<dyn Reach>;
 }
 
-/// The way that goes with a caster: by balls for those that trace spheres, where the field has a Lipschitz bound
-/// within the region, and by bands for all others.
-pub fn reach(kind: Kind, field: &Field, region: &Aabb, cells: &Arc<Cells>) -> Box<dyn Reach> {
-    if matches!(kind, Kind::Sphere | Kind::Speculative) {
-        let lipschitz = lipschitz_outside(field, region);
-        if lipschitz.is_finite() && lipschitz > 0.0 {
-            return Box::new(Balls::new(lipschitz, *region, cells.clone()));
-        }
+/// The way that goes with a caster of rays within a region: by balls for those that trace spheres, with the same bound, and
+/// by bands for all others.
+pub fn reach(caster: &dyn Caster, region: &Aabb, cells: &Arc<Cells>) -> Box<dyn Reach> {
+    if let Some(lipschitz) = caster.lipschitz() {
+        return Box::new(Balls::new(lipschitz, *region, cells.clone()));
     }
     Box::new(Bands::new(cells.clone()))
 }

@@ -3,6 +3,7 @@
 mod files;
 mod page;
 mod routes;
+mod still;
 mod told;
 
 use super::options::{ScriptOptions, Size};

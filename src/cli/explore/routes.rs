@@ -5,18 +5,21 @@
 //! | `GET gallery` | the gallery as JSON |
 //! | `POST do` | the gallery after a command, which is JSON too |
 //! | `GET thumb/ID.png`, `GET large/ID.png` | a picture, as soon as it is drawn; whoever hangs up before does not want it |
+//! | `GET rough/ID.png` | what there is of the small one after a moment; `Picture: rough` or `finished` says what that is |
 //! | `GET script/ID.rhai` | the script with the values and expressions of a picture |
 
 use super::Args;
 use super::told::{Told, settings};
 use crate::cli::serve::{self, Guard};
 use crate::diag::Diagnostic;
-use crate::session::explore::{Atelier, Command, Drawn, Gallery, Genome, Nurse, Nursery, Refused};
+use crate::session::explore::{
+    Atelier, Command, Drawn, Gallery, Genome, Grade, Image, Nurse, Nursery, Refused,
+};
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
 use axum::extract::{ConnectInfo, DefaultBodyLimit, Path, State};
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderName, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use serde::Serialize;
@@ -96,13 +99,14 @@ impl Hall {
         Some((id, self.gallery().genome(id)?))
     }
 
-    /// Width and height of the pictures in a folder.
-    fn size(&self, folder: &str) -> Option<(u32, u32)> {
+    /// Width and height of the pictures in a folder, and how good they have to be.
+    fn kind(&self, folder: &str) -> Option<((u32, u32), Grade)> {
         let (width, height) = self.size;
         let times = ENLARGED.min(WIDEST / width.max(height)).max(1);
         match folder {
-            "thumb" => Some((width, height)),
-            "large" => Some((times * width, times * height)),
+            "rough" => Some((self.size, Grade::Rough)),
+            "thumb" => Some((self.size, Grade::Finished)),
+            "large" => Some(((times * width, times * height), Grade::Finished)),
             _ => None,
         }
     }
@@ -181,15 +185,19 @@ async fn picture(
     Path((folder, name)): Path<(String, String)>,
 ) -> Response {
     let hall = &door.hall;
-    let (Some(size), Some((id, genome))) = (hall.size(&folder), hall.genome(&name, ".png")) else {
+    let (Some((size, grade)), Some((id, genome))) = (hall.kind(&folder), hall.genome(&name, ".png")) else {
         return door.guard.lost(who);
     };
     let (sender, drawn) = oneshot::channel::<Drawn>();
     // Whoever hangs up has this dropped, and the ticket with it.
     let tell = move |drawn| sender.send(drawn).unwrap_or_default();
-    let _ticket = hall.atelier.ask((id, size), genome, tell);
+    let _ticket = hall.atelier.ask(((id, size), grade), genome, tell);
     match drawn.await {
-        Ok(Ok(png)) => ([(header::CONTENT_TYPE, "image/png")], Bytes::from_owner(png)).into_response(),
+        Ok(Ok(Image { png, grade })) => {
+            let grade = if grade == Grade::Finished { "finished" } else { "rough" };
+            let headers = [(header::CONTENT_TYPE, "image/png"), (HeaderName::from_static("picture"), grade)];
+            (headers, Bytes::from_owner(png)).into_response()
+        }
         Ok(Err(error)) => wrong(&error),
         Err(_) => serve::later("the program ends\n"),
     }

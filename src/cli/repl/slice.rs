@@ -9,6 +9,8 @@ use crate::diag::Diagnostic;
 use crate::field::Watch;
 use crate::scene::Scene;
 use crate::session::Plane;
+use std::cell::RefCell;
+use std::rc::Rc;
 
 /// Characters of a field in a title.
 const TITLE: usize = 48;
@@ -18,8 +20,14 @@ pub fn run(shell: &Shell, argument: &str) -> Outcome {
     let asked = request::slice(argument).map_err(|e| shell.say(&e))?;
     let scene = shell.solid(asked.field)?;
     let plane = plane(shell, &asked, &scene)?;
-    let sample =
-        |size: (u32, u32)| shell.watched("slice", |watch: &Watch<'_>| plane.sample(&scene, size, watch));
+    // What is said below is about the values that are seen.
+    let seen = RefCell::new(None);
+    let sample = |size: (u32, u32)| {
+        let values = shell.watched("slice", |watch: &Watch<'_>| plane.sample(&scene, size, watch))?;
+        let values: Rc<[f64]> = values.into();
+        seen.replace(Some((size.0, values.clone())));
+        Ok::<_, Box<Diagnostic>>(values)
+    };
     let name = shortened(asked.field.unwrap_or("f"), TITLE);
     let title = format!("{name}, {} = {}", plane.name(), short(plane.offset));
     let figure = |(width, height): (u32, u32)| {
@@ -36,14 +44,17 @@ pub fn run(shell: &Shell, argument: &str) -> Outcome {
         let size = (width as u32, (width * plane.aspect()).max(2.0) as u32);
         match sample(size) {
             Ok(values) => shell.screen.text(&contours(&title, &plane, size.0, &values).image()),
-            Err(_) => String::new(),
+            Err(error) => {
+                shell.say(&error);
+                String::new()
+            }
         }
     };
     Drawing { name: "slice", file: asked.file.as_deref(), figure: &figure, characters: &characters }
         .deliver(shell)?;
-    let values =
-        sample((256, (256.0 * plane.aspect()).clamp(2.0, 1024.0) as u32)).map_err(|e| shell.say(&e))?;
-    out(summary(&plane, &contours(&title, &plane, 256, &values)));
+    if let Some((width, values)) = seen.take() {
+        out(summary(&plane, &contours(&title, &plane, width, &values)));
+    }
     Ok(())
 }
 

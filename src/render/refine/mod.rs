@@ -19,6 +19,7 @@
 //!
 //! [`Reach`]: crate::cast::Reach
 
+mod paint;
 mod queue;
 mod scout;
 mod snapshots;
@@ -41,7 +42,7 @@ pub struct Rough {
     pub rect: Rect,
     /// Its side, of [`Steering::SIDES`], were it not cut off by the border of the picture.
     pub side: u32,
-    /// What it shows: nothing but background where the depth is infinite.
+    /// What it shows: nothing but background, or a moon, where the depth is infinite.
     pub pixel: Pixel,
 }
 
@@ -92,7 +93,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Renders as [`render_moments`](super::render_moments) does, rough tiles first where the first shot has a way to make
+/// Renders as [`render_moments`](super::render_moments) does, rough tiles first where the shots have ways to make
 /// them. A cancelled job gives the tiles that were finished; where there is none, the window of the picture is empty.
 ///
 /// # Errors

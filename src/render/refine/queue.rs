@@ -15,7 +15,17 @@ pub(super) struct Tile {
     pub rect: Rect,
     /// Of [`Steering::SIDES`].
     pub level: usize,
-    /// The lines of sight through it.
+    /// Its lines of sight to all there is, as far as they are not proven to meet nothing; `None` if they go too far apart
+    /// for bundles.
+    pub strands: Option<Vec<Strand>>,
+}
+
+/// Lines of sight through a tile to one solid.
+pub(super) struct Strand {
+    /// Which way to see it, of a [`Scout`](super::scout::Scout)'s.
+    pub sight: usize,
+    /// Which piece of the lines.
+    pub piece: usize,
     pub bundle: Bundle,
 }
 

@@ -1,66 +1,90 @@
-//! Scouts: threads that paint rough tiles.
+//! Scouts: threads that take rough tiles forwards.
 //!
-//! A tile that is not proven free shows the place where the surface is expected in its middle, or else where it may begin
-//! at the earliest, which lies on another surface of the same field, `f = c > 0`, around the solid. Its colour is that
-//! of the field's own there, in the light of the same lamps and the same sky but without shadows; where that surface
-//! turns away from the eye, as it may near a crease, it is turned towards it. So rough tiles are as bright as finished
-//! ones, and nothing jumps.
+//! A tile shows what any of its lines of sight may meet: of the solid, of the sea that it stands in and of the moon behind
+//! it, at every moment while the shutter is open. Each of these is a [`Sight`], and the lines through the tile to it are a
+//! bundle, or two for a lens ([`Lines`]). A tile is free when all of them are; strands that are free are gone from its
+//! parts.
 
-use super::super::gather::{Light, Met, Outcome, Sum};
 use super::super::job::Film;
-use super::super::light::{self, Surroundings};
-use super::super::reflect::Reflector;
-use super::super::surface::{Patch, Surface};
+use super::super::surface::Surface;
+use super::super::view::Lines;
 use super::super::worker::Shot;
-use super::super::{Job, Pixel, Prepared, Rect, View};
-use super::queue::{Queue, Tile};
+use super::super::{Job, Prepared, Rect};
+use super::paint::Moment;
+use super::queue::{Queue, Strand, Tile};
 use super::{Rough, Steering, locked};
-use crate::cast::{Bundle, CastStats, Frame, Reach};
-use glam::DVec3;
+use crate::cast::{Bundle, CastStats, Reach};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
-/// The point of a lamp, and of a step through the air, that stands for all.
-const MIDDLE: f64 = 0.5;
+/// What is seen at a moment.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum What {
+    Solid,
+    Sea,
+    /// Behind everything else.
+    Moon,
+}
 
-/// Paints rough tiles of a scene.
+/// A way to see one solid at one moment.
+pub(super) struct Sight<'a> {
+    pub scene: &'a Prepared,
+    pub what: What,
+    /// The number of the moment.
+    pub moment: usize,
+    pub surface: Surface,
+    reach: Box<dyn Reach>,
+}
+
+/// Takes rough tiles of a scene forwards.
 pub(super) struct Scout<'a> {
-    scene: &'a Prepared,
-    frame: Frame,
+    pub sights: Vec<Sight<'a>>,
+    pub moments: Vec<Moment<'a>>,
     /// Pixels beyond its edges from which a tile gathers light.
     around: f64,
     /// Side of the smallest tiles, in pixels.
     finest: u32,
-    reach: Box<dyn Reach>,
-    surface: Surface,
     pub stats: CastStats,
     /// Tiles painted.
     pub tiles: u64,
 }
 
+impl<'a> Sight<'a> {
+    /// The sight of a shot's own solid, if whole tiles of it can be seen.
+    fn new(shot: &Shot<'a>, moment: usize, what: What) -> Option<Sight<'a>> {
+        let Shot { scene, reach, .. } = *shot;
+        let surface = Surface::new(scene).unpainted();
+        Some(Sight { scene, what, moment, surface, reach: reach?.clone_box() })
+    }
+
+    /// The same for another thread.
+    fn again(&self) -> Sight<'a> {
+        Sight { surface: Surface::new(self.scene).unpainted(), reach: self.reach.clone_box(), ..*self }
+    }
+}
+
 impl<'a> Scout<'a> {
-    /// A scout for some shots; `None` where tiles cannot be painted roughly: by lenses and all around, for what moves, and
-    /// where there is something beside the solid.
+    /// A scout for some shots, unless there is something of which whole tiles cannot be seen.
     pub fn new(shots: &[Shot<'a>], finest: u32) -> Option<Scout<'a>> {
-        let [Shot { scene, reach: Some(reach), moon: None, sea: None, .. }] = shots else { return None };
-        let around = (scene.settings.filter().reach() - 0.5).max(0.0);
-        Some(Scout {
-            scene,
-            frame: scene.view.frame()?,
-            around,
-            finest,
-            reach: reach.clone_box(),
-            surface: Surface::new(scene).unpainted(),
-            stats: CastStats::default(),
-            tiles: 0,
-        })
+        let moments: Vec<Moment<'_>> = shots.iter().map(Moment::new).collect();
+        let mut sights = Vec::new();
+        for (i, (shot, moment)) in shots.iter().zip(&moments).enumerate() {
+            sights.push(Sight::new(shot, i, What::Solid)?);
+            if let Some(sea) = shot.sea.filter(|_| !moment.is_under_water()) {
+                sights.push(Sight::new(sea, i, What::Sea)?);
+            }
+            if let Some(moon) = shot.moon {
+                sights.push(Sight::new(moon, i, What::Moon)?);
+            }
+        }
+        let around = (shots.first()?.scene.settings.filter().reach() - 0.5).max(0.0);
+        Some(Scout { sights, moments, around, finest, stats: CastStats::default(), tiles: 0 })
     }
 
     /// Another one, for another thread.
     pub fn again(&self) -> Scout<'a> {
-        let surface = Surface::new(self.scene).unpainted();
-        let (stats, tiles) = (CastStats::default(), 0);
-        Scout { reach: self.reach.clone_box(), surface, stats, tiles, ..*self }
+        let sights = self.sights.iter().map(Sight::again).collect();
+        Scout { sights, moments: self.moments.clone(), stats: CastStats::default(), tiles: 0, ..*self }
     }
 
     /// Lines up the largest tiles.
@@ -79,127 +103,79 @@ impl<'a> Scout<'a> {
 
     /// The whole picture.
     fn whole(&self) -> Rect {
-        Rect::whole(self.scene.settings.width, self.scene.settings.height)
+        let settings = self.moments[0].scene.settings;
+        Rect::whole(settings.width, settings.height)
     }
 
-    /// Lines up a tile, a part of another if it is one; or paints it at once, if it passes the bounds by.
+    /// Lines up a tile, a part of another if it is one; or paints it at once, if it passes everything by.
     fn enqueue(
         &self,
         square: Rect,
         level: usize,
-        of: Option<&Bundle>,
+        of: Option<&[Strand]>,
         tiles: &mut Vec<Tile>,
         painted: &mut Vec<Rough>,
     ) {
         let Some(rect) = square.intersection(&self.whole()) else { return };
-        let Prepared { settings, view, tolerance, .. } = self.scene;
-        // As much as a beam of the caster is worth, if not more.
-        let (rectangle, rays) = (view.rectangle(&rect, self.around), rect.area().max(64) as usize);
-        let bundle = match of {
-            Some(bundle) => bundle.part(rectangle, &settings.bounds, rays),
-            None => Bundle::new(&self.frame, rectangle, &settings.bounds, (rays, *tolerance)),
-        };
-        match bundle {
-            Some(bundle) => tiles.push(Tile { rect, level, bundle }),
-            None => painted.push(Rough { rect, side: square.width, pixel: self.background(&rect) }),
+        let strands = self.strands(&rect, of);
+        match strands {
+            Some(strands) if strands.is_empty() => painted.push(self.background(&rect, level)),
+            strands => tiles.push(Tile { rect, level, strands }),
         }
     }
 
+    /// The lines of sight through a tile, which go on from those of another if it is a part of that.
+    fn strands(&self, rect: &Rect, of: Option<&[Strand]>) -> Option<Vec<Strand>> {
+        // As much as a beam of the caster is worth, if not more.
+        let rays = rect.area().max(64) as usize;
+        let mut strands = Vec::new();
+        for (sight, Sight { scene, .. }) in self.sights.iter().enumerate() {
+            let Prepared { settings, view, tolerance, .. } = scene;
+            for Lines { piece, frame, rectangle } in view.lines(rect, self.around)? {
+                let bundle = match of {
+                    None => Bundle::new(&frame, rectangle, &settings.bounds, (rays, *tolerance)),
+                    Some(of) => {
+                        let own = of.iter().find(|strand| (strand.sight, strand.piece) == (sight, piece));
+                        own.and_then(|s| s.bundle.part(&frame, rectangle, &settings.bounds, rays))
+                    }
+                };
+                strands.extend(bundle.map(|bundle| Strand { sight, piece, bundle }));
+            }
+        }
+        Some(strands)
+    }
+
     /// Takes tiles forwards and paints them. Returns their parts.
-    pub fn survey(&mut self, tiles: Vec<Tile>, film: &Mutex<Film<'_>>, job: &Job<'_>) -> Vec<Tile> {
-        let (rects, mut bundles): (Vec<_>, Vec<_>) =
-            tiles.into_iter().map(|tile| ((tile.rect, tile.level), tile.bundle)).unzip();
-        self.reach.advance(&mut bundles, &mut self.stats, job.cancel);
-        let mut painted = self.paint(&rects, &bundles, job.cancel);
+    pub fn survey(&mut self, mut tiles: Vec<Tile>, film: &Mutex<Film<'_>>, job: &Job<'_>) -> Vec<Tile> {
+        self.advance(&mut tiles, job);
+        let mut painted = self.paint(&tiles, job.cancel);
         if job.cancel.load(Ordering::Relaxed) {
             return Vec::new();
         }
         self.tiles += painted.len() as u64;
         let mut parts = Vec::new();
-        for ((rect, level), bundle) in rects.iter().zip(&bundles).filter(|(_, bundle)| !bundle.is_free()) {
-            let Some(&side) = Steering::SIDES.get(level + 1).filter(|side| **side >= self.finest) else {
-                continue;
-            };
+        for Tile { rect, level, strands } in tiles {
+            let is_free = strands.as_ref().is_some_and(Vec::is_empty);
+            let side = Steering::SIDES.get(level + 1).filter(|side| !is_free && **side >= self.finest);
+            let Some(&side) = side else { continue };
             for (x, y) in [(0, 0), (side, 0), (0, side), (side, side)] {
                 let square = Rect { x: rect.x + x, y: rect.y + y, width: side, height: side };
-                self.enqueue(square, level + 1, Some(bundle), &mut parts, &mut painted);
+                self.enqueue(square, level + 1, strands.as_deref(), &mut parts, &mut painted);
             }
         }
         locked(film).paint(&painted, job);
         parts
     }
 
-    /// The colours of tiles.
-    fn paint(&mut self, rects: &[(Rect, usize)], bundles: &[Bundle], cancel: &AtomicBool) -> Vec<Rough> {
-        let view = &self.scene.view;
-        let met = rects.iter().zip(bundles).filter(|(_, bundle)| !bundle.is_free());
-        let seen: Vec<_> = met.map(|((rect, _), bundle)| (bundle.face(), line(view, rect).1)).collect();
-        let mut patches = Vec::with_capacity(seen.len());
-        self.surface.patches(&seen, &mut patches, cancel);
-        let mut patches = patches.into_iter();
-        let paint = |(&(rect, level), bundle): (&(Rect, usize), &Bundle)| {
-            let patch = if bundle.is_free() { None } else { patches.next() };
-            let pixel = patch.map_or_else(|| self.background(&rect), |patch| self.met(&rect, patch));
-            Rough { rect, side: Steering::SIDES[level], pixel }
-        };
-        rects.iter().zip(bundles).map(paint).collect()
-    }
-
-    /// A tile that shows a patch.
-    fn met(&self, rect: &Rect, mut patch: Patch) -> Pixel {
-        let (origin, direction) = line(&self.scene.view, rect);
-        for normal in [&mut patch.normal, &mut patch.shading] {
-            // As in a mirror that the eye looks straight into: what faces up still does.
-            *normal -= 2.0 * normal.dot(direction).max(0.0) * direction;
+    /// Takes the strands of tiles forwards, all that see the same together, and drops those that are free.
+    fn advance(&mut self, tiles: &mut [Tile], job: &Job<'_>) {
+        for (sight, Sight { reach, .. }) in self.sights.iter_mut().enumerate() {
+            let strands = tiles.iter_mut().flat_map(|tile| tile.strands.iter_mut().flatten());
+            let own = strands.filter(|strand| strand.sight == sight).map(|strand| &mut strand.bundle);
+            reach.advance(&mut own.collect::<Vec<_>>(), &mut self.stats, job.cancel);
         }
-        let distance = patch.position.distance(origin);
-        let (through, scattered) = self.around().along((origin, direction, distance), MIDDLE, &[]);
-        let mut light = self.shine(&patch, -direction).times(through);
-        light.sky += scattered;
-        let footprint = self.scene.view.footprint(distance);
-        developed(light, Some(Met { patch, distance, footprint }), through)
+        for strands in tiles.iter_mut().filter_map(|tile| tile.strands.as_mut()) {
+            strands.retain(|strand| !strand.bundle.is_free());
+        }
     }
-
-    /// A tile that shows nothing but air.
-    fn background(&self, rect: &Rect) -> Pixel {
-        let (origin, direction) = line(&self.scene.view, rect);
-        let (through, sky) = self.around().along((origin, direction, f64::INFINITY), MIDDLE, &[]);
-        developed(Light { sky, ..Light::default() }, None, through)
-    }
-
-    fn around(&self) -> Surroundings<'_> {
-        let Prepared { sky, air, suns, .. } = self.scene;
-        Surroundings { sky, air: air.as_ref(), suns }
-    }
-
-    /// What leaves a patch, as if nothing stood in the way of any light.
-    fn shine(&self, patch: &Patch, to_eye: DVec3) -> Light {
-        let Prepared { lights, air, reflecting, .. } = self.scene;
-        let reflector = Reflector::new(patch, reflecting.as_ref());
-        let straight = |light| {
-            let light::Arriving { from, irradiance, .. } =
-                light::arriving(light, patch.position, [MIDDLE; 2], air.as_ref());
-            let facing = patch.shading.dot(from);
-            if facing > 0.0 { reflector.value(to_eye, from) * irradiance * facing } else { DVec3::ZERO }
-        };
-        let direct = patch.emission + lights.iter().map(straight).sum::<DVec3>();
-        Light { direct, indirect: reflector.ambient(to_eye, &self.around()), sky: DVec3::ZERO }
-    }
-}
-
-/// The line of sight through the middle of a tile.
-fn line(view: &View, rect: &Rect) -> (DVec3, DVec3) {
-    let middle = |at: u32, size: u32| f64::from(at) + 0.5 * f64::from(size);
-    view.ray(middle(rect.x, rect.width), middle(rect.y, rect.height), [MIDDLE; 2])
-}
-
-/// Light as a pixel.
-fn developed(light: Light, met: Option<Met>, through: DVec3) -> Pixel {
-    let mut outcome = Outcome::default();
-    outcome.see(met, through);
-    outcome.add(light, 0);
-    let mut sum = Sum::NONE;
-    sum.add(&outcome);
-    // Nothing was sampled.
-    Pixel { samples: 0.0, ..sum.resolve() }
 }

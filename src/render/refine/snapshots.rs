@@ -24,7 +24,7 @@ impl Snapshots {
         let kept = locked(&self.tiles);
         let mut tiles: Vec<&Rough> = kept.iter().filter(|tile| tile.side >= side).collect();
         tiles.sort_by_key(|tile| Reverse(tile.side));
-        let mut snapshot = Picture { finished: false, denoised: None, ..picture.clone() };
+        let mut snapshot = Picture { finished: false, denoised: None, components: None, ..picture.clone() };
         for Rough { rect, pixel, .. } in tiles {
             snapshot.put(rect, &vec![*pixel; rect.area() as usize]);
         }

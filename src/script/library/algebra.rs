@@ -14,7 +14,8 @@ pub(super) fn register(lib: &mut Library<'_>) {
     for &op in Op::ALL {
         match op {
             // Their arguments differ from those of the operation itself; see below.
-            Op::Powi(_) | Op::Powf(_) | Op::Smoothstep(_) | Op::Length(_) | Op::Dot(_) => {}
+            Op::Powi(_) | Op::Powf(_) | Op::Smoothstep(_) | Op::Smootherstep(_) => {}
+            Op::Length(_) | Op::Dot(_) => {}
             Op::Norm(_) | Op::Ramp(_) | Op::Melt(_) | Op::Plus(_) => {}
             Op::Neg(_) => operation(lib, op, "-", "-a"),
             _ => operation(lib, op, op.name(), &signature(&op)),
@@ -34,17 +35,15 @@ pub(super) fn register(lib: &mut Library<'_>) {
     corners(lib);
     vectors(lib);
     comparisons(lib);
-    lib.def(
-        "smoothstep(low, high, x)",
-        doc(Op::Smoothstep(op::Smoothstep)),
-        Op::Smoothstep(op::Smoothstep).example(),
-        |c| {
+    for op in [Op::Smoothstep(op::Smoothstep), Op::Smootherstep(op::Smootherstep)] {
+        let signature = format!("{}(low, high, x)", op.name());
+        lib.def(&signature, doc(op), op.example(), move |c| {
             let [low, high, x] = [c.value(0)?, c.value(1)?, c.value(2)?];
             let sub = |a, b| apply(c.host, Op::Sub(op::Sub), &[a, b]);
             let t = apply(c.host, Op::Div(op::Div), &[sub(x, low.clone())?, sub(high, low)?])?;
-            apply(c.host, Op::Smoothstep(op::Smoothstep), &[t])?.into_dynamic(c.host)
-        },
-    );
+            apply(c.host, op, &[t])?.into_dynamic(c.host)
+        });
+    }
 }
 
 /// `melt(x, y, shape, width)`: an operation of its own where the width is a number.

@@ -24,6 +24,7 @@ impl GridValue {
     /// Its field at the point.
     pub fn lower(&self, host: &Host) -> Outcome<NodeId> {
         let p = host.point()?;
+        self.0.bind(&host.halt()).map_err(failed)?;
         Ok(host.graph.borrow_mut().grid(self.0.clone(), p)?)
     }
 }
@@ -285,7 +286,7 @@ fn random_field<F>(c: &Call<'_>, frame: Frame, seed: u64, deviation: f64, densit
 where
     F: FnMut([f64; 3]) -> f64 + Clone + Send + Sync,
 {
-    let usual = spectrum::deviation(&frame, density.clone()).map_err(failed)?;
+    let usual = spectrum::deviation(&frame, density.clone(), &c.host.halt()).map_err(failed)?;
     if usual == 0.0 {
         return Err(failed(Failure::Silent("the spectrum")).key("spectrum"));
     }

@@ -1,38 +1,87 @@
-//! Draws specimens in the background: what was asked for last comes first, and what nobody waits for any longer never.
+//! Draws specimens in the background: rough pictures before finished ones, of either what was asked for last first, and
+//! what nobody waits for any longer never.
 
 use super::{Genome, Subject};
 use crate::diag::Diagnostic;
 use crate::session::Order;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// Pictures that are drawn at a time. A picture begins with work for one thread, such as running its script; meanwhile
 /// another keeps the other cores busy.
 const WORKERS: usize = 2;
 
+/// For so long a picture is drawn that may be rough, before it is left as it is.
+const MOMENT: Duration = Duration::from_millis(400);
+
 /// Whose picture, and its width and height.
 pub type Key = (usize, (u32, u32));
 
-/// The bytes of a PNG, or why there is none.
-pub type Drawn = Result<Arc<[u8]>, Box<Diagnostic>>;
+/// How good a picture has to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grade {
+    /// As good as it gets in a moment.
+    Rough,
+    /// All of it.
+    Finished,
+}
+
+impl Grade {
+    /// Whether nothing better is to be drawn.
+    fn is_met_by(self, drawn: &Drawn) -> bool {
+        self == Grade::Rough || drawn.as_ref().map_or(true, |image| image.grade == Grade::Finished)
+    }
+}
+
+/// A picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// The bytes of a PNG.
+    pub png: Arc<[u8]>,
+    /// How good it is.
+    pub grade: Grade,
+}
+
+/// A picture, or why there is none.
+pub type Drawn = Result<Image, Box<Diagnostic>>;
 
 /// Somebody's wish for a picture. It is given up when this is dropped.
 #[derive(Debug)]
-pub struct Ticket(Arc<AtomicBool>);
+pub struct Ticket(Arc<Reins>);
 
 impl Drop for Ticket {
     fn drop(&mut self) {
-        self.0.store(true, Ordering::SeqCst);
+        self.0.give_up();
+    }
+}
+
+/// What stops the work on a picture. It also stops when enough of a rough one is there, which is not to give it up.
+#[derive(Debug, Default)]
+struct Reins {
+    given_up: AtomicBool,
+    stop: Arc<AtomicBool>,
+}
+
+impl Reins {
+    fn give_up(&self) {
+        self.given_up.store(true, Ordering::SeqCst);
+        self.stop.store(true, Ordering::SeqCst);
+    }
+
+    fn is_given_up(&self) -> bool {
+        self.given_up.load(Ordering::SeqCst)
     }
 }
 
 /// One picture to draw.
 struct Task {
     key: Key,
+    grade: Grade,
     genome: Genome,
-    cancel: Arc<AtomicBool>,
+    reins: Arc<Reins>,
     tell: Box<dyn FnOnce(Drawn) + Send>,
 }
 
@@ -54,9 +103,19 @@ struct State {
     /// Those that wait, the newest last.
     waiting: Vec<Task>,
     /// Those that are drawn, with what stops them.
-    running: HashMap<Key, Arc<AtomicBool>>,
-    finished: HashMap<Key, Drawn>,
+    running: HashMap<Key, Arc<Reins>>,
+    /// The best there is of each.
+    known: HashMap<Key, Drawn>,
     closing: bool,
+}
+
+impl State {
+    /// Which of those that wait is drawn next: the newest that is quick, or else the newest.
+    fn due(&self) -> Option<usize> {
+        let is_free = |task: &Task| !self.running.contains_key(&task.key);
+        let rough = self.waiting.iter().rposition(|task| task.grade == Grade::Rough && is_free(task));
+        rough.or_else(|| self.waiting.iter().rposition(is_free))
+    }
 }
 
 impl Shared {
@@ -66,26 +125,39 @@ impl Shared {
 
     /// Draws until the end.
     fn work(&self) {
-        while let Some(Task { key, genome, cancel, tell }) = self.next() {
-            let known = self.state().finished.get(&key).cloned();
-            let drawn = known.or_else(|| {
-                let order = Order { size: Some(key.1), samples: Some(1), ..Order::default() };
-                let drawn = self.subject.draw(&genome, &order, &cancel).map(|png| png.map(Arc::from));
-                // What was stopped may have failed because of that.
-                drawn.transpose().filter(|_| !cancel.load(Ordering::SeqCst))
-            });
+        while let Some(task) = self.next() {
+            let known =
+                self.state().known.get(&task.key).filter(|drawn| task.grade.is_met_by(drawn)).cloned();
+            let drawn = known.or_else(|| self.draw(&task));
             let mut state = self.state();
-            state.running.remove(&key);
+            state.running.remove(&task.key);
             if let Some(drawn) = &drawn {
-                state.finished.insert(key, drawn.clone());
+                state.known.insert(task.key, drawn.clone());
             }
             drop(state);
             // Others may wait for the same picture.
             self.bell.notify_all();
             if let Some(drawn) = drawn {
-                tell(drawn);
+                (task.tell)(drawn);
             }
         }
+    }
+
+    /// Draws a picture; `None` if it was given up.
+    fn draw(&self, Task { key, grade, genome, reins, .. }: &Task) -> Option<Drawn> {
+        let order = Order { size: Some(key.1), samples: Some(1), ..Order::default() };
+        let drawn = match grade {
+            Grade::Rough => self.subject.sketch(genome, &order, (MOMENT, &reins.stop)),
+            Grade::Finished => {
+                self.subject.draw(genome, &order, &reins.stop).map(|png| png.map(|png| (png, true)))
+            }
+        };
+        let image = |(png, finished): (Vec<u8>, bool)| Image {
+            png: Arc::from(png),
+            grade: if finished { Grade::Finished } else { Grade::Rough },
+        };
+        // What was given up may have failed because of that.
+        drawn.map(|drawn| drawn.map(image)).transpose().filter(|_| !reins.is_given_up())
     }
 
     /// Waits for something to draw that nobody else draws; `None` at the end.
@@ -95,11 +167,10 @@ impl Shared {
             if state.closing {
                 return None;
             }
-            state.waiting.retain(|task| !task.cancel.load(Ordering::SeqCst));
-            let running: HashSet<Key> = state.running.keys().copied().collect();
-            if let Some(newest) = state.waiting.iter().rposition(|task| !running.contains(&task.key)) {
-                let task = state.waiting.remove(newest);
-                state.running.insert(task.key, task.cancel.clone());
+            state.waiting.retain(|task| !task.reins.is_given_up());
+            if let Some(due) = state.due() {
+                let task = state.waiting.remove(due);
+                state.running.insert(task.key, task.reins.clone());
                 return Some(task);
             }
             state = self.bell.wait(state).unwrap_or_else(PoisonError::into_inner);
@@ -125,12 +196,17 @@ impl Atelier {
     }
 
     /// Asks for a picture. `tell` is called on another thread once it is there, and never if the ticket is dropped before.
-    pub fn ask(&self, key: Key, genome: Genome, tell: impl FnOnce(Drawn) + Send + 'static) -> Ticket {
-        let cancel = Arc::new(AtomicBool::new(false));
-        let task = Task { key, genome, cancel: cancel.clone(), tell: Box::new(tell) };
+    pub fn ask(
+        &self,
+        (key, grade): (Key, Grade),
+        genome: Genome,
+        tell: impl FnOnce(Drawn) + Send + 'static,
+    ) -> Ticket {
+        let reins = Arc::new(Reins::default());
+        let task = Task { key, grade, genome, reins: reins.clone(), tell: Box::new(tell) };
         self.shared.state().waiting.push(task);
         self.shared.bell.notify_one();
-        Ticket(cancel)
+        Ticket(reins)
     }
 }
 
@@ -139,7 +215,7 @@ impl Drop for Atelier {
         {
             let mut state = self.shared.state();
             state.closing = true;
-            state.running.values().for_each(|cancel| cancel.store(true, Ordering::SeqCst));
+            state.running.values().for_each(|reins| reins.give_up());
             self.shared.bell.notify_all();
         }
         for thread in self.threads.drain(..) {

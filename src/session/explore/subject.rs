@@ -1,7 +1,7 @@
 //! The script that is explored: drawn with any parameters, and written with them as its defaults.
 
 use crate::diag::Diagnostic;
-use crate::render::{self, Job, Metadata};
+use crate::render::{self, Job, Metadata, Picture};
 use crate::scene::{Param, Scene, Value};
 use crate::script::{Request, rewrite};
 use crate::session::reads::Recorder;
@@ -112,6 +112,17 @@ impl Subject {
         order: &Order,
         cancel: &Arc<AtomicBool>,
     ) -> Result<Option<Vec<u8>>, Box<Diagnostic>> {
+        let (session, scene) = self.scene(genome, cancel)?;
+        let picture = session.render(&scene, &order.at_once(), &Job::unwatched(cancel), cancel)?;
+        picture.finished.then(|| self.encoded(genome, &scene, &picture)).transpose()
+    }
+
+    /// The scene of one picture.
+    pub(super) fn scene(
+        &self,
+        genome: &Genome,
+        cancel: &Arc<AtomicBool>,
+    ) -> Result<(Session, Arc<Scene>), Box<Diagnostic>> {
         let mut session = self.session(genome);
         let loaded = session.load(cancel);
         let Some(scene) = &loaded.scene else {
@@ -119,17 +130,22 @@ impl Subject {
             let unknown = || Diagnostic::error("the script has an error with these values");
             return Err(Box::new(error.cloned().unwrap_or_else(unknown)));
         };
-        let picture = session.render(scene, &order.at_once(), &Job::unwatched(cancel), cancel)?;
-        if !picture.finished {
-            return Ok(None);
-        }
+        Ok((session, scene.clone()))
+    }
+
+    /// The bytes of a PNG.
+    pub(super) fn encoded(
+        &self,
+        genome: &Genome,
+        scene: &Scene,
+        picture: &Picture,
+    ) -> Result<Vec<u8>, Box<Diagnostic>> {
         let metadata = Metadata {
             script: self.text(genome).unwrap_or_default().to_owned(),
             params: scene.params.iter().map(|p| (p.name.clone(), p.value.clone())).collect(),
             ..Metadata::default()
         };
-        render::png_bytes(&picture, &metadata)
-            .map(Some)
+        render::png_bytes(picture, &metadata)
             .map_err(|e| Box::new(Diagnostic::error(format!("the picture cannot be encoded ({e})"))))
     }
 
@@ -141,9 +157,7 @@ impl Subject {
         let text = self.text(genome).ok_or_else(|| Box::new(Diagnostic::error("the script has no text")))?;
         let value = |p: &Param| genome.values.get(&p.name).unwrap_or(&p.value).clone();
         let changed = self.params().iter().map(|p| Param { value: value(p), ..p.clone() });
-        changed
-            .filter(|p| p.value != p.default)
-            .try_fold(text.to_owned(), |text, param| rewrite::with_default(&text, &param))
+        changed.into_iter().try_fold(text.to_owned(), |text, param| rewrite::with_value(&text, &param))
     }
 
     /// The text of one picture.

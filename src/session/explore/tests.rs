@@ -6,7 +6,8 @@ use crate::session::Session;
 use crate::world::Memory;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::mpsc::channel;
+
+mod drawing;
 
 fn param(name: &str, default: f64, (least, most): (f64, f64), whole: bool) -> Param {
     other(name, default, Domain::Number { least, most, whole })
@@ -306,44 +307,13 @@ fn scripts_are_exported_with_their_values() {
         "let s = param(\"s\", \"b\", [\"a\", \"b\"]); let on = param(\"on\", false); sphere(1.0).colored(param(\"c\", \"#000001\"))",
     );
     let computed = self::subject("sphere(param(\"r\", 0.25 + 0.25, 0.1..1.0))");
-    assert!(computed.export(&of(&BTreeMap::from([("r".to_owned(), 0.5.into())]))).is_ok());
-    let error = computed.export(&of(&values)).unwrap_err();
+    let half = BTreeMap::from([("r".to_owned(), 0.5.into())]);
+    assert_eq!(computed.export(&of(&half)).unwrap(), "sphere(param(\"r\", 0.5, 0.1..1.0))");
+    let named = "for name in [\"r\"] { param(name, 0.5, 0.1..1.0); } sphere(1.0)";
+    let nameless = self::subject(named);
+    assert_eq!(nameless.export(&of(&half)).unwrap(), named);
+    let error = nameless.export(&of(&values)).unwrap_err();
     assert!(error.message.contains("`r` cannot be written"), "{error:?}");
-}
-
-#[test]
-fn pictures_are_drawn_once_and_bad_ones_say_why() {
-    let atelier = Atelier::new(subject(
-        "let r = param(\"r\", 0.5, 0.1..1.0); if r > 0.9 { throw \"too large\" } sphere(r)",
-    ));
-    let draw = |id: usize, r: f64| {
-        let (sender, drawn) = channel();
-        let tell = move |drawn: Drawn| sender.send(drawn).unwrap();
-        let ticket = atelier.ask((id, (24, 18)), of(&BTreeMap::from([("r".to_owned(), r.into())])), tell);
-        let drawn = drawn.recv().unwrap();
-        drop(ticket);
-        drawn
-    };
-    let first = draw(1, 0.5).unwrap();
-    assert!(first.starts_with(b"\x89PNG") && Arc::ptr_eq(&first, &draw(1, 0.5).unwrap()));
-    assert_ne!(first, draw(2, 0.8).unwrap());
-    assert!(draw(3, 0.95).unwrap_err().message.contains("too large"));
-}
-
-#[test]
-fn what_nobody_waits_for_is_not_drawn() {
-    let atelier = Atelier::new(subject("sphere(param(\"r\", 0.5, 0.1..1.0))"));
-    let (sender, drawn) = channel();
-    for id in 0..20 {
-        let sender = sender.clone();
-        let large = atelier.ask((id, (4000, 3000)), Genome::default(), move |_| sender.send(id).unwrap());
-        drop(large);
-    }
-    let (done, end) = channel();
-    let _ticket = atelier.ask((99, (8, 6)), Genome::default(), move |_| done.send(()).unwrap());
-    end.recv().unwrap();
-    drop((sender, atelier));
-    assert_eq!(drawn.iter().count(), 0);
 }
 
 /// A ball with a lump that is cut, and noise.

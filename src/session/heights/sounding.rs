@@ -101,7 +101,7 @@ impl Sounder {
         }
         let reach = min.abs().max(max.abs()).max(globe.center.abs()).max_element();
         let line = Line { chart, globe, bounds, tolerance: Tolerance::fixed(PRECISION * reach) };
-        let caster = cast::caster(Kind::Auto, &mut field, &bounds, &line.typical_rays())
+        let caster = cast::caster(Kind::Auto, &field, &bounds, &line.typical_rays())
             .map_err(|e| Diagnostic::error(e.to_string()))?;
         let workers = (0..rayon::current_num_threads()).map(|_| Worker::new(caster.clone_box())).collect();
         Ok(Sounder { line, workers, done: 0 })

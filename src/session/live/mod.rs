@@ -114,6 +114,8 @@ struct Subject {
     scene: Arc<Scene>,
     loaded: Arc<Loaded>,
     order: Order,
+    /// Raised when another takes its place.
+    gone: Arc<AtomicBool>,
 }
 
 /// A picture under way.
@@ -286,18 +288,35 @@ impl Live {
     /// A diagnostic if there is nothing to ask about.
     pub fn pick(&self, [x, y]: [f64; 2]) -> Result<Picked, Box<Diagnostic>> {
         let nothing = || Box::new(Diagnostic::error(Refused::Nothing.to_string()));
-        let (subject, labels) = {
-            let state = self.shared.state();
-            (state.subject.clone(), state.labels.clone())
-        };
-        let Subject { scene, loaded, order } = subject.ok_or_else(nothing)?;
-        let labels = labels.filter(|(of, _)| Arc::ptr_eq(of, &loaded)).map(|(_, labels)| labels);
+        loop {
+            let (subject, labels) = {
+                let state = self.shared.state();
+                (state.subject.clone(), state.labels.clone())
+            };
+            let subject = subject.ok_or_else(nothing)?;
+            match self.pick_in(&subject, labels, [x, y]) {
+                // What was asked about is no longer shown.
+                Err(_) if subject.gone.load(Ordering::SeqCst) => {}
+                picked => return picked,
+            }
+        }
+    }
+
+    /// What is at a place of the picture of a subject.
+    fn pick_in(
+        &self,
+        subject: &Subject,
+        labels: Option<(Arc<Loaded>, Labels)>,
+        [x, y]: [f64; 2],
+    ) -> Result<Picked, Box<Diagnostic>> {
+        let Subject { scene, loaded, order, gone } = subject;
+        let labels = labels.filter(|(of, _)| Arc::ptr_eq(of, loaded)).map(|(_, labels)| labels);
         let mut kept = self.shared.picker.lock().unwrap_or_else(PoisonError::into_inner);
         let mut picker = match kept.take() {
-            Some((of, named, picker)) if Arc::ptr_eq(&of, &scene) && named == labels.is_some() => picker,
+            Some((of, named, picker)) if Arc::ptr_eq(&of, scene) && named == labels.is_some() => picker,
             _ => {
-                let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
-                let picker = Picker::new(&loaded, &scene, &order, &watch)?;
+                let watch = Watch { cancel: gone, progress: &|_| () };
+                let picker = Picker::new(loaded, scene, order, &watch)?;
                 match labels.clone() {
                     Some(labels) => picker.with_labels(labels),
                     None => picker,
@@ -306,7 +325,7 @@ impl Live {
         };
         let [width, height] = order.size.map_or([1.0; 2], |(w, h)| [f64::from(w), f64::from(h)]);
         let picked = picker.pick(x * width, y * height);
-        *kept = Some((scene, labels.is_some(), picker));
+        *kept = Some((scene.clone(), labels.is_some(), picker));
         Ok(picked)
     }
 

@@ -8,7 +8,6 @@ use crate::field::Watch;
 use crate::render::{Job, Layer, Look, Picture, Pixel, Progress, Rect, Rough, Steering, View};
 use crate::scene::{Keep, Measure, Scene, Value};
 use crate::script::rewrite;
-use crate::session::stage::is_seen_roughly;
 use crate::session::topology::{self, Analysis, Purpose, Show};
 use crate::session::{COARSENESS, Loaded, Order, Session, preview};
 use std::collections::BTreeMap;
@@ -243,7 +242,11 @@ impl Studio {
             canvas.resize(size);
             canvas.view = View::new(&scene.camera, size[0], size[1]).ok();
         }
-        self.shared.state().subject = Some(Subject { scene: scene.clone(), loaded: loaded.clone(), order });
+        let gone = Arc::default();
+        let subject = Subject { scene: scene.clone(), loaded: loaded.clone(), order, gone };
+        if let Some(before) = self.shared.state().subject.replace(subject) {
+            before.gone.store(true, Ordering::SeqCst);
+        }
         self.shared.report(|report| report.size = size);
         let look = Look::of(scene);
         let layer = task.wish.layer;
@@ -260,7 +263,7 @@ impl Studio {
             shared.is_seen(task, true, true);
         };
         let job = Job { cancel: &task.cancel, progress: &progress, tile: &tile, rough: Some(&rough) };
-        if task.wish.components || !is_seen_roughly(scene) {
+        if task.wish.components {
             self.coarse(scene, &order, (layer, &look), task)?;
         }
         let picture = if task.wish.components {
@@ -278,7 +281,7 @@ impl Studio {
         Ok(())
     }
 
-    /// Coarse pictures, where there are no rough tiles.
+    /// Coarse pictures, where there are no rough tiles, and something has to be found out before the first ray.
     fn coarse(
         &self,
         scene: &Scene,
@@ -321,6 +324,8 @@ impl Studio {
         if samples == 1 || !first.finished {
             return Ok(first);
         }
+        // What it showed is on the canvas; at 4K it holds nearly a gigabyte.
+        drop(first);
         // Nothing rough takes the place of what is there.
         refine(samples, &Job { rough: None, ..*job })
     }

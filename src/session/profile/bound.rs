@@ -23,7 +23,8 @@ const LINES: usize = 12;
 const PATIENCE: Duration = Duration::from_millis(1000);
 
 /// Corners of a box, every other one, where samples are taken besides its middle.
-const CORNERS: [[f64; 3]; 4] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+pub(super) const CORNERS: [[f64; 3]; 4] =
+    [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
 
 /// How steep the field may be near the surface: averages over boxes around points of it, which reach four pixels to each
 /// side.

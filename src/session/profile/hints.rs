@@ -39,10 +39,10 @@ pub(super) struct Found<'a> {
 }
 
 /// Share of the time from which on something is worth a hint.
-const DEAR: f64 = 0.1;
+pub(super) const DEAR: f64 = 0.1;
 
 /// Share of the time that is worth saving.
-const WORTH: f64 = 0.02;
+pub(super) const WORTH: f64 = 0.02;
 
 /// Share of the bound, and how loose it must be.
 const STEEP: f64 = 0.25;
@@ -54,7 +54,7 @@ const SLOW: f64 = 2.0;
 /// Places where footprints and definedness are looked at.
 const PLACES: usize = 240;
 
-/// All hints, in the order of how much they matter.
+/// Hints that follow from what is known, in the order of how much they matter.
 pub(super) fn of(found: &Found<'_>) -> Vec<Hint> {
     let mut hints = undefined(found);
     hints.extend(boundless(found));
@@ -67,15 +67,15 @@ pub(super) fn of(found: &Found<'_>) -> Vec<Hint> {
 }
 
 impl<'a> Found<'a> {
-    fn hint(&self, node: NodeId, finding: String, remedy: String) -> Hint {
+    pub(super) fn hint(&self, node: NodeId, finding: String, remedy: String) -> Hint {
         Hint { line: self.ledger.line(node), finding, remedy }
     }
 
-    fn name(&self, node: NodeId) -> String {
+    pub(super) fn name(&self, node: NodeId) -> String {
         name(self.shown.graph.node(node))
     }
 
-    fn places(&self) -> impl Iterator<Item = &Sight> {
+    pub(super) fn places(&self) -> impl Iterator<Item = &Sight> {
         self.look.seen.iter().step_by(self.look.seen.len().div_ceil(PLACES).max(1))
     }
 
@@ -268,7 +268,7 @@ fn loose(found: &Found<'_>) -> Vec<Hint> {
     lines.map(of).collect()
 }
 
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent < 0.95 { format!("{percent:.1} %") } else { format!("{percent:.0} %") }
 }

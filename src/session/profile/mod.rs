@@ -17,11 +17,14 @@
 //! steep makes steps short, whether the field is as steep or not. The bound over a box of some pixels is shared out
 //! among the [terms](crate::field::Terms) that it comes from.
 //!
-//! **Hints** ([`Hint`]) follow from measurements, and say which.
+//! **Hints** ([`Hint`]) follow from measurements, and say which. Where it is not sure that what they recommend is faster
+//! (`creases.rs`), that was tried.
 
 mod bound;
 mod cost;
+mod creases;
 mod hints;
+mod repeats;
 mod sight;
 
 pub use bound::{Bound, LineBound};
@@ -34,6 +37,7 @@ use super::{Loaded, Order};
 use crate::diag::Diagnostic;
 use crate::field::Watch;
 use crate::scene::Scene;
+use creases::Trials;
 use serde::Serialize;
 use sight::Look;
 
@@ -74,23 +78,25 @@ pub fn profile(
         let error = Diagnostic::error("no ray met the solid, so there is nothing that costs");
         return Err(Box::new(error.hint("check the camera, and the sign of the field (negative is inside)")));
     }
-    measured(loaded, &taken, &look, watch).map_err(|_| stage::stopped())
+    measured(loaded, (scene, order), (&taken, &look), watch)
 }
 
 fn measured(
     loaded: &Loaded,
-    taken: &Taken,
-    look: &Look,
+    (scene, order): (&Scene, &Order),
+    (taken, look): (&Taken, &Look),
     watch: &Watch<'_>,
-) -> Result<Profile, crate::field::Stopped> {
+) -> Result<Profile, Box<Diagnostic>> {
+    let stopped = |_| stage::stopped();
     let shown = &taken.scene;
     let shading = [&shown.color, &shown.looks, &shown.bump].into_iter().flatten();
     let roots: Vec<_> = shading.chain([&shown.tape]).flat_map(|tape| tape.roots()).collect();
     let ledger = Ledger::new(&shown.graph, &roots, &loaded.sources);
-    let times = watch.part(0.5, 0.8, |watch| cost::of_solid(shown, &look.seen, watch))?;
+    let times = watch.part(0.5, 0.7, |watch| cost::of_solid(shown, &look.seen, watch)).map_err(stopped)?;
     let shading = cost::of_shading(shown, &look.seen);
-    watch.check()?;
-    let (bound, slopes) = watch.part(0.8, 1.0, |watch| bound::of(shown, &look.seen, &ledger, watch))?;
+    watch.check().map_err(stopped)?;
+    let bound = watch.part(0.7, 0.8, |watch| bound::of(shown, &look.seen, &ledger, watch));
+    let (bound, slopes) = bound.map_err(stopped)?;
     let stats = &look.stats;
     let solid = times.by_line(&ledger, &shown.graph);
     let shading = shading.map(|times| times.by_line(&ledger, &shown.graph));
@@ -106,6 +112,10 @@ fn measured(
     };
     let found =
         hints::Found { shown, look, ledger: &ledger, times: &times, slopes: &slopes, profile: &profile };
-    profile.hints = hints::of(&found);
+    let mut hints = hints::of(&found);
+    hints.extend(repeats::of(&found));
+    let trials = |watch: &Watch<'_>| creases::of(&found, &Trials { scene, order, watch });
+    hints.extend(watch.part(0.8, 1.0, trials)?);
+    profile.hints = hints;
     Ok(profile)
 }

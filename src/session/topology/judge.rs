@@ -88,6 +88,19 @@ pub fn correction(
     Ok(Correction { judge, warnings, local: None })
 }
 
+/// Says which component of a scene's solid points belong to.
+///
+/// # Errors
+/// If the job is cancelled.
+pub fn labels(
+    scene: &Scene,
+    threads: Option<NonZeroUsize>,
+    watch: &Watch<'_>,
+) -> Result<Labels, Box<Diagnostic>> {
+    let purpose = Purpose { fresh: false, volumes: scene.surface.keep == Some(Keep::Most(Measure::Volume)) };
+    Ok(stage::on_threads(threads, || known(scene, purpose, watch))??.labels.clone())
+}
+
 /// The analysis that was made last, and what of.
 static LAST: Mutex<Option<(Key, bool, Analysis)>> = Mutex::new(None);
 

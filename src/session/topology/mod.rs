@@ -10,7 +10,7 @@ mod rulings;
 mod store;
 
 pub use carried::origin;
-pub use judge::{Correction, correction};
+pub use judge::{Correction, correction, labels};
 pub use labels::Labels;
 pub use local::{doubts, local};
 pub use parts::Part;

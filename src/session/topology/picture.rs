@@ -191,6 +191,7 @@ fn beside(pictures: &[Picture]) -> Picture {
         warnings: first.warnings.clone(),
         stats,
         denoised: None,
+        components: None,
         ..*first
     }
 }

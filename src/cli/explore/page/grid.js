@@ -67,14 +67,16 @@ export class Grid {
   update(id) {
     const figure = this.figures.get(id);
     if (!figure) return;
-    const { url, fault } = this.pictures.of(id);
+    const { url, rough, fault } = this.pictures.of(id);
     const image = figure.querySelector("img");
     if (url && image.src !== url) image.src = url;
     figure.querySelector(".fault").hidden = !fault;
     figure.querySelector(".fault").textContent = fault ?? "";
-    figure.classList.toggle("drawn", Boolean(url));
+    figure.classList.toggle("rough", Boolean(url && rough));
+    figure.classList.toggle("drawn", Boolean(url && !rough));
     figure.classList.toggle("failed", Boolean(fault));
     figure.classList.toggle("drawing", this.pictures.isRunning(id));
+    figure.setAttribute("aria-busy", String(!this.pictures.isDone(id)));
     const starred = this.gallery.stars.includes(id);
     figure.classList.toggle("starred", starred);
     const star = figure.querySelector(".star");
@@ -82,7 +84,7 @@ export class Grid {
     star.textContent = starred ? "★" : "☆";
     star.title = starred ? "No longer a favourite (S)" : "Favourite (S)";
     star.setAttribute("aria-label", star.title);
-    figure.setAttribute("aria-label", spoken(this.gallery, id));
+    figure.setAttribute("aria-label", spoken(this.gallery, id) + (rough ? ", rough so far" : ""));
   }
 
   look(id) {

@@ -72,6 +72,11 @@ export class Large {
     if (!control.signal.aborted) this.put(this.known.get(id) ?? this.pictures.of(id), false);
   }
 
+  /** A better small picture is there, which will do until the large one is. */
+  better(id) {
+    if (this.isOpen && id === this.id && this.dialog.dataset.state === "drawing") this.put(this.pictures.of(id), true);
+  }
+
   put({ url, fault }, waits) {
     const image = this.part(".frame img");
     [image.width, image.height] = this.gallery.size;

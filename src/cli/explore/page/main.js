@@ -13,6 +13,7 @@ let shown = 0;
 
 const pictures = new Pictures((id) => {
   grid.update(id);
+  large.better(id);
   stars();
   status();
 });
@@ -127,11 +128,13 @@ function generations() {
 function status() {
   if (!gallery) return;
   const all = members();
-  const done = all.filter((id) => pictures.of(id).url || pictures.of(id).fault).length;
+  const done = all.filter((id) => pictures.isDone(id)).length;
+  const rough = all.filter((id) => pictures.of(id).rough).length;
   const failed = all.filter((id) => pictures.of(id).fault).length;
   by("progress").value = done / all.length;
   const count = done === all.length ? `${done} picture${done === 1 ? "" : "s"}` : `${done} of ${all.length} pictures`;
-  by("drawn").textContent = failed ? `${count}, ${failed} with errors` : count;
+  const notes = [count, failed && `${failed} with errors`, rough && `${rough} rough so far`];
+  by("drawn").textContent = notes.filter(Boolean).join(", ");
   document.body.dataset.state = done === all.length ? "done" : "drawing";
 }
 

@@ -1,8 +1,9 @@
-// Pictures, fetched a few at a time: those in sight first, and then the others from the top. The server draws what is
-// asked for and gives up what nobody waits for, so the order here is the order of the work.
+// Pictures, fetched a few at a time: those in sight first, and then the others from the top. Of those in sight all are
+// rough before one is finished. The server draws what is asked for and gives up what nobody waits for, so the order here
+// is the order of the work.
 
-/** Requests at a time. Browsers allow six to one server; two are left for all else. */
-const AT_A_TIME = 4;
+/** Requests at a time. The server draws two, of those that wait the last one first: so no more than one may wait. */
+const AT_A_TIME = 3;
 
 export class Pictures {
   /** `changed` is called with the number of a picture whose state is new. */
@@ -14,9 +15,15 @@ export class Pictures {
     this.seen = new Set();
   }
 
-  /** What is known of a picture: its `url`, its `fault`, or nothing. */
+  /** What is known of a picture: its `url` and whether that is `rough`, its `fault`, or nothing. */
   of(id) {
     return this.known.get(id) ?? {};
+  }
+
+  /** Whether there is nothing better to come. */
+  isDone(id) {
+    const { url, rough, fault } = this.of(id);
+    return Boolean(fault || (url && !rough));
   }
 
   isRunning(id) {
@@ -38,21 +45,25 @@ export class Pictures {
   }
 
   next() {
-    const waiting = this.wanted.filter((id) => !this.known.has(id) && !this.running.has(id));
-    const first = waiting.filter((id) => this.seen.has(id));
+    const rank = (id) => 2 * !this.seen.has(id) + this.known.has(id);
+    const waiting = this.wanted.filter((id) => !this.isDone(id) && !this.running.has(id));
+    waiting.sort((a, b) => rank(a) - rank(b));
     const free = AT_A_TIME - this.running.size;
     // What is out of sight makes room.
     const hidden = [...this.running].filter(([id]) => !this.seen.has(id));
+    const first = waiting.filter((id) => this.seen.has(id));
     hidden.slice(0, Math.max(0, first.length - free)).forEach(([, control]) => control.abort());
-    for (const id of [...first, ...waiting.filter((id) => !this.seen.has(id))].slice(0, free)) this.fetch(id);
+    for (const id of waiting.slice(0, free)) this.fetch(id);
   }
 
   async fetch(id) {
     const control = new AbortController();
+    const before = this.known.get(id);
     this.running.set(id, control);
     this.changed(id);
     try {
-      this.known.set(id, await picture(`thumb/${id}.png`, control.signal));
+      this.known.set(id, await picture(`${before ? "thumb" : "rough"}/${id}.png`, control.signal));
+      if (before) URL.revokeObjectURL(before.url);
     } catch {
       // Given up, or not connected: asked for again if it is wanted again.
       if (!control.signal.aborted) await new Promise((later) => setTimeout(later, 1000));
@@ -63,10 +74,11 @@ export class Pictures {
   }
 }
 
-/** A picture of the server: its `url`, or the `fault` for which there is none. */
+/** A picture of the server: its `url` and whether that is `rough`, or the `fault` for which there is none. */
 export async function picture(address, signal) {
   const answer = await fetch(address, { signal });
-  if (answer.ok) return { url: URL.createObjectURL(await answer.blob()) };
+  const rough = answer.headers.get("picture") === "rough";
+  if (answer.ok) return { url: URL.createObjectURL(await answer.blob()), rough };
   const { message, hint } = await answer.json();
   return { fault: hint ? `${message} (${hint})` : message };
 }

@@ -8,11 +8,14 @@
 //! r |z - F| / (z F)        r: radius of the lens; in the picture one unit in front of the eye
 //! ```
 
+mod lines;
+
 use super::disc::on_disc;
-use super::{CameraError, Rect, Settings};
-use crate::cast::{Frame, Tolerance};
+use super::{CameraError, Settings};
+use crate::cast::Tolerance;
 use crate::scene::{Camera, FACES, Face, Lens, Projection, Spacing};
 use glam::DVec3;
+pub(super) use lines::Lines;
 use std::f64::consts::PI;
 
 /// Faces of a cube map in a row of the picture, and rows.
@@ -102,30 +105,6 @@ impl View {
                 (eye, (d.x * right + d.y * up - d.z * forward).normalize())
             }
         }
-    }
-
-    /// Planes across all lines of sight; `None` where these come from more than one point and are not parallel, or
-    /// go all around.
-    pub(super) fn frame(&self) -> Option<Frame> {
-        let View { eye, forward, right, up, .. } = *self;
-        match self.screen {
-            Screen::Perspective(_, None) => Some(Frame::from_point(eye, forward, [right, up])),
-            Screen::Orthographic(_) => Some(Frame::parallel(eye, forward, [right, up], self.reach())),
-            Screen::Perspective(_, Some(_)) | Screen::Panorama | Screen::CubeMap => None,
-        }
-    }
-
-    /// The places in planes of that frame where a rectangle of pixels lies, with so many more around it.
-    pub(super) fn rectangle(&self, rect: &Rect, around: f64) -> [[f64; 2]; 2] {
-        let half = match self.screen {
-            Screen::Perspective(half, _) | Screen::Orthographic(half) => half,
-            Screen::Panorama | Screen::CubeMap => [0.0; 2],
-        };
-        let across = |x: f64| (2.0 * x / self.size[0] - 1.0) * half[0];
-        let upwards = |y: f64| (1.0 - 2.0 * y / self.size[1]) * half[1];
-        let [left, right] = [f64::from(rect.x) - around, f64::from(rect.right()) + around];
-        let [top, bottom] = [f64::from(rect.y) - around, f64::from(rect.bottom()) + around];
-        [[across(left), across(right)], [upwards(bottom), upwards(top)]]
     }
 
     /// The place in the picture, in pixels, where a point appears, or the middle of its disc; `None`
