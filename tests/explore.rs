@@ -290,7 +290,7 @@ fn strangers_and_nonsense_are_refused_and_logged() {
 }
 
 #[test]
-fn what_cannot_be_drawn_or_exported_says_why() {
+fn what_cannot_be_drawn_says_why_and_is_exported_all_the_same() {
     let script =
         "let r = param(\"r\", 0.25 + 0.25, 0.1..1.0); if r != 0.5 { throw \"too \" + \"odd\" } sphere(r)";
     let exploration = Exploration::start(script, "--count 2");
@@ -298,10 +298,9 @@ fn what_cannot_be_drawn_or_exported_says_why() {
     for folder in ["rough", "thumb", "large"] {
         has(&exploration.request("GET", &format!("{folder}/1.png"), "", ""), &["409", "too odd"]);
     }
-    has(
-        &exploration.request("GET", "script/1.rhai", "", ""),
-        &["409", "`r` cannot be written", "not a plain number", "--set r="],
-    );
+    let exported = exploration.request("GET", "script/1.rhai", "", "");
+    let value = &exploration.gallery()["specimens"][1]["values"][0];
+    has(&exported, &["HTTP/1.1 200", &format!("preset(\"r\", {value});\n{script}")]);
 }
 
 #[test]

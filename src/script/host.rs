@@ -23,6 +23,8 @@ pub struct Host {
     pub graph: RefCell<Graph>,
     /// Parameters, in the order in which the script asked for them.
     pub params: RefCell<Vec<Param>>,
+    /// Defaults that were given to parameters before they were made.
+    pub presets: RefCell<BTreeMap<String, Preset>>,
     /// Values that the user sets.
     pub set: BTreeMap<String, Value>,
     /// What `print` and `debug` said.
@@ -40,12 +42,21 @@ pub struct Host {
     tapes: RefCell<HashMap<NodeId, Arc<Tape>>>,
 }
 
+/// A default that a parameter has wherever it is made.
+pub struct Preset {
+    /// The default.
+    pub value: Value,
+    /// Where the script says it.
+    pub place: Option<Place>,
+}
+
 impl Host {
     /// An empty graph, and what limits there are.
     pub fn new(limits: &Limits, set: BTreeMap<String, Value>, time: f64) -> Self {
         Host {
             graph: RefCell::new(Graph::with_limit(limits.nodes)),
             params: RefCell::default(),
+            presets: RefCell::default(),
             set,
             output: RefCell::default(),
             time,

@@ -223,8 +223,7 @@ fn scene_of(
             return None;
         }
     };
-    let unused = library::unused(&setup.host.set, &setup.host.params.borrow());
-    diagnostics.extend(unused);
+    diagnostics.extend(library::unused(&setup.host));
     let scene = match scene_value(setup, &value) {
         Ok(scene) => scene,
         Err(d) => {

@@ -59,7 +59,7 @@ pub fn realise(request: &Request, draw: &Draw) -> Realised {
     let mut request = request.clone();
     let mut first = execute(&request, |setup, name, text, diagnostics| {
         let drawn = drawn(setup, &request, name, text, draw, diagnostics);
-        diagnostics.extend(library::unused(&setup.host.set, &setup.host.params.borrow()));
+        diagnostics.extend(library::unused(&setup.host));
         drawn
     });
     let ensemble = match first.value.take() {

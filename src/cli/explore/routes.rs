@@ -9,7 +9,7 @@
 //! | `GET script/ID.rhai` | the script with the values and expressions of a picture |
 
 use super::Args;
-use super::told::{Told, settings};
+use super::told::Told;
 use crate::cli::serve::{self, Guard};
 use crate::diag::Diagnostic;
 use crate::session::explore::{
@@ -207,13 +207,8 @@ async fn picture(
 async fn script(State(door): State<Door>, ConnectInfo(who): Who, Path(name): Path<String>) -> Response {
     let Some((_, genome)) = door.hall.genome(&name, ".rhai") else { return door.guard.lost(who) };
     match door.hall.atelier.subject().export(&genome) {
-        Ok(text) => ([(header::CONTENT_TYPE, "text/plain; charset=utf-8")], text).into_response(),
-        // Its own text is nowhere else.
-        Err(error) if genome.text.is_some() => wrong(&error),
-        Err(error) => cannot(
-            error.message.clone(),
-            &format!("set it on the command line instead:{}", settings(&genome.values)),
-        ),
+        Some(text) => ([(header::CONTENT_TYPE, "text/plain; charset=utf-8")], text).into_response(),
+        None => cannot("the script has no text to change".into(), "save it in a file, and explore that"),
     }
 }
 

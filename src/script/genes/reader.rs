@@ -128,7 +128,7 @@ impl<'a> Reader<'a> {
                     self.declare(i + 1..end);
                     self.leave_out(i..end);
                 }
-                "param" if self.at(i + 1) == "(" && self.before(i) != "." => {
+                "param" | "preset" if self.at(i + 1) == "(" && self.before(i) != "." => {
                     let end = self.after(i + 1).unwrap_or(i);
                     self.leave_out(i..end);
                 }
@@ -313,7 +313,7 @@ impl<'a> Reader<'a> {
 
     /// A subtree; none that makes a parameter, which has to be made in one place.
     fn subtree(&self, form: Form, range: Range<usize>) -> Option<Gene> {
-        let makes = range.clone().any(|i| self.at(i) == "param" && self.at(i + 1) == "(");
+        let makes = range.clone().any(|i| matches!(self.at(i), "param" | "preset") && self.at(i + 1) == "(");
         (!makes).then(|| self.gene(form, range))
     }
 

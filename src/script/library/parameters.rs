@@ -1,13 +1,13 @@
 //! Parameters: numbers, colours, names and switches that the user of a script sets.
 
 use super::{Call, Library, interval_of};
-use crate::diag;
+use crate::diag::{self, Diagnostic};
 use crate::num::srgb;
 use crate::scene::{Domain, Param, Unfit, Value};
 use crate::script::fault::{Fault, Outcome};
+use crate::script::host::{Host, Preset};
 use crate::script::value::number;
 use rhai::{Array, Dynamic};
-use std::collections::BTreeMap;
 
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.def(
@@ -34,6 +34,29 @@ pub(super) fn register(lib: &mut Library<'_>) {
         "A switch, true or false: `--set name=on` or `--set name=off` on the command line.",
         "let moons = param(\"moons\", true);",
     );
+    lib.def(
+        "preset(name, value)",
+        "Another default for a parameter that is made later: in a module that is imported then, or from other values. Of several the first holds, and what the user sets goes before all.",
+        "preset(\"relief\", 0.04); let relief = param(\"relief\", 0.02, 0.0..0.1);",
+        preset,
+    );
+}
+
+/// A default that is there before its parameter.
+fn preset(c: &Call<'_>) -> Outcome<Dynamic> {
+    let name = name_of(c)?;
+    let value = match (c.args[1].as_bool(), number(&c.args[1])) {
+        (Ok(flag), _) => Value::Flag(flag),
+        (_, Some(number)) => Value::Number(number),
+        _ => Value::Text(c.text(1).map_err(|_| c.wrong(1, "a number, a text, true or false"))?),
+    };
+    if c.host.params.borrow().iter().any(|p| p.name == name) {
+        return Err(Fault::new(format!("the parameter `{name}` is there already"))
+            .hint("preset it before it is made: above the import or the call that makes it"));
+    }
+    let preset = Preset { value, place: c.place.clone() };
+    c.host.presets.borrow_mut().entry(name).or_insert(preset);
+    Ok(Dynamic::UNIT)
 }
 
 /// A number with a range.
@@ -98,17 +121,17 @@ fn lone(c: &Call<'_>) -> Outcome<Dynamic> {
 
 /// Adds a parameter. Gives the value that the user set, or its default.
 fn parameter(c: &Call<'_>, default: Value, domain: Domain) -> Outcome<Dynamic> {
-    let name = c.text(0)?;
-    if name.is_empty() || !name.chars().all(|ch| ch.is_alphanumeric() || ch == '_') {
-        return Err(Fault::new(format!("`{name}` is no name for a parameter"))
-            .hint("it is made of letters, digits and underscores, so that --set can say it"));
-    }
-    let value = match c.host.set.get(&name) {
-        None => default.clone(),
-        Some(set) => domain
-            .admit(set)
-            .map_err(|unfit| allowed(Fault::new(format!("`{name}` is {unfit}")), &domain, unfit))?,
+    let name = name_of(c)?;
+    let admit = |value: &Value| {
+        domain
+            .admit(value)
+            .map_err(|unfit| allowed(Fault::new(format!("`{name}` is {unfit}")), &domain, unfit))
     };
+    let default = match c.host.presets.borrow().get(&name) {
+        None => default,
+        Some(preset) => admit(&preset.value).map_err(|fault| fault.at(preset.place.clone()))?,
+    };
+    let value = c.host.set.get(&name).map(admit).transpose()?.unwrap_or_else(|| default.clone());
     let result = dynamic(&value, &domain);
     let param = Param { name, default, value, domain };
     let mut params = c.host.params.borrow_mut();
@@ -121,6 +144,16 @@ fn parameter(c: &Call<'_>, default: Value, domain: Domain) -> Outcome<Dynamic> {
         None => params.push(param),
     }
     Ok(result)
+}
+
+/// The name of a parameter.
+fn name_of(c: &Call<'_>) -> Outcome<String> {
+    let name = c.text(0)?;
+    if name.is_empty() || !name.chars().all(|ch| ch.is_alphanumeric() || ch == '_') {
+        return Err(Fault::new(format!("`{name}` is no name for a parameter"))
+            .hint("it is made of letters, digits and underscores, so that --set can say it"));
+    }
+    Ok(name)
 }
 
 /// A fault with what would be right instead.
@@ -142,20 +175,23 @@ fn dynamic(value: &Value, domain: &Domain) -> Dynamic {
     }
 }
 
-/// The names set by the user that the script never asked for.
-pub fn unused(set: &BTreeMap<String, Value>, params: &[Param]) -> Vec<diag::Diagnostic> {
+/// Complaints of names set by the user, and of presets, that the script never asked for.
+pub fn unused(host: &Host) -> Vec<Diagnostic> {
+    let (params, presets) = (host.params.borrow(), host.presets.borrow());
     let known = || params.iter().map(|p| p.name.as_str());
-    set.keys()
-        .filter(|name| !known().any(|k| k == *name))
-        .map(|name| {
-            let d = diag::Diagnostic::error(format!("the script has no parameter `{name}`"));
-            match diag::nearest(name, known()) {
-                Some(near) => d.hint(format!("did you mean `{near}`?")),
-                None if params.is_empty() => {
-                    d.hint("it has none at all; they are made with param(name, default, range)")
-                }
-                None => d.hint(format!("its parameters are {}", known().collect::<Vec<_>>().join(", "))),
-            }
-        })
-        .collect()
+    let is_unknown = |name: &str| !known().any(|k| k == name);
+    let remedy = |d: Diagnostic, name: &str| match diag::nearest(name, known()) {
+        Some(near) => d.hint(format!("did you mean `{near}`?")),
+        None if params.is_empty() => {
+            d.hint("it has none at all; they are made with param(name, default, range)")
+        }
+        None => d.hint(format!("its parameters are {}", known().collect::<Vec<_>>().join(", "))),
+    };
+    let message = |name: &str| format!("the script has no parameter `{name}`");
+    let set = host.set.keys().filter(|name| is_unknown(name));
+    let errors = set.map(|name| remedy(Diagnostic::error(message(name)), name));
+    let preset = presets.iter().filter(|(name, _)| is_unknown(name));
+    let warnings = preset
+        .map(|(name, preset)| remedy(Diagnostic::warning(message(name)).at(preset.place.clone()), name));
+    errors.chain(warnings).collect()
 }

@@ -149,15 +149,20 @@ impl Subject {
             .map_err(|e| Box::new(Diagnostic::error(format!("the picture cannot be encoded ({e})"))))
     }
 
-    /// The script of one picture, with its values as the defaults of its parameters.
-    ///
-    /// # Errors
-    /// If one of them cannot be written into its text.
-    pub fn export(&self, genome: &Genome) -> Result<String, Box<Diagnostic>> {
-        let text = self.text(genome).ok_or_else(|| Box::new(Diagnostic::error("the script has no text")))?;
+    /// The script of one picture, with its values as the defaults of its parameters; `None` if it has no text.
+    pub fn export(&self, genome: &Genome) -> Option<String> {
+        let text = self.text(genome)?.to_owned();
         let value = |p: &Param| genome.values.get(&p.name).unwrap_or(&p.value).clone();
-        let changed = self.params().iter().map(|p| Param { value: value(p), ..p.clone() });
-        changed.into_iter().try_fold(text.to_owned(), |text, param| rewrite::with_value(&text, &param))
+        let params: Vec<_> = self.params().iter().map(|p| Param { value: value(p), ..p.clone() }).collect();
+        if params.iter().all(|p| p.value == p.default) {
+            return Some(text);
+        }
+        // All of them: a default may be computed from values that have changed.
+        let mut texts = [text];
+        // Whatever is new comes first, so the last of them is written first.
+        params.iter().rev().for_each(|param| rewrite::write_default(&mut texts, param));
+        let [text] = texts;
+        Some(text)
     }
 
     /// The text of one picture.

@@ -306,14 +306,46 @@ fn scripts_are_exported_with_their_values() {
         pickers.export(&of(&picked)).unwrap(),
         "let s = param(\"s\", \"b\", [\"a\", \"b\"]); let on = param(\"on\", false); sphere(1.0).colored(param(\"c\", \"#000001\"))",
     );
-    let computed = self::subject("sphere(param(\"r\", 0.25 + 0.25, 0.1..1.0))");
-    let half = BTreeMap::from([("r".to_owned(), 0.5.into())]);
-    assert_eq!(computed.export(&of(&half)).unwrap(), "sphere(param(\"r\", 0.5, 0.1..1.0))");
-    let named = "for name in [\"r\"] { param(name, 0.5, 0.1..1.0); } sphere(1.0)";
-    let nameless = self::subject(named);
-    assert_eq!(nameless.export(&of(&half)).unwrap(), named);
-    let error = nameless.export(&of(&values)).unwrap_err();
-    assert!(error.message.contains("`r` cannot be written"), "{error:?}");
+    // What is made of values that have changed keeps its own.
+    let computed = self::subject("let a = param(\"a\", 0.5, 0.1..1.0);\nsphere(param(\"r\", a, 0.1..1.0))");
+    let one = BTreeMap::from([("a".to_owned(), 1.0.into())]);
+    assert_eq!(
+        computed.export(&of(&one)).unwrap(),
+        "preset(\"r\", 0.5);\nlet a = param(\"a\", 1.0, 0.1..1.0);\nsphere(param(\"r\", a, 0.1..1.0))"
+    );
+    let untouched = computed.export(&Genome::default()).unwrap();
+    assert!(!untouched.contains("preset"), "{untouched}");
+}
+
+#[test]
+fn parameters_of_modules_are_exported() {
+    let main = "// A rock.\n\nimport \"rock\" as rock;\nrock::of(0.5)";
+    let rock = "let bumps = param(\"bumps\", 3, 1..9); let style = param(\"style\", \"a\", [\"a\", \"b\"]);\n\
+        export bumps; fn of(r) { for name in [\"x\", \"y\"] { param(name, r, 0.0..1.0); } sphere(r) }";
+    let told = |main: &str| {
+        let files = [("a.rhai".into(), main.to_owned()), ("rock.rhai".into(), rock.to_owned())];
+        let mut session = Session::new("a.rhai", Arc::new(Memory(BTreeMap::from(files))));
+        freeze(&mut session);
+        let loaded = session.load(&Arc::default());
+        assert!(loaded.diagnostics.is_empty(), "{:?}", loaded.diagnostics);
+        Subject::new(session, loaded.clone(), loaded.scene.clone().unwrap())
+    };
+    let subject = told(main);
+    let values: BTreeMap<String, Value> = [("bumps", 7.0.into()), ("style", "b".into()), ("y", 0.25.into())]
+        .map(|(name, value): (&str, Value)| (name.to_owned(), value))
+        .into();
+    let text = subject.export(&of(&values)).unwrap();
+    let presets =
+        "preset(\"bumps\", 7);\npreset(\"style\", \"b\");\npreset(\"x\", 0.5);\npreset(\"y\", 0.25);\n";
+    assert_eq!(text, main.replace("import", &format!("{presets}import")));
+    let exported = told(&text);
+    for param in exported.params() {
+        assert_eq!(param.value, *values.get(&param.name).unwrap_or(&0.5.into()));
+    }
+    assert_eq!(exported.params().len(), 4);
+    // Once more, they are written where they are.
+    let again = BTreeMap::from([("bumps".to_owned(), 2.0.into())]);
+    assert_eq!(exported.export(&of(&again)).unwrap(), text.replace("7);", "2);"));
 }
 
 /// A ball with a lump that is cut, and noise.

@@ -332,7 +332,7 @@ impl Live {
     /// Writes the values that parameters have into the script, as their defaults. Gives the files that were written.
     ///
     /// # Errors
-    /// A diagnostic for the first that cannot be written; then nothing is.
+    /// A diagnostic for the first file that cannot be written; then none is.
     pub fn write_defaults(&self) -> Result<Vec<PathBuf>, Box<Diagnostic>> {
         let (mut params, loaded, set) = {
             let state = self.shared.state();
@@ -343,16 +343,21 @@ impl Live {
                 param.value = value;
             }
         }
-        let before: Vec<(PathBuf, String)> = loaded.iter().flat_map(|l| scripts(l)).collect();
+        let mut scripts: Vec<(PathBuf, String)> = loaded.iter().flat_map(|l| scripts(l)).collect();
+        // Its own text comes first.
+        scripts.sort_by_key(|(path, _)| *path != self.script);
+        let (paths, before): (Vec<_>, Vec<_>) = scripts.into_iter().unzip();
         let mut after = before.clone();
-        for param in params.iter().filter(|p| p.value != p.default) {
-            write_default(&mut after, param)?;
+        // Whatever is new comes first, so the last of them is written first.
+        for param in params.iter().rev().filter(|p| p.value != p.default) {
+            rewrite::write_default(&mut after, param);
         }
-        let changed = before.iter().zip(&after).filter(|(before, after)| before != after);
+        let texts = before.iter().zip(&after);
+        let changed = paths.iter().zip(texts).filter(|(_, (before, after))| before != after);
         let mut files = FileSet::default();
         let mut written = Vec::new();
         let failed = |e: crate::world::atomic::WriteError| Box::new(Diagnostic::error(e.to_string()));
-        for ((path, old), (_, new)) in changed {
+        for (path, (old, new)) in changed {
             if !self.world.read(path).is_ok_and(|now| *now == **old) {
                 let error = format!("{} was changed just now", path.display());
                 return Err(Box::new(
@@ -375,22 +380,6 @@ fn scripts(loaded: &Loaded) -> impl Iterator<Item = (PathBuf, String)> + '_ {
     let is_script = |path: &Path| path.extension().is_some_and(|e| e == "rhai");
     let texts = loaded.reads.contents().filter(move |(path, _)| is_script(path));
     texts.filter_map(|(path, bytes)| Some((path.to_path_buf(), std::str::from_utf8(bytes?).ok()?.to_owned())))
-}
-
-/// Writes a default into the one text that has it.
-fn write_default(texts: &mut [(PathBuf, String)], param: &Param) -> Result<(), Box<Diagnostic>> {
-    let mut failure = None;
-    for (_, text) in texts {
-        match rewrite::with_default(text, param) {
-            Ok(new) => {
-                *text = new;
-                return Ok(());
-            }
-            Err(error) if failure.is_none() => failure = Some(error),
-            Err(_) => {}
-        }
-    }
-    Err(failure.unwrap_or_else(|| Box::new(Diagnostic::error("there is no script to write into"))))
 }
 
 impl Drop for Live {

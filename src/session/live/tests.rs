@@ -101,6 +101,37 @@ fn wishes_outlive_saves() {
 }
 
 #[test]
+fn values_are_written_where_their_parameters_are_made_or_preset() {
+    let folder = tempfile::tempdir().unwrap();
+    let [main, module] = ["a.rhai", "rock.rhai"].map(|name| folder.path().join(name));
+    let text = "import \"rock\" as rock;\nlet r = param(\"r\", rock::size, 0.0..1.0);\n\
+        scene(#{ surface: sphere(r), film: film(#{ width: 8, height: 6, samples: 1 }) })";
+    let rock = "export let size = param(\"size\", 0.5, 0.0..1.0);\n";
+    std::fs::write(&main, text).unwrap();
+    std::fs::write(&module, rock).unwrap();
+    let session = Session::new(&main, Arc::new(crate::world::Disk));
+    let (sender, heard) = channel();
+    let live = Live::new(session, Order::default(), move |event| sender.send(event).unwrap_or_default());
+    let settled = |wanted: &dyn Fn(&Report) -> bool| {
+        while !(live.report().stage == Stage::Done && wanted(&live.report())) {
+            heard.recv_timeout(Duration::from_secs(60)).expect("something happens");
+        }
+    };
+    settled(&|_| true);
+    let read = || [&main, &module].map(|path| std::fs::read_to_string(path).unwrap());
+    for (r, presets) in [(0.25, "preset(\"r\", 0.25);\n"), (0.75, "preset(\"r\", 0.75);\n")] {
+        let size = r / 2.0;
+        let command = format!("{{\"set\":{{\"r\":{r},\"size\":{size}}}}}");
+        live.command(&serde_json::from_str(&command).unwrap()).unwrap();
+        let values = || [size.into(), r.into()];
+        settled(&|report| report.params.iter().map(|p| p.value.clone()).eq(values()));
+        assert_eq!(live.write_defaults().unwrap().len(), 2);
+        assert_eq!(read(), [format!("{presets}{text}"), rock.replace("0.5", &size.to_string())]);
+        settled(&|report| report.params.iter().map(|p| p.default.clone()).eq(values()));
+    }
+}
+
+#[test]
 fn parameters_that_are_gone_are_forgotten() {
     let bench = Bench::new(BALL);
     bench.command(r#"{"set":{"radius":1.2,"count":7.4}}"#);
