@@ -7,8 +7,11 @@
 //! bits whatever the search begins with, and neighbouring points may begin with the triangle that the one
 //! before ended with.
 //!
+//! The children of a node are not sorted, which would cost more than all that is computed of them: the nearest
+//! of the eight is picked when one is wanted, and often that is too far, and so are all that are left.
+//!
 //! Points that are close together, as compared to how far they are from the surface, go down
-//! **together**: a box is fetched and sorted in once for all of them, and each point is compared to it,
+//! **together**: a box is fetched and measured once for all of them, and each point is compared to it,
 //! since what one of them needs most of the others need. Points that are farther apart go **alone**, but
 //! take turns: while what one needs next is on its way from memory, the others go on.
 
@@ -52,6 +55,9 @@ pub(super) const GROUP: usize = 8;
 /// Points go together if the square of their distance from the first of them is below this share of the
 /// square of its distance from the surface. (Measured: from a tenth to one it makes no difference.)
 const CLOSE: f64 = 0.3;
+/// Where that distance is not known, the first one finds it out by itself if they would go together at this share
+/// of the size of the mesh; else it is not worth the time for which the others would wait.
+const LIKELY: f64 = 0.1;
 
 /// Searches for the nearest triangles of points.
 pub(super) struct Search<'a> {
@@ -71,21 +77,30 @@ struct Query {
     most: f64,
 }
 
-/// Boxes to be looked into, the nearest last.
+/// The children of a node that are still to be looked into.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Siblings {
+    /// Squares of their distances, as bits, which are in the same order, but for the last ones, which say which child
+    /// it is. [`FAR`] for those that are not, or no longer, to be looked into.
+    keys: [i64; WIDE],
+    /// Numbers of the children, and from bit 32 on, which points want them.
+    what: [u64; WIDE],
+}
+
+/// What is to be looked into: children of nodes that are below one another.
 #[derive(Clone)]
 struct Pending {
-    /// Squares of their distances, as bits, which are in the same order.
-    keys: Vec<u64>,
-    /// Numbers of the children, and from bit 32 on, which points want them.
-    what: Vec<u64>,
-    left: usize,
+    levels: Vec<Siblings>,
+    /// How many levels there are.
+    depth: usize,
 }
 
 impl<'a> Search<'a> {
     /// Room for so many points at the same time.
     pub(super) fn new(tree: &'a Tree, size: f64, count: usize) -> Self {
-        let room = vec![0; 16 * WIDE];
-        let pending = Pending { keys: room.clone(), what: room, left: 0 };
+        let none = Siblings { keys: [FAR; WIDE], what: [0; WIDE] };
+        let pending = Pending { levels: vec![none; 16], depth: 0 };
         Search { tree, size, pending: vec![pending; count.min(GROUP)] }
     }
 
@@ -104,13 +119,15 @@ impl<'a> Search<'a> {
         // Distances change no faster than places.
         let mut distance = if number == NOWHERE { 0.0 } else { square.sqrt() - (*first - place).length() };
         let mut done = 0;
-        if !is_close(distance) {
+        if !is_close(distance) && is_close(LIKELY * self.size) {
             queries[0] = Query::new(self.tree, *first, self.size, number);
             alone(self.tree, &mut self.pending, &mut queries[..1]);
             (number, distance, done) = (queries[0].best.number, queries[0].best.square.sqrt(), 1);
         }
+        // What is farther from the place than that was from the surface had better begin with nothing.
+        let hint = if distance > 0.0 { number } else { NOWHERE };
         for (query, x) in queries.iter_mut().zip(points).skip(done) {
-            *query = Query::new(self.tree, *x, self.size, number);
+            *query = Query::new(self.tree, *x, self.size, hint);
         }
         let others = &mut queries[done..];
         if is_close(distance) {
@@ -144,80 +161,66 @@ impl Query {
             (self.best, self.most) = (found, choose(square < f64::MAX, square, f64::MAX));
         }
     }
+
+    /// The greatest key of what may be nearer.
+    #[inline(always)]
+    fn most_key(&self) -> i64 {
+        self.most.to_bits() as i64
+    }
 }
 
 impl Pending {
-    /// Begins with the root, which such points want.
+    /// Takes the nearest of the lowest children unless it is farther than that: its key, its number, and which points
+    /// want it.
     #[inline(always)]
-    fn begin(&mut self, points: u64) {
-        (self.keys[0], self.what[0], self.left) = (0, points << 32, 1);
+    fn pop(&mut self, most: i64) -> Option<(i64, u32, u32)> {
+        loop {
+            let level = self.levels.get_mut(self.depth.checked_sub(1)?)?;
+            let mut least = level.keys[0];
+            for i in 1..WIDE {
+                least = choose(level.keys[i] < least, level.keys[i], least);
+            }
+            let (key, lane) = (least & !LANE, (least & LANE) as usize);
+            if key <= most {
+                level.keys[lane] = FAR;
+                let what = level.what[lane];
+                return Some((key, what as u32, (what >> 32) as u32));
+            }
+            self.depth -= 1;
+        }
     }
 
-    /// Takes the nearest: the square of its distance, its number, and which points want it.
+    /// Adds the children of a node.
     #[inline(always)]
-    fn pop(&mut self) -> Option<(u64, u32, u32)> {
-        self.left = self.left.checked_sub(1)?;
-        let what = self.what[self.left];
-        Some((self.keys[self.left], what as u32, (what >> 32) as u32))
-    }
-
-    /// Adds the children of a node that are near enough, in order.
-    #[inline(always)]
-    fn push(&mut self, keys: [u64; WIDE], what: [u64; WIDE]) {
-        let (start, mut end) = (self.left, self.left);
-        if start + WIDE > self.keys.len() {
+    fn push(&mut self, keys: [i64; WIDE], what: [u64; WIDE]) {
+        if self.depth == self.levels.len() {
             self.grow();
         }
-        for i in 0..WIDE {
-            (self.keys[end], self.what[end]) = (keys[i], what[i]);
-            end += usize::from(keys[i] != FAR);
-        }
-        sort(&mut self.keys[start..end], &mut self.what[start..end]);
-        self.left = end;
+        self.levels[self.depth] = Siblings { keys, what };
+        self.depth += 1;
     }
 
     #[cold]
     fn grow(&mut self) {
-        let room = 2 * self.keys.len();
-        self.keys.resize(room, 0);
-        self.what.resize(room, 0);
-    }
-
-    /// Has the nearest fetched from memory.
-    #[inline(always)]
-    fn fetch(&self, tree: &Tree) {
-        if self.left > 0 {
-            tree.fetch(self.what[self.left - 1] as u32);
-        }
-    }
-}
-
-/// Sorts a few, the largest key first.
-#[inline(always)]
-fn sort(keys: &mut [u64], what: &mut [u64]) {
-    for i in 1..keys.len() {
-        let (key, it) = (keys[i], what[i]);
-        let mut j = i;
-        while j > 0 && keys[j - 1] < key {
-            (keys[j], what[j]) = (keys[j - 1], what[j - 1]);
-            j -= 1;
-        }
-        (keys[j], what[j]) = (key, it);
+        let room = 2 * self.levels.len();
+        self.levels.resize(room, self.levels[0]);
     }
 }
 
 /// Every point goes down by itself, a step at a time.
 #[inline(always)]
 fn alone(tree: &Tree, pending: &mut [Pending], queries: &mut [Query]) {
-    let mut active: [usize; GROUP] = std::array::from_fn(|i| i);
+    let mut active: [(usize, u32); GROUP] = std::array::from_fn(|i| (i, ROOT));
     let mut count = queries.len();
-    pending[..count].iter_mut().for_each(|p| p.begin(1));
+    pending[..count].iter_mut().for_each(|p| p.depth = 0);
     while count > 0 {
         let mut still = 0;
         for k in 0..count {
-            let i = active[k];
-            if step(tree, &mut pending[i], &mut queries[i]) {
-                active[still] = i;
+            let (i, child) = active[k];
+            look(tree, child, &mut pending[i], &mut queries[i]);
+            if let Some((_, next, _)) = pending[i].pop(queries[i].most_key()) {
+                tree.fetch(next);
+                active[still] = (i, next);
                 still += 1;
             }
         }
@@ -225,15 +228,9 @@ fn alone(tree: &Tree, pending: &mut [Pending], queries: &mut [Query]) {
     }
 }
 
-/// Looks into the nearest box that is left, and says whether there was one.
+/// Looks into a box.
 #[inline(always)]
-fn step(tree: &Tree, pending: &mut Pending, query: &mut Query) -> bool {
-    let child = loop {
-        let Some((key, child, _)) = pending.pop() else { return false };
-        if key <= query.most.to_bits() {
-            break child;
-        }
-    };
+fn look(tree: &Tree, child: u32, pending: &mut Pending, query: &mut Query) {
     if child & IS_BLOCK != 0 {
         query.learn(nearest_of(tree, child & !IS_BLOCK, query.x));
     } else {
@@ -243,57 +240,63 @@ fn step(tree: &Tree, pending: &mut Pending, query: &mut Query) -> bool {
         let keys = black_box(keys(node, query));
         pending.push(keys, node.child.map(u64::from));
     }
-    pending.fetch(tree);
-    true
 }
 
 /// All points go down together.
 #[inline(always)]
 fn together(tree: &Tree, pending: &mut Pending, queries: &mut [Query]) {
-    pending.begin((1 << queries.len()) - 1);
-    while let Some((key, child, mut wanting)) = pending.pop() {
+    pending.depth = 0;
+    let mut next = Some((0, ROOT, (1_u32 << queries.len()) - 1));
+    while let Some((key, child, mut wanting)) = next {
         if child & IS_BLOCK != 0 {
             while wanting != 0 {
                 let query = &mut queries[wanting.trailing_zeros() as usize];
                 wanting &= wanting - 1;
-                if key <= query.most.to_bits() {
+                if key <= query.most_key() {
                     query.learn(nearest_of(tree, child & !IS_BLOCK, query.x));
                 }
             }
-        } else if queries.iter().any(|query| key <= query.most.to_bits()) {
+        } else {
             let node = &tree.nodes[child as usize];
-            // Through memory, as in `step`.
+            // Through memory, as in `look`.
             let (keys, what) = black_box(common_keys(node, queries));
             pending.push(keys, what);
         }
-        pending.fetch(tree);
+        let most = queries.iter().map(Query::most_key).fold(0, |a, b| choose(b > a, b, a));
+        next = pending.pop(most);
     }
 }
 
+/// The root, as a child.
+const ROOT: u32 = 0;
+/// The bits of a key that say which child it is.
+const LANE: i64 = WIDE as i64 - 1;
+/// Which child, by place.
+const LANES: [i64; WIDE] = [0, 1, 2, 3, 4, 5, 6, 7];
 /// Of a box that is too far.
-const FAR: u64 = u64::MAX;
+const FAR: i64 = i64::MAX & !LANE;
 
-/// What the children of a node are sorted by, or [`FAR`].
+/// The keys of the children of a node.
 #[inline(always)]
-fn keys(node: &Node, query: &Query) -> [u64; WIDE] {
+fn keys(node: &Node, query: &Query) -> [i64; WIDE] {
     let squares = box_squares(node, query.x);
     let mut keys = [FAR; WIDE];
     for i in 0..WIDE {
-        keys[i] = choose(squares[i] <= query.most, squares[i].to_bits(), FAR);
+        keys[i] = choose(squares[i] <= query.most, squares[i].to_bits() as i64 & !LANE, FAR) | LANES[i];
     }
     keys
 }
 
 /// The same for several points: the least of their keys, and who wants what.
 #[inline(always)]
-fn common_keys(node: &Node, queries: &[Query]) -> ([u64; WIDE], [u64; WIDE]) {
-    let mut least = [FAR; WIDE];
+fn common_keys(node: &Node, queries: &[Query]) -> ([i64; WIDE], [u64; WIDE]) {
+    let mut least = [i64::MAX; WIDE];
     let mut what = node.child.map(u64::from);
     for (i, query) in queries.iter().enumerate() {
         let keys = keys(node, query);
         for lane in 0..WIDE {
             least[lane] = choose(keys[lane] < least[lane], keys[lane], least[lane]);
-            what[lane] |= choose(keys[lane] != FAR, 1 << (32 + i), 0);
+            what[lane] |= choose(keys[lane] < FAR, 1 << (32 + i), 0);
         }
     }
     (least, what)

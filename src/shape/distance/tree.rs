@@ -18,7 +18,7 @@ use std::hint::black_box;
 /// Children of a node.
 pub(super) const WIDE: usize = 8;
 /// Triangles of a block.
-pub(super) const BLOCK: usize = 4;
+pub(super) const BLOCK: usize = 8;
 /// Bins of the heuristic, along each axis.
 const BINS: usize = 16;
 /// Below this many triangles a job is not worth sharing.
@@ -49,7 +49,7 @@ pub(super) struct Node {
 }
 
 /// A few triangles; where there are fewer, the corners of the others are not numbers.
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     /// By corner and axis.

@@ -27,7 +27,7 @@
 
 use super::closed::Corners;
 use super::nearest::choose;
-use super::tree::{BLOCK, IS_BLOCK, NOTHING, Node, Tree, WIDE, in_frame};
+use super::tree::{IS_BLOCK, Node, Tree, WIDE, in_frame};
 use crate::num::{ROUNDOFF, widest};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -102,17 +102,20 @@ impl Surface<'_> {
         while let Some(child) = stack.pop() {
             if child & IS_BLOCK == 0 {
                 let node = &self.tree.nodes[child as usize];
-                let met = black_box(met(node, x, from, slack));
-                let children = (0..WIDE).filter(|i| met[*i]).map(|i| node.child[i]);
-                stack.extend(children.filter(|child| *child != NOTHING));
+                let mut met = met(node, x, from, slack);
+                while met != 0 {
+                    stack.push(node.child[met.trailing_zeros() as usize]);
+                    met &= met - 1;
+                }
                 continue;
             }
             let block = &self.tree.blocks[(child & !IS_BLOCK) as usize];
             let changes = block.map(
                 #[inline(always)]
-                |t| pass(t, x, e),
+                // Corners that are not there are not numbers.
+                |t| choose(t[0].x.is_nan(), 0.0, pass(t, x, e)),
             );
-            sum += (0..BLOCK).filter(|lane| !block.is_absent(*lane)).map(|lane| changes[lane]).sum::<f64>();
+            sum += changes.iter().sum::<f64>();
             if sum == UNSURE {
                 return None;
             }
@@ -121,10 +124,10 @@ impl Surface<'_> {
     }
 }
 
-/// Which boxes of a node a segment may meet: those that no plane of a face sets apart from it. Segments are
-/// short, so that there is little to gain by other planes.
+/// Which boxes of a node a segment may meet, a bit each: those that no plane of a face sets apart from it. Segments
+/// are short, so that there is little to gain by other planes. Children that are not there are infinitely far.
 #[inline(always)]
-fn met(node: &Node, x: DVec3, y: DVec3, slack: f64) -> [bool; WIDE] {
+fn met(node: &Node, x: DVec3, y: DVec3, slack: f64) -> u32 {
     let x = in_frame(x, node.origin, &node.axes);
     let y = in_frame(y, node.origin, &node.axes);
     let (least, most) = ((x.min(y) - slack).to_array(), (x.max(y) + slack).to_array());
@@ -138,7 +141,9 @@ fn met(node: &Node, x: DVec3, y: DVec3, slack: f64) -> [bool; WIDE] {
             gap[i] = choose(off > gap[i], off, gap[i]);
         }
     }
-    gap.map(|gap| gap <= 0.0)
+    // Through memory: else the compiler does not compute the eight side by side.
+    let gap = black_box(gap);
+    (0..WIDE).fold(0, |met, i| met | u32::from(gap[i] <= 0.0) << i)
 }
 
 /// Most witnesses.
