@@ -9,9 +9,10 @@ use orogen::scene::Aabb;
 use orogen::script::{Request, compile};
 use orogen::session::polygonise;
 use orogen::shape::Census;
-use orogen::tape::Evaluator;
+use orogen::tape::{Evaluator, Instr};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Velocities of all kinds, the last ones strong; and whether they are C1 at least.
@@ -275,6 +276,36 @@ fn no_hit_of_a_hundred_thousand_rays_is_missed() {
     let [all, hits, uncertified] = miss_nothing(400);
     println!("{all} rays, {hits} hits, {uncertified} not certified");
     assert!(all >= 100_000, "{all}");
+}
+
+#[test]
+fn where_nothing_flows_the_field_is_left_alone() {
+    // Velocities, each with the centres and the radius of balls outside of which it is zero.
+    let noise = "vector_noise(cellular(7).scaled(9.0))";
+    let local = format!("0.2 * {noise} * flow::within([0.5, 0.6, 0.6], 0.3)");
+    let masked = format!("(1.0 - smoothstep(0.2, 0.3, length(p))) * (0.2 * {noise}) / 3.0");
+    let two = "flow::push([0, 0.9, 0], [0.5, 0.3, 0], 0.3) + flow::twist([0.7, 0, 0], [1, 0, 0], 200, 0.3)";
+    for (velocity, centres) in [
+        (local.as_str(), vec![DVec3::new(0.5, 0.6, 0.6)]),
+        (masked.as_str(), vec![DVec3::ZERO]),
+        (two, vec![DVec3::new(0.0, 0.9, 0.0), DVec3::new(0.7, 0.0, 0.0)]),
+    ] {
+        let mut whole = flowed(velocity);
+        for centre in points(6, 200).into_iter().chain(centres.clone()) {
+            let region = centre.to_array().map(|c| Interval::around(c, 0.05));
+            let pruned = whole.tape().prune(&region);
+            let flows = pruned.code().iter().any(|instr| matches!(instr, Instr::Flow(..)));
+            let away = centres.iter().map(|c| c.distance(centre)).fold(f64::INFINITY, f64::min);
+            assert!(if flows { away < 0.4 } else { away > 0.2 }, "{velocity} at {centre}: {flows}");
+            let mut left = Field::of_tape(&Arc::new(pruned));
+            for off in points(7, 20) {
+                let p = centre + 0.05 / 1.3 * off;
+                assert_eq!(left.gradient(p), whole.gradient(p), "{velocity} at {p}");
+            }
+        }
+    }
+    let everywhere = flowed(&format!("0.2 * {noise} + flow::push([0, 0.9, 0], [0.5, 0.3, 0], 0.3)"));
+    assert!(!everywhere.tape().has_choices());
 }
 
 fn meshed(script: &str, resolution: u32) -> orogen::mesh::Meshed {

@@ -2,7 +2,7 @@
 //! asked about.
 
 use super::{Evaluator, Instr, Tape};
-use crate::expr::{Flow, Graph};
+use crate::expr::{Flow, Graph, NodeId};
 use crate::flow::{self, Code, Parts};
 use crate::noise::{Noise, Part, Recipe};
 use crate::num::{Class, Interval, Kernel, Number};
@@ -20,6 +20,8 @@ pub struct Inner<const N: usize> {
     class: Class,
     is_gradient: bool,
     parts: Option<Simple>,
+    /// Zero where it rests.
+    mask: Option<Arc<Tape>>,
     /// Whether it has a value everywhere.
     is_total: bool,
 }
@@ -64,8 +66,9 @@ impl Simple {
 
 impl<const N: usize> Inner<N> {
     fn new(tape: Tape, class: Class) -> Self {
-        let (is_gradient, parts, tape) = (tape.is_gradient(), Simple::of(&tape), Arc::new(tape));
-        Inner { is_gradient, parts, class, is_total: tape.is_defined(&[Interval::ENTIRE; 3]), tape }
+        let (is_gradient, parts, mask) = (tape.is_gradient(), Simple::of(&tape), tape.mask().map(Arc::new));
+        let tape = Arc::new(tape);
+        Inner { is_gradient, parts, mask, class, is_total: tape.is_defined(&[Interval::ENTIRE; 3]), tape }
     }
 
     /// The tape.
@@ -99,6 +102,10 @@ impl<const N: usize> Code<N> for Inner<N> {
         self.is_gradient
     }
 
+    fn rests(&self, region: &[Interval; 3]) -> bool {
+        self.mask.as_ref().is_some_and(|mask| mask.is_zero(region))
+    }
+
     fn runner<T: Number>(&self) -> impl FnMut(&[T; 3]) -> [T; N] {
         let mut evaluator = Evaluator::<T>::new(self.tape.clone());
         move |p| {
@@ -125,7 +132,35 @@ pub(super) fn is_defined(flowed: &Flowed, region: [Interval; 3]) -> bool {
     })
 }
 
+/// Whether there may be regions where a flow carries nothing.
+pub(super) fn may_rest(flowed: &Flowed) -> bool {
+    flowed.velocity().mask.is_some()
+}
+
+/// What is left of the field that a flow carries, over a region in which that carries nothing. Points are not carried from
+/// where the velocity is zero, so that it does not matter what is around the region.
+pub(super) fn resting(flowed: &Flowed, region: &[Interval; 3]) -> Option<Tape> {
+    flowed.velocity().rests(region).then(|| flowed.field().tape.prune(region))
+}
+
 impl Tape {
+    /// Adds the instructions to others that compute the point, and gives the slot of the first output.
+    pub(super) fn append_to(&self, code: &mut Vec<Instr>, origins: &mut Vec<NodeId>, point: [u32; 3]) -> u32 {
+        let mut moved: Vec<u32> = Vec::with_capacity(self.code.len());
+        for (slot, instr) in self.code.iter().enumerate() {
+            if let Instr::Coordinate(axis) = instr {
+                moved.push(point[*axis]);
+                continue;
+            }
+            let mut instr = instr.clone();
+            instr.map_args(|a| moved[a as usize]);
+            code.push(instr);
+            origins.extend(self.origins.get(slot));
+            moved.push(code.len() as u32 - 1);
+        }
+        moved[self.outputs[0] as usize]
+    }
+
     /// What the tape is, where it is nothing but a field carried by a flow, asked at the point itself.
     pub fn flowed(&self) -> Option<&Arc<Flowed>> {
         let Instr::Flow(flowed, p) = &self.code[*self.outputs.first()? as usize] else { return None };

@@ -12,6 +12,7 @@ mod clock;
 mod eval;
 mod inner;
 mod lower;
+mod mask;
 #[cfg_attr(not(target_arch = "x86_64"), path = "native/elsewhere.rs")]
 mod native;
 mod prune;

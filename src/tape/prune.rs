@@ -2,7 +2,8 @@
 //!
 //! Over a region a minimum whose one side is always smaller *is* that side; a step, a clamp, a
 //! `smoothstep` or a truncated power that has come to its end is a number; and what is multiplied by a mask of zero is
-//! nothing. What only fed the rest goes.
+//! nothing. What a flow carries that rests there is the field itself, whose instructions take its place. What only fed the
+//! rest goes.
 //!
 //! Octaves of a sum need no pruning: a sum ends by itself at the first octave that the footprint leaves
 //! nothing of, after one comparison for a whole batch (`noise/sum.rs`).
@@ -31,7 +32,11 @@ impl Tape {
 
     /// Whether there is anything that pruning might decide.
     pub fn has_choices(&self) -> bool {
-        self.code.iter().any(|i| matches!(i, Instr::Op(op, _) if selects(op) || settles(op) || ends(op)))
+        self.code.iter().any(|instr| match instr {
+            Instr::Op(op, _) => selects(op) || settles(op) || ends(op),
+            Instr::Flow(flowed, _) => inner::may_rest(flowed),
+            _ => false,
+        })
     }
 
     /// What is left where so much is known. Instructions are looked at from the last to the first, and
@@ -41,19 +46,22 @@ impl Tape {
         let mut fates = vec![Fate::Goes; self.code.len()];
         let stays = |fates: &mut [Fate], slot: u32| {
             let fate = &mut fates[slot as usize];
-            *fate = if matches!(fate, Fate::Goes) { Fate::Stays } else { *fate };
+            if matches!(fate, Fate::Goes) {
+                *fate = Fate::Stays;
+            }
         };
         self.outputs.iter().for_each(|&o| stays(&mut fates, o));
         for slot in (0..self.code.len()).rev() {
             if matches!(fates[slot], Fate::Goes) {
                 continue;
             }
-            fates[slot] = facts.fate(slot);
-            match fates[slot] {
-                Fate::Stays => self.code[slot].each_arg(|a| stays(&mut fates, a)),
-                Fate::Is(a) => stays(&mut fates, a),
+            let fate = facts.fate(slot);
+            match &fate {
+                Fate::Stays | Fate::Rests(_) => self.code[slot].each_arg(|a| stays(&mut fates, a)),
+                Fate::Is(a) => stays(&mut fates, *a),
                 Fate::Goes | Fate::Number(_) => {}
             }
+            fates[slot] = fate;
         }
         self.with(&fates)
     }
@@ -61,7 +69,7 @@ impl Tape {
     /// The code after its fate.
     fn with(&self, fates: &[Fate]) -> Tape {
         let mut moved = vec![u32::MAX; self.code.len()];
-        let count = fates.iter().filter(|f| f.is_instruction()).count();
+        let count = fates.iter().map(Fate::instructions).sum();
         let (mut code, mut origins) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for (slot, fate) in fates.iter().enumerate() {
             match fate {
@@ -76,6 +84,12 @@ impl Tape {
                     instr.map_args(|a| moved[a as usize]);
                     code.push(instr);
                 }
+                Fate::Rests(field) => {
+                    let Instr::Flow(_, p) = &self.code[slot] else { continue };
+                    let p = p.map(|a| moved[a as usize]);
+                    moved[slot] = field.append_to(&mut code, &mut origins, p);
+                    continue;
+                }
             }
             origins.extend(self.origins.get(slot));
             moved[slot] = code.len() as u32 - 1;
@@ -85,7 +99,7 @@ impl Tape {
 }
 
 /// What becomes of an instruction.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 enum Fate {
     /// Nothing reads it.
     Goes,
@@ -94,11 +108,18 @@ enum Fate {
     Is(u32),
     /// It always equals a number.
     Number(f64),
+    /// It is a flow that carries nothing: this field.
+    Rests(Arc<Tape>),
 }
 
 impl Fate {
-    fn is_instruction(&self) -> bool {
-        matches!(self, Fate::Stays | Fate::Number(_))
+    /// How many instructions it takes.
+    fn instructions(&self) -> usize {
+        match self {
+            Fate::Goes | Fate::Is(_) => 0,
+            Fate::Stays | Fate::Number(_) => 1,
+            Fate::Rests(field) => field.len(),
+        }
     }
 }
 
@@ -192,7 +213,14 @@ impl<'a> Facts<'a> {
         if let Some(c) = self.numbers[slot] {
             return Fate::Number(c);
         }
-        let Instr::Op(op, args) = &self.code[slot] else { return Fate::Stays };
+        let (op, args) = match &self.code[slot] {
+            Instr::Op(op, args) => (op, args),
+            Instr::Flow(flowed, p) => {
+                let rest = inner::resting(flowed, &p.map(|a| self.range(a)));
+                return rest.map_or(Fate::Stays, |field| Fate::Rests(Arc::new(field)));
+            }
+            _ => return Fate::Stays,
+        };
         if !self.whole[slot] {
             return Fate::Stays;
         }
@@ -225,21 +253,29 @@ impl<'a> Facts<'a> {
 }
 
 /// Whether the values of an operation are those of its arguments.
-fn selects(op: &Op) -> bool {
+pub(super) fn selects(op: &Op) -> bool {
     matches!(op, Op::Min(_) | Op::Max(_) | Op::Clamp(_))
 }
 
 /// Whether an operation has the same value for many arguments.
-fn settles(op: &Op) -> bool {
+pub(super) fn settles(op: &Op) -> bool {
     matches!(op, Op::Step(_) | Op::Smoothstep(_) | Op::Smootherstep(_) | Op::Sign(_) | Op::Floor(_))
 }
 
 /// Whether an operation with a smooth part has ends where it is simpler.
-fn ends(op: &Op) -> bool {
+pub(super) fn ends(op: &Op) -> bool {
     matches!(op, Op::Melt(_) | Op::Plus(_) | Op::Ramp(_))
 }
 
 impl Tape {
+    /// Whether all outputs are known to be zero everywhere in a region.
+    pub(super) fn is_zero(self: &Arc<Tape>, region: &[Interval; 3]) -> bool {
+        let mut ranges = Evaluator::keeping_all(self.clone());
+        ranges.eval(region);
+        let facts = Facts::new(&self.code, &ranges);
+        self.outputs.iter().all(|o| facts.numbers[*o as usize] == Some(0.0))
+    }
+
     /// Whether every instruction is known to have a value everywhere in a region.
     pub fn is_defined(self: &Arc<Tape>, region: &[Interval; 3]) -> bool {
         let mut ranges = Evaluator::keeping_all(self.clone());
