@@ -140,7 +140,9 @@ pub(super) fn may_rest(flowed: &Flowed) -> bool {
 /// What is left of the field that a flow carries, over a region in which that carries nothing. Points are not carried from
 /// where the velocity is zero, so that it does not matter what is around the region.
 pub(super) fn resting(flowed: &Flowed, region: &[Interval; 3]) -> Option<Tape> {
-    flowed.velocity().rests(region).then(|| flowed.field().tape.prune(region))
+    let velocity = flowed.velocity();
+    let rests = velocity.rests(region) && (velocity.is_total || velocity.tape.is_defined(region));
+    rests.then(|| flowed.field().tape.prune(region))
 }
 
 impl Tape {
