@@ -304,8 +304,15 @@ fn where_nothing_flows_the_field_is_left_alone() {
             }
         }
     }
-    let everywhere = flowed(&format!("0.2 * {noise} + flow::push([0, 0.9, 0], [0.5, 0.3, 0], 0.3)"));
-    assert!(!everywhere.tape().has_choices());
+    // Where it is not known to have a value, nothing is left out: at the point, and along the velocity.
+    let region = [Interval::new(0.0, 0.2), Interval::point(0.0), Interval::point(0.0)];
+    for script in [
+        "sphere(1.0).flow(vec3(flow::within([0.5, 0.6, 0.6], 0.3) * sqrt(x - 0.1), 0, 0))",
+        "sphere(1.0).flow(flow::push([0, 0, 0], [0, 0.3, 0.1], 0.5)).at(vec3(sqrt(x - 0.1) + 3.0, y, z))",
+    ] {
+        let pruned = field(script).tape().prune(&region);
+        assert!(pruned.code().iter().any(|instr| matches!(instr, Instr::Flow(..))), "{script}");
+    }
 }
 
 fn meshed(script: &str, resolution: u32) -> orogen::mesh::Meshed {

@@ -1,7 +1,7 @@
 //! What a velocity, and the field that it carries, must be able to do.
 
 use super::Parts;
-use crate::num::{Class, Interval, Kernel, Number};
+use crate::num::{Class, Kernel, Number};
 use std::fmt::Debug;
 
 /// A function of space with `N` values that any kind of number may be put through, as a tape is.
@@ -21,11 +21,6 @@ pub trait Code<const N: usize>: Debug + Send + Sync {
     /// What it is made of, where that is simple enough to ask directly: kernels that say the same of every ball.
     fn parts(&self) -> Parts<'_, Self::Part> {
         Parts::Any
-    }
-
-    /// Whether it is known at little cost to be zero in a region, wherever it has a value.
-    fn rests(&self, _region: &[Interval; 3]) -> bool {
-        false
     }
 
     /// The function, with the memory that it takes to evaluate it.

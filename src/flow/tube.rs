@@ -40,7 +40,7 @@ use super::matrix::{Matrix, ONE, UP, Vector, length, norm, times};
 use super::pack::{BALLS, Pack};
 use super::sight::seen_back;
 use super::stage::{Parts, Rounding, Stage};
-use crate::num::{Interval, Local, Number, ROUNDOFF, Taylors, widest};
+use crate::num::{Local, Number, ROUNDOFF, Taylors, widest};
 
 /// Where the points of a ball are within a step.
 #[derive(Clone, Copy, Default)]
@@ -207,11 +207,6 @@ impl Ball {
         }
     }
 
-    /// A box around a lane.
-    fn region(&self, lane: usize) -> [Interval; 3] {
-        self.at.map(|x| Interval::around(x.0[lane], self.radius.0[lane]))
-    }
-
     /// The place of a stage: so much time after the start, at the velocity of the stage before.
     #[inline(always)]
     fn place(&self, time: f64, change: &Change) -> Place {
@@ -321,10 +316,6 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
 
     /// Where balls come to, which of them move, and the steps on the way; nothing is said of those that do not move.
     fn followed(&self, start: Ball, size: Pack) -> (Ball, [bool; BALLS], Vec<Step>) {
-        let rests = std::array::from_fn(|i| self.velocity.rests(&start.region(i)));
-        if rests == [true; BALLS] {
-            return (start, [false; BALLS], Vec::new());
-        }
         let h = 1.0 / f64::from(self.steps);
         let mut run = self.velocity.runner::<Taylors<BALLS>>();
         let mut steps: Vec<Step> = Vec::with_capacity(self.steps as usize);
@@ -345,8 +336,7 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
                 );
                 self.stage(&place, size, &mut run, &mut past.stage);
                 if number == 0 && stage == 0 {
-                    let seen = past.stage.moves();
-                    moves = std::array::from_fn(|i| seen[i] && !rests[i]);
+                    moves = past.stage.moves();
                     if moves == [false; BALLS] {
                         return (start, moves, Vec::new());
                     }

@@ -50,8 +50,8 @@ impl Part {
         let region = lattice.region(self.at, self.cells);
         let range = if self.tape.has_choices() {
             let (shorter, range) = self.tape.prune_and_bound(&region);
-            // One that is as long may be shared, which costs less.
-            if shorter.len() < self.tape.len() {
+            // One that is as much work may be shared, which costs less.
+            if shorter.work() < self.tape.work() {
                 self.tape = Arc::new(shorter);
             }
             range

@@ -20,8 +20,6 @@ pub struct Inner<const N: usize> {
     class: Class,
     is_gradient: bool,
     parts: Option<Simple>,
-    /// Zero where it rests.
-    mask: Option<Arc<Tape>>,
     /// Whether it has a value everywhere.
     is_total: bool,
 }
@@ -66,9 +64,8 @@ impl Simple {
 
 impl<const N: usize> Inner<N> {
     fn new(tape: Tape, class: Class) -> Self {
-        let (is_gradient, parts, mask) = (tape.is_gradient(), Simple::of(&tape), tape.mask().map(Arc::new));
-        let tape = Arc::new(tape);
-        Inner { is_gradient, parts, mask, class, is_total: tape.is_defined(&[Interval::ENTIRE; 3]), tape }
+        let (is_gradient, parts, tape) = (tape.is_gradient(), Simple::of(&tape), Arc::new(tape));
+        Inner { is_gradient, parts, class, is_total: tape.is_defined(&[Interval::ENTIRE; 3]), tape }
     }
 
     /// The tape.
@@ -102,10 +99,6 @@ impl<const N: usize> Code<N> for Inner<N> {
         self.is_gradient
     }
 
-    fn rests(&self, region: &[Interval; 3]) -> bool {
-        self.mask.as_ref().is_some_and(|mask| mask.is_zero(region))
-    }
-
     fn runner<T: Number>(&self) -> impl FnMut(&[T; 3]) -> [T; N] {
         let mut evaluator = Evaluator::<T>::new(self.tape.clone());
         move |p| {
@@ -132,16 +125,15 @@ pub(super) fn is_defined(flowed: &Flowed, region: [Interval; 3]) -> bool {
     })
 }
 
-/// Whether there may be regions where a flow carries nothing.
+/// Whether there may be regions where a flow carries nothing: its velocity may end somewhere.
 pub(super) fn may_rest(flowed: &Flowed) -> bool {
-    flowed.velocity().mask.is_some()
+    flowed.velocity().tape.has_choices()
 }
 
 /// What is left of the field that a flow carries, over a region in which that carries nothing. Points are not carried from
 /// where the velocity is zero, so that it does not matter what is around the region.
 pub(super) fn resting(flowed: &Flowed, region: &[Interval; 3]) -> Option<Tape> {
-    let velocity = flowed.velocity();
-    let rests = velocity.rests(region) && (velocity.is_total || velocity.tape.is_defined(region));
+    let rests = may_rest(flowed) && flowed.velocity().tape.is_zero(region);
     rests.then(|| flowed.field().tape.prune(region))
 }
 

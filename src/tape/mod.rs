@@ -12,7 +12,6 @@ mod clock;
 mod eval;
 mod inner;
 mod lower;
-mod mask;
 #[cfg_attr(not(target_arch = "x86_64"), path = "native/elsewhere.rs")]
 mod native;
 mod prune;

@@ -215,7 +215,7 @@ impl<'a> Facts<'a> {
         }
         let (op, args) = match &self.code[slot] {
             Instr::Op(op, args) => (op, args),
-            Instr::Flow(flowed, p) => {
+            Instr::Flow(flowed, p) if p.iter().all(|a| self.whole[*a as usize]) => {
                 let rest = inner::resting(flowed, &p.map(|a| self.range(a)));
                 return rest.map_or(Fate::Stays, |field| Fate::Rests(Arc::new(field)));
             }
@@ -253,27 +253,27 @@ impl<'a> Facts<'a> {
 }
 
 /// Whether the values of an operation are those of its arguments.
-pub(super) fn selects(op: &Op) -> bool {
+fn selects(op: &Op) -> bool {
     matches!(op, Op::Min(_) | Op::Max(_) | Op::Clamp(_))
 }
 
 /// Whether an operation has the same value for many arguments.
-pub(super) fn settles(op: &Op) -> bool {
+fn settles(op: &Op) -> bool {
     matches!(op, Op::Step(_) | Op::Smoothstep(_) | Op::Smootherstep(_) | Op::Sign(_) | Op::Floor(_))
 }
 
 /// Whether an operation with a smooth part has ends where it is simpler.
-pub(super) fn ends(op: &Op) -> bool {
+fn ends(op: &Op) -> bool {
     matches!(op, Op::Melt(_) | Op::Plus(_) | Op::Ramp(_))
 }
 
 impl Tape {
-    /// Whether all outputs are known to be zero everywhere in a region.
+    /// Whether all outputs are known to be zero everywhere in a region, and every instruction to have a value there.
     pub(super) fn is_zero(self: &Arc<Tape>, region: &[Interval; 3]) -> bool {
         let mut ranges = Evaluator::keeping_all(self.clone());
         ranges.eval(region);
-        let facts = Facts::new(&self.code, &ranges);
-        self.outputs.iter().all(|o| facts.numbers[*o as usize] == Some(0.0))
+        let Facts { whole, numbers, .. } = Facts::new(&self.code, &ranges);
+        whole.into_iter().all(|whole| whole) && self.outputs.iter().all(|o| numbers[*o as usize] == Some(0.0))
     }
 
     /// Whether every instruction is known to have a value everywhere in a region.

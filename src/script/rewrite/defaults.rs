@@ -8,10 +8,10 @@ use crate::scene::{Domain, Param, Value};
 use crate::script::lexer::{Kind, Token, tokens};
 use std::ops::Range;
 
-/// Writes a parameter's value as its default into the texts of a script: its own first, those of its modules then.
-/// Without any text, nothing is written.
-pub fn write_default(texts: &mut [String], param: &Param) {
-    let Some((text, Edit { range, new })) = edit(texts, param) else { return };
+/// Writes a parameter's value as its default into the texts of a script: its own first, those of its modules then, and
+/// those that it also has but that stay as they are. Without any text, nothing is written.
+pub fn write_default(texts: &mut [String], fixed: &[&str], param: &Param) {
+    let Some((text, Edit { range, new })) = edit(texts, fixed, param) else { return };
     texts[text].replace_range(range, &new);
 }
 
@@ -22,39 +22,46 @@ struct Edit {
 }
 
 /// What is to be changed, in which text.
-fn edit(texts: &[String], param: &Param) -> Option<(usize, Edit)> {
+fn edit(texts: &[String], fixed: &[&str], param: &Param) -> Option<(usize, Edit)> {
+    let all: Vec<&str> = texts.iter().map(String::as_str).chain(fixed.iter().copied()).collect();
     let calls = |function: &'static str| {
-        let of = |text: &String| calls(text, function, param);
-        let all = texts.iter().map(of).enumerate();
-        all.flat_map(|(i, calls)| calls.into_iter().map(move |call| (i, call)))
-    };
-    let replaced = |(i, call): (usize, Call)| {
-        let is_there = param.value == param.default;
-        let old = &texts[i][call.value.clone()];
-        let new = if is_there { old.to_owned() } else { literal(&param.value, old) };
-        (i, Edit { range: call.value, new })
+        let calls = |text: &&str| calls(text, function, param);
+        let all: Vec<_> = all.iter().map(calls).enumerate().collect();
+        all.into_iter().flat_map(|(i, calls)| calls.into_iter().map(move |call| (i, call)))
     };
     let (mut presets, mut makers) = (calls("preset"), calls("param"));
     let there = match (presets.next(), makers.next(), makers.next()) {
-        // The first holds.
-        (Some(preset), ..) => Some(preset).filter(|(_, call)| call.is_head),
+        // The first holds, if nothing else runs before it.
+        (Some(preset), ..) => Some(preset).filter(|(text, call)| *text == 0 && call.is_head),
         (None, maker, None) => maker,
         (None, ..) => None,
     };
-    if let Some(literal) = there.filter(|(_, call)| call.is_literal) {
-        return Some(replaced(literal));
+    // Another value than the one there is would show that this is not the place that it comes from.
+    let is_place = |(text, call): &(usize, Call)| *text < texts.len() && call.is_default;
+    if let Some((text, Call { value, .. })) = there.filter(is_place) {
+        let old = &texts[text][value.clone()];
+        let is_there = param.value == param.default;
+        let new = if is_there { old.to_owned() } else { literal(&param.value, &param.domain, old) };
+        return Some((text, Edit { range: value, new }));
     }
     Some((0, preset(texts.first()?, param)))
 }
 
 /// A new preset, which runs before all else.
 fn preset(text: &str, param: &Param) -> Edit {
-    let like = if matches!(param.domain, Domain::Number { whole: true, .. }) { "0" } else { "0.0" };
-    let call = format!("preset(\"{}\", {});", param.name, literal(&param.value, like));
     // What is said of the whole script may stay above; what is said of its first line stays with it.
-    let lead = &text[..code(text).first().map_or(0, |token| token.start)];
-    let start = lead.rfind("\n\n").map_or(0, |blank| blank + 2);
-    Edit { range: start..start, new: format!("{call}\n") }
+    let (mut start, mut end) = (0, 0);
+    for token in tokens(text) {
+        if text[end..token.start].matches('\n').count() > 1 {
+            start = token.start;
+        }
+        if token.kind != Kind::Comment {
+            break;
+        }
+        end = token.end();
+    }
+    let value = literal(&param.value, &param.domain, "");
+    Edit { range: start..start, new: format!("preset(\"{}\", {value});\n", param.name) }
 }
 
 /// The tokens of a text that are not comments.
@@ -97,8 +104,8 @@ fn depth_of(token: &Token<'_>) -> i32 {
 struct Call {
     /// The value, in bytes.
     value: Range<usize>,
-    /// Whether it is a literal of the parameter's kind.
-    is_literal: bool,
+    /// Whether it is a literal, and what the parameter has as its default.
+    is_default: bool,
     /// Whether it is a preset with which the script begins.
     is_head: bool,
 }
@@ -117,9 +124,12 @@ fn calls(text: &str, function: &str, param: &Param) -> Vec<Call> {
     let call = |start: usize| {
         let value = argument(&tokens[start + 4..])?;
         let (first, last) = (value.first()?, value.last()?);
+        let range = first.start..last.end();
+        let admitted = value_of(value).and_then(|value| param.domain.admit(&value).ok());
+        let as_written = literal(&param.default, &param.domain, &text[range.clone()]);
         Some(Call {
-            value: first.start..last.end(),
-            is_literal: is_literal(value, &param.value),
+            is_default: admitted.as_ref() == Some(&param.default) || text[range.clone()] == as_written,
+            value: range,
             is_head: start < head,
         })
     };
@@ -137,33 +147,35 @@ fn argument<'a, 'b>(tokens: &'a [Token<'b>]) -> Option<&'a [Token<'b>]> {
     Some(&tokens[..end?])
 }
 
-/// Whether an argument is a literal like a value: a number with its sign, a text, or a flag.
-fn is_literal(argument: &[Token<'_>], like: &Value) -> bool {
-    match (argument, like) {
-        ([number], Value::Number(_)) => number.kind == Kind::Number,
-        ([sign, number], Value::Number(_)) => matches!(sign.text, "-" | "+") && number.kind == Kind::Number,
-        // A text with expressions in it is computed.
-        ([text], Value::Text(_)) => {
-            text.text.starts_with('"') || text.text.starts_with('`') && !text.text.contains("${")
+/// The value of a literal: of a number with its sign, a text without escapes, or a flag. Others are computed.
+fn value_of(argument: &[Token<'_>]) -> Option<Value> {
+    let number = |text: &str| text.replace('_', "").parse::<f64>().ok();
+    match argument {
+        [number_] if number_.kind == Kind::Number => number(number_.text).map(Value::Number),
+        [sign, number_] if number_.kind == Kind::Number && matches!(sign.text, "-" | "+") => {
+            let value = number(number_.text)?;
+            Some(Value::Number(if sign.text == "-" { -value } else { value }))
         }
-        ([flag], Value::Flag(_)) => matches!(flag.text, "true" | "false"),
-        _ => false,
+        [text] if text.kind == Kind::Text => {
+            let inner = text.text.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
+            let raw = || text.text.strip_prefix('`')?.strip_suffix('`').filter(|raw| !raw.contains("${"));
+            let plain = inner.filter(|inner| !inner.contains(['\\', '\n'])).or_else(raw)?;
+            Some(Value::Text(plain.to_owned()))
+        }
+        [flag] => flag.text.parse().ok().map(Value::Flag),
+        _ => None,
     }
 }
 
-/// A value as a script says it, in the manner of a literal that is there.
-fn literal(value: &Value, like: &str) -> String {
-    match value {
-        Value::Number(value) => number(*value, !like.contains(['.', 'e', 'E'])),
-        Value::Text(text) if like.starts_with('`') && !text.contains(['`', '$']) => format!("`{text}`"),
-        Value::Text(text) => format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"")),
-        Value::Flag(flag) => flag.to_string(),
+/// A value as a script says it, in the manner of a literal that is there, if any is.
+fn literal(value: &Value, domain: &Domain, like: &str) -> String {
+    match (value, domain) {
+        (Value::Number(value), Domain::Number { whole: true, .. }) => format!("{value}"),
+        (Value::Number(value), _) => format!("{value:?}"),
+        (Value::Text(text), _) if like.starts_with('`') && !text.contains(['`', '$']) => format!("`{text}`"),
+        (Value::Text(text), _) => format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"")),
+        (Value::Flag(flag), _) => flag.to_string(),
     }
-}
-
-/// A number as a script says it: whole ones have a point unless they are to be integers.
-fn number(value: f64, integer: bool) -> String {
-    if integer && value.fract() == 0.0 { format!("{value}") } else { format!("{value:?}") }
 }
 
 #[cfg(test)]
@@ -175,9 +187,18 @@ mod tests {
         Param { name: "relief".into(), default: 0.02.into(), value: value.into(), domain }
     }
 
-    fn choice(value: &str) -> Param {
-        let domain = Domain::Choice { names: vec![value.to_owned()] };
-        Param { name: "style".into(), default: "a".into(), value: value.into(), domain }
+    fn from(default: f64, value: f64) -> Param {
+        Param { default: default.into(), ..param(value) }
+    }
+
+    fn whole(default: f64, value: f64) -> Param {
+        let domain = Domain::Number { least: 0.0, most: 99.0, whole: true };
+        Param { domain, ..from(default, value) }
+    }
+
+    fn choice(default: &str, value: &str) -> Param {
+        let domain = Domain::Choice { names: vec![default.to_owned(), value.to_owned()] };
+        Param { name: "style".into(), default: default.into(), value: value.into(), domain }
     }
 
     fn switch() -> Param {
@@ -186,35 +207,45 @@ mod tests {
 
     fn written(text: &str, param: &Param) -> String {
         let mut texts = [text.to_owned()];
-        write_default(&mut texts, param);
+        write_default(&mut texts, &[], param);
         texts.concat()
     }
 
     #[test]
     fn a_default_is_replaced_and_nothing_else() {
         let text = "// param(\"relief\", 1, 2)\nlet r = param ( \"relief\" , -0.02 , -1.0..1.0); // é\n\"x\"";
-        let new = written(text, &param(0.375));
+        let new = written(text, &from(-0.02, 0.375));
         assert_eq!(new, text.replacen("-0.02", "0.375", 1));
-        assert!(written(&new, &param(-1.0)).contains(" -1.0 ,"));
-        let whole = "param(\"relief\", 3, 0..9)";
-        assert_eq!(written(whole, &param(5.0)), "param(\"relief\", 5, 0..9)");
-        assert_eq!(written(whole, &param(0.5)), "param(\"relief\", 0.5, 0..9)");
+        assert!(written(&new, &from(0.375, -1.0)).contains(" -1.0 ,"));
         let same = "param(\"relief\", 0.020, 0..9)";
         assert_eq!(written(same, &param(0.02)), same);
+        assert_eq!(written("param(\"relief\", 3, 0..9)", &whole(3.0, 5.0)), "param(\"relief\", 5, 0..9)");
+        // What is no decimal number counts as computed.
+        let hexadecimal = "param(\"relief\", 0x1E, 0..99)";
+        assert_eq!(
+            written(hexadecimal, &whole(30.0, 66.0)),
+            format!("preset(\"relief\", 66);\n{hexadecimal}")
+        );
     }
 
     #[test]
     fn texts_and_flags_are_written_as_they_were() {
         let list = "param(\"style\", \"a\\\"b\", [\"a\\\"b\", \"c\"])";
         let after = list.replacen("\"a\\\"b\"", "\"c\\\\\\\"d\"", 1);
-        assert_eq!(written(list, &choice("c\\\"d")), after);
+        assert_eq!(written(list, &choice("a\"b", "c\\\"d")), after);
         for (before, value, after) in [
-            ("param(`style`, `#fff`)", "#c98f5a", "param(`style`, `#c98f5a`)"),
+            ("param(`style`, `a`, [])", "#c98f5a", "param(`style`, `#c98f5a`, [])"),
             ("param(\"style\", `a`, names)", "1 `", "param(\"style\", \"1 `\", names)"),
-            ("param( \"style\" , /* é */ \"#fff\" )", "#000000", "param( \"style\" , /* é */ \"#000000\" )"),
+            (
+                "param( \"style\" , /* é */ \"a\" , n)",
+                "#000000",
+                "param( \"style\" , /* é */ \"#000000\" , n)",
+            ),
         ] {
-            assert_eq!(written(before, &choice(value)), after);
+            assert_eq!(written(before, &choice("a", value)), after);
         }
+        let color = Param { domain: Domain::Color, ..choice("#ffffff", "#c98f5a") };
+        assert_eq!(written("param(\"style\", \"#FFF\")", &color), "param(\"style\", \"#c98f5a\")");
         assert_eq!(written("param(\"on\", true)", &switch()), "param(\"on\", false)");
     }
 
@@ -225,23 +256,23 @@ mod tests {
             ("param(\"relief\", #{ a: r, b: 1 }.a, 0.0..1.0)", param(1.0), "preset(\"relief\", 1.0);\n"),
             ("param(\"other\", 1.0, 0.0..1.0)", param(0.5), "preset(\"relief\", 0.5);\n"),
             (
-                "param(\"relief\", 1.0, r); param(\"relief\", 1.0, r)",
+                "param(\"relief\", 0.02, r); param(\"relief\", 0.02, r)",
                 param(0.5),
                 "preset(\"relief\", 0.5);\n",
             ),
+            // Something else has said another default.
+            ("param(\"relief\", 1.0, r)", param(0.5), "preset(\"relief\", 0.5);\n"),
             ("param(\"relief\"", param(0.5), "preset(\"relief\", 0.5);\n"),
             ("", param(-0.0), "preset(\"relief\", -0.0);\n"),
-            ("param(\"style\", `${x}`, names)", choice("a"), "preset(\"style\", \"a\");\n"),
-            ("param(\"style\", \"a\" + \"b\", names)", choice("a"), "preset(\"style\", \"a\");\n"),
+            ("param(\"style\", `${x}`, names)", choice("b", "a"), "preset(\"style\", \"a\");\n"),
+            ("param(\"style\", \"a\" + \"b\", names)", choice("b", "a"), "preset(\"style\", \"a\");\n"),
             ("param(\"on\", !true)", switch(), "preset(\"on\", false);\n"),
         ] {
             assert_eq!(written(text, &param), format!("{preset}{text}"));
             let again = Param { default: param.value.clone(), ..param.clone() };
             assert_eq!(written(&written(text, &param), &again), format!("{preset}{text}"));
         }
-        let domain = Domain::Number { least: 0.0, most: 9.0, whole: true };
-        let whole = Param { domain, ..param(6.0) };
-        assert_eq!(written("f()", &whole), "preset(\"relief\", 6);\nf()");
+        assert_eq!(written("f()", &whole(3.0, 6.0)), "preset(\"relief\", 6);\nf()");
     }
 
     #[test]
@@ -249,17 +280,21 @@ mod tests {
         let text = "// All of it.\n\n// The rock.\nlet rock = f();";
         let one = written(text, &param(0.5));
         assert_eq!(one, "// All of it.\n\npreset(\"relief\", 0.5);\n// The rock.\nlet rock = f();");
-        assert_eq!(written(&one, &param(0.25)), one.replace("0.5", "0.25"));
+        assert_eq!(written(&one, &from(0.5, 0.25)), one.replace("0.5", "0.25"));
+        let block = "/* A rock.\n\n   By me. */\nlet k = 1;";
+        assert_eq!(written(block, &param(0.5)), format!("preset(\"relief\", 0.5);\n{block}"));
+        let apart = "/* A rock. */\r\n\r\nlet k = 1;";
+        assert_eq!(written(apart, &param(0.5)), apart.replace("let", "preset(\"relief\", 0.5);\nlet"));
         let two = written(&one, &switch());
         assert_eq!(two, one.replace("preset(", "preset(\"on\", false);\npreset("));
-        assert_eq!(written(&two, &param(0.25)), two.replace("0.5", "0.25"));
+        assert_eq!(written(&two, &from(0.5, 0.25)), two.replace("0.5", "0.25"));
         // A preset that may not run, or not first, or that is computed does not do.
         for later in [
-            "if x { preset(\"relief\", 1.0); }",
+            "if x { preset(\"relief\", 0.02); }",
             "preset(\"relief\", f(1.0, [2]));",
-            "param(\"relief\", 1.0, r);",
+            "param(\"relief\", 0.02, r);",
         ] {
-            let text = format!("let a = 1; {later} param(\"relief\", 1.0, r)");
+            let text = format!("let a = 1; {later} param(\"relief\", 0.02, r)");
             assert_eq!(written(&text, &param(0.5)), format!("preset(\"relief\", 0.5);\n{text}"));
         }
     }
@@ -268,24 +303,29 @@ mod tests {
     fn modules_are_written_into_where_they_alone_say_it() {
         let texts = |main: &str, module: &str| [main.to_owned(), module.to_owned()];
         for (before, after) in [
-            (texts("import", "param(\"relief\", 1.0, r)"), texts("import", "param(\"relief\", 0.5, r)")),
+            (texts("import", "param(\"relief\", 0.02, r)"), texts("import", "param(\"relief\", 0.5, r)")),
             (texts("import", "f()"), texts("preset(\"relief\", 0.5);\nimport", "f()")),
             (
-                texts("preset(\"relief\", 0.1); import", "param(\"relief\", 1.0, r)"),
-                texts("preset(\"relief\", 0.5); import", "param(\"relief\", 1.0, r)"),
+                texts("preset(\"relief\", 0.02); import", "param(\"relief\", 0.02, r)"),
+                texts("preset(\"relief\", 0.5); import", "param(\"relief\", 0.02, r)"),
             ),
             (
-                texts("import", "if x { preset(\"relief\", 0.1) } param(\"relief\", 1.0, r)"),
+                texts("import", "if x { preset(\"relief\", 0.02) } param(\"relief\", 0.02, r)"),
                 texts(
                     "preset(\"relief\", 0.5);\nimport",
-                    "if x { preset(\"relief\", 0.1) } param(\"relief\", 1.0, r)",
+                    "if x { preset(\"relief\", 0.02) } param(\"relief\", 0.02, r)",
                 ),
             ),
         ] {
             let mut written = before;
-            write_default(&mut written, &param(0.5));
+            write_default(&mut written, &[], &param(0.5));
             assert_eq!(written, after);
         }
-        write_default(&mut [], &param(0.5));
+        write_default(&mut [], &[], &param(0.5));
+        // What another one says that stays as it is says it, too.
+        let main = "param(\"relief\", 0.02, r)";
+        let mut texts = [main.to_owned()];
+        write_default(&mut texts, &[main], &param(0.5));
+        assert_eq!(texts.concat(), format!("preset(\"relief\", 0.5);\n{main}"));
     }
 }

@@ -343,14 +343,18 @@ impl Live {
                 param.value = value;
             }
         }
-        let mut scripts: Vec<(PathBuf, String)> = loaded.iter().flat_map(|l| scripts(l)).collect();
+        params.retain(|p| p.value != p.default);
+        let mut scripts: Vec<_> = loaded.iter().flat_map(|l| scripts(l, &self.script)).collect();
         // Its own text comes first.
         scripts.sort_by_key(|(path, _)| *path != self.script);
-        let (paths, before): (Vec<_>, Vec<_>) = scripts.into_iter().unzip();
+        let (paths, before): (Vec<PathBuf>, Vec<String>) = scripts.into_iter().unzip();
+        if !params.is_empty() && paths.first() != Some(&self.script) {
+            return Err(Box::new(Diagnostic::error("there is no script to write into")));
+        }
         let mut after = before.clone();
         // Whatever is new comes first, so the last of them is written first.
-        for param in params.iter().rev().filter(|p| p.value != p.default) {
-            rewrite::write_default(&mut after, param);
+        for param in params.iter().rev() {
+            rewrite::write_default(&mut after, &[], param);
         }
         let texts = before.iter().zip(&after);
         let changed = paths.iter().zip(texts).filter(|(_, (before, after))| before != after);
@@ -375,9 +379,9 @@ impl Live {
     }
 }
 
-/// The scripts that were read from disk.
-fn scripts(loaded: &Loaded) -> impl Iterator<Item = (PathBuf, String)> + '_ {
-    let is_script = |path: &Path| path.extension().is_some_and(|e| e == "rhai");
+/// The scripts that were read from disk: the main one, whatever its name, and its modules.
+fn scripts<'a>(loaded: &'a Loaded, main: &'a Path) -> impl Iterator<Item = (PathBuf, String)> + 'a {
+    let is_script = move |path: &Path| path == main || path.extension().is_some_and(|e| e == "rhai");
     let texts = loaded.reads.contents().filter(move |(path, _)| is_script(path));
     texts.filter_map(|(path, bytes)| Some((path.to_path_buf(), std::str::from_utf8(bytes?).ok()?.to_owned())))
 }

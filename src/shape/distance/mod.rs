@@ -62,7 +62,7 @@ pub enum Unfit {
     Count(usize),
 }
 
-/// Most triangles; lids may make them four times as many, and four numbers go to each.
+/// Most triangles; lids may make them four times as many, and eight numbers may go to each.
 const MOST: usize = 100_000_000;
 /// Points beyond see the whole mesh as a point at the origin.
 const FAR: f64 = 1e120;
