@@ -37,7 +37,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.def(
         "preset(name, value)",
         "Another default for a parameter that is made later: in a module that is imported then, or from other values. Of several the first holds, and what the user sets goes before all.",
-        "preset(\"relief\", 0.04); let relief = param(\"relief\", 0.02, 0.0..0.1);",
+        "preset(\"craters\", 12); let craters = param(\"craters\", 5, 0..20);",
         preset,
     );
 }
