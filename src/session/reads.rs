@@ -30,6 +30,15 @@ impl Reads {
         self.0.iter().map(|(path, outcome)| (path.as_path(), outcome.as_deref().ok()))
     }
 
+    /// The scripts among them: the main one, whatever its name, and then its modules.
+    pub fn scripts<'a>(&'a self, main: &'a Path) -> impl Iterator<Item = (&'a Path, &'a str)> {
+        let is_main = move |path: &Path| path == main;
+        let is_module = move |path: &Path| path != main && path.extension().is_some_and(|e| e == "rhai");
+        let own = self.contents().filter(move |(path, _)| is_main(path));
+        let modules = self.contents().filter(move |(path, _)| is_module(path));
+        own.chain(modules).filter_map(|(path, bytes)| Some((path, std::str::from_utf8(bytes?).ok()?)))
+    }
+
     /// The files, whether they could be read or not.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.0.keys().map(PathBuf::as_path)

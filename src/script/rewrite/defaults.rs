@@ -149,20 +149,20 @@ fn argument<'a, 'b>(tokens: &'a [Token<'b>]) -> Option<&'a [Token<'b>]> {
 
 /// The value of a literal: of a number with its sign, a text without escapes, or a flag. Others are computed.
 fn value_of(argument: &[Token<'_>]) -> Option<Value> {
-    let number = |text: &str| text.replace('_', "").parse::<f64>().ok();
+    let number = |token: &Token<'_>| {
+        let digits = (token.kind == Kind::Number).then(|| token.text.replace('_', ""))?;
+        digits.parse::<f64>().ok()
+    };
     match argument {
-        [number_] if number_.kind == Kind::Number => number(number_.text).map(Value::Number),
-        [sign, number_] if number_.kind == Kind::Number && matches!(sign.text, "-" | "+") => {
-            let value = number(number_.text)?;
-            Some(Value::Number(if sign.text == "-" { -value } else { value }))
-        }
+        [sign, digits] if sign.text == "-" => Some(Value::Number(-number(digits)?)),
+        [sign, digits] if sign.text == "+" => number(digits).map(Value::Number),
         [text] if text.kind == Kind::Text => {
             let inner = text.text.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
             let raw = || text.text.strip_prefix('`')?.strip_suffix('`').filter(|raw| !raw.contains("${"));
             let plain = inner.filter(|inner| !inner.contains(['\\', '\n'])).or_else(raw)?;
             Some(Value::Text(plain.to_owned()))
         }
-        [flag] => flag.text.parse().ok().map(Value::Flag),
+        [other] => number(other).map(Value::Number).or_else(|| other.text.parse().ok().map(Value::Flag)),
         _ => None,
     }
 }

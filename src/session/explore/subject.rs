@@ -159,19 +159,13 @@ impl Subject {
         }
         // All of them: a default may be computed from values that have changed.
         let mut texts = [text];
+        let script = &self.session.script;
+        let modules = self.loaded.reads.scripts(script).filter(|(path, _)| path != script);
+        let modules: Vec<&str> = modules.map(|(_, text)| text).collect();
         // Whatever is new comes first, so the last of them is written first.
-        let modules: Vec<&str> = self.modules().collect();
         params.iter().rev().for_each(|param| rewrite::write_default(&mut texts, &modules, param));
         let [text] = texts;
         Some(text)
-    }
-
-    /// The texts of the scripts that the script imports.
-    fn modules(&self) -> impl Iterator<Item = &str> {
-        let is_module =
-            |path: &Path| path != self.session.script && path.extension().is_some_and(|e| e == "rhai");
-        let modules = self.loaded.reads.contents().filter(move |(path, _)| is_module(path));
-        modules.filter_map(|(_, bytes)| std::str::from_utf8(bytes?).ok())
     }
 
     /// The text of one picture.

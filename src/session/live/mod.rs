@@ -344,10 +344,9 @@ impl Live {
             }
         }
         params.retain(|p| p.value != p.default);
-        let mut scripts: Vec<_> = loaded.iter().flat_map(|l| scripts(l, &self.script)).collect();
-        // Its own text comes first.
-        scripts.sort_by_key(|(path, _)| *path != self.script);
-        let (paths, before): (Vec<PathBuf>, Vec<String>) = scripts.into_iter().unzip();
+        let scripts = loaded.iter().flat_map(|loaded| loaded.reads.scripts(&self.script));
+        let (paths, before): (Vec<PathBuf>, Vec<String>) =
+            scripts.map(|(path, text)| (path.to_path_buf(), text.to_owned())).unzip();
         if !params.is_empty() && paths.first() != Some(&self.script) {
             return Err(Box::new(Diagnostic::error("there is no script to write into")));
         }
@@ -377,13 +376,6 @@ impl Live {
         self.saved();
         Ok(written)
     }
-}
-
-/// The scripts that were read from disk: the main one, whatever its name, and its modules.
-fn scripts<'a>(loaded: &'a Loaded, main: &'a Path) -> impl Iterator<Item = (PathBuf, String)> + 'a {
-    let is_script = move |path: &Path| path == main || path.extension().is_some_and(|e| e == "rhai");
-    let texts = loaded.reads.contents().filter(move |(path, _)| is_script(path));
-    texts.filter_map(|(path, bytes)| Some((path.to_path_buf(), std::str::from_utf8(bytes?).ok()?.to_owned())))
 }
 
 impl Drop for Live {
