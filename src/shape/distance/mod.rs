@@ -16,6 +16,8 @@
 
 mod ball;
 mod closed;
+mod hints;
+mod lattice;
 mod nearest;
 mod search;
 #[cfg(test)]
@@ -28,8 +30,9 @@ use crate::num::{Bounds, Class, Interval, Jets, Kernel, Local, Order, Point, ROU
 use ball::Ball;
 use closed::closed;
 use glam::DVec3;
+use hints::Hints;
 use nearest::{Feature, Place, gap, place, turned};
-use search::{Found, GROUP, Search, slack};
+use search::{BATCH, Found, NOWHERE, Search, slack};
 use tree::Tree;
 use winding::{Surface, Witnesses};
 
@@ -37,6 +40,7 @@ use winding::{Surface, Witnesses};
 #[derive(Clone, Debug)]
 pub struct Distance {
     tree: Tree,
+    hints: Hints,
     witnesses: Witnesses,
     /// Largest coordinate of a corner.
     size: f64,
@@ -93,8 +97,9 @@ impl Distance {
         let size = lo.abs().max(hi.abs()).max_element();
         let gap = triangles.iter().map(gap).fold(0.0, larger);
         let tree = Tree::new(&triangles);
+        let hints = Hints::new(&tree, size, (lo, hi), triangles.len());
         let witnesses = Witnesses::new(Surface { tree: &tree, size }, (lo, hi), triangles.len());
-        Ok(Distance { tree, witnesses, size, gap, digest })
+        Ok(Distance { tree, hints, witnesses, size, gap, digest })
     }
 
     /// The jet at a point, given its nearest triangle; the stack may hold anything.
@@ -181,19 +186,17 @@ impl Kernel for Distance {
                 let count = out.value.len();
                 let mut search = Search::new(&self.tree, self.size, count);
                 let mut stack = Vec::new();
-                let mut points = [DVec3::ZERO; GROUP];
-                let mut found = [Found::NONE; GROUP];
-                let mut last = (DVec3::ZERO, Found::NONE);
-                for start in (0..count).step_by(GROUP) {
-                    let lanes = start..count.min(start + GROUP);
+                let mut points = [DVec3::ZERO; BATCH];
+                let (mut hints, mut found) = ([NOWHERE; BATCH], [Found::NONE; BATCH]);
+                for start in (0..count).step_by(BATCH) {
+                    let lanes = start..count.min(start + BATCH);
                     for lane in lanes.clone() {
                         let p = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
                         points[lane - start] = if is_near(p) { p } else { DVec3::ZERO };
                     }
-                    // Searches begin with what the one before ended with, and end the same anyway.
-                    let group = &points[..lanes.len()];
-                    search.nearest(group, last, &mut found);
-                    last = (group[group.len() - 1], found[group.len() - 1]);
+                    let batch = &points[..lanes.len()];
+                    self.hints.of(&self.tree, batch, &mut hints);
+                    search.nearest(batch, &hints, &mut found);
                     for lane in lanes {
                         let p = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
                         let jet = self.jet_from(order, p, found[lane - start], &mut stack);

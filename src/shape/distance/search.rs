@@ -4,8 +4,7 @@
 //! nearest triangle so far *by more than both may be off* is left out; so every triangle whose computed
 //! distance could be the least is looked at, wherever the search begins and whatever it looks at first. The
 //! least computed distance wins, of equal ones the triangle of the lowest number: the answer has the same
-//! bits whatever the search begins with, and neighbouring points may begin with the triangle that the one
-//! before ended with.
+//! bits whatever the search begins with, and it may begin with a good guess (`hints.rs`).
 //!
 //! The children of a node are not sorted, which would cost more than all that is computed of them: the nearest
 //! of the eight is picked when one is wanted, and often that is too far, and so are all that are left.
@@ -13,7 +12,8 @@
 //! Points that are close together, as compared to how far they are from the surface, go down
 //! **together**: a box is fetched and measured once for all of them, and each point is compared to it,
 //! since what one of them needs most of the others need. Points that are farther apart go **alone**, but
-//! take turns: while what one needs next is on its way from memory, the others go on.
+//! take turns: while what one needs next is on its way from memory, the others go on, and where one has
+//! ended the next begins.
 
 use super::nearest::{choose, square};
 use super::tree::{BLOCK, IS_BLOCK, Node, Tree, WIDE, in_frame};
@@ -49,15 +49,15 @@ pub(super) fn slack(size: f64) -> f64 {
     128.0 * ROUNDOFF * size
 }
 
-/// Points that are searched for at the same time.
+/// Most points of a batch.
+pub(super) const BATCH: usize = 64;
+/// Neighbours in a batch that may go together.
 pub(super) const GROUP: usize = 8;
-
+/// Points that take turns. (Measured: 8 are too few to wait for memory, beyond 16 there is no difference.)
+const TURNS: usize = 16;
 /// Points go together if the square of their distance from the first of them is below this share of the
 /// square of its distance from the surface. (Measured: from a tenth to one it makes no difference.)
 const CLOSE: f64 = 0.3;
-/// Where that distance is not known, the first one finds it out by itself if they would go together at this share
-/// of the size of the mesh; else it is not worth the time for which the others would wait.
-const LIKELY: f64 = 0.1;
 
 /// Searches for the nearest triangles of points.
 pub(super) struct Search<'a> {
@@ -65,6 +65,8 @@ pub(super) struct Search<'a> {
     /// Largest coordinate of a corner.
     size: f64,
     pending: Vec<Pending>,
+    /// Those of a batch that go alone, and their places in it.
+    apart: Vec<(Query, usize)>,
 }
 
 /// A point and what is known of its nearest triangle.
@@ -97,45 +99,35 @@ struct Pending {
 }
 
 impl<'a> Search<'a> {
-    /// Room for so many points at the same time.
+    /// Room for a batch of so many points.
     pub(super) fn new(tree: &'a Tree, size: f64, count: usize) -> Self {
         let none = Siblings { keys: [FAR; WIDE], what: [0; WIDE] };
         let pending = Pending { levels: vec![none; 16], depth: 0 };
-        Search { tree, size, pending: vec![pending; count.min(GROUP)] }
+        Search { tree, size, pending: vec![pending; count.min(TURNS)], apart: Vec::new() }
     }
 
-    /// The nearest triangles to as many points, no more than there is room for. The search begins with a
-    /// place and what was nearest to it, which may be [`Found::NONE`].
+    /// The nearest triangles to the points of a batch, each of which comes with a guess: a triangle, or [`NOWHERE`].
     #[inline(always)]
-    pub(super) fn nearest(&mut self, points: &[DVec3], last: (DVec3, Found), found: &mut [Found]) {
-        let Some(first) = points.first() else { return };
-        let off = points.iter().map(|x| (*x - *first).length_squared());
-        let apart = off.fold(0.0, |a, b| choose(b > a, b, a));
-        let is_close = |distance: f64| distance > 0.0 && apart < CLOSE * distance * distance;
-
-        let mut room = [Query::NONE; GROUP];
-        let queries = &mut room[..points.len()];
-        let (place, Found { square, mut number }) = last;
-        // Distances change no faster than places.
-        let mut distance = if number == NOWHERE { 0.0 } else { square.sqrt() - (*first - place).length() };
-        let mut done = 0;
-        if !is_close(distance) && is_close(LIKELY * self.size) {
-            queries[0] = Query::new(self.tree, *first, self.size, number);
-            alone(self.tree, &mut self.pending, &mut queries[..1]);
-            (number, distance, done) = (queries[0].best.number, queries[0].best.square.sqrt(), 1);
+    pub(super) fn nearest(&mut self, points: &[DVec3], hints: &[u32], found: &mut [Found]) {
+        self.apart.clear();
+        for start in (0..points.len()).step_by(GROUP) {
+            let lanes = start..points.len().min(start + GROUP);
+            let mut room = [Query::NONE; GROUP];
+            let group = &mut room[..lanes.len()];
+            for (query, lane) in group.iter_mut().zip(lanes.clone()) {
+                *query = Query::new(self.tree, points[lane], self.size, hints[lane]);
+            }
+            let off = group.iter().map(|q| (q.x - group[0].x).length_squared());
+            let off = off.fold(0.0, |a, b| choose(b > a, b, a));
+            if off < CLOSE * group[0].best.square {
+                together(self.tree, &mut self.pending[0], group);
+                group.iter().zip(lanes).for_each(|(query, lane)| found[lane] = query.best);
+            } else {
+                self.apart.extend(group.iter().copied().zip(lanes));
+            }
         }
-        // What is farther from the place than that was from the surface had better begin with nothing.
-        let hint = if distance > 0.0 { number } else { NOWHERE };
-        for (query, x) in queries.iter_mut().zip(points).skip(done) {
-            *query = Query::new(self.tree, *x, self.size, hint);
-        }
-        let others = &mut queries[done..];
-        if is_close(distance) {
-            together(self.tree, &mut self.pending[0], others);
-        } else {
-            alone(self.tree, &mut self.pending, others);
-        }
-        found.iter_mut().zip(queries).for_each(|(found, query)| *found = query.best);
+        alone(self.tree, &mut self.pending, &mut self.apart);
+        self.apart.iter().for_each(|(query, lane)| found[*lane] = query.best);
     }
 }
 
@@ -209,20 +201,35 @@ impl Pending {
 
 /// Every point goes down by itself, a step at a time.
 #[inline(always)]
-fn alone(tree: &Tree, pending: &mut [Pending], queries: &mut [Query]) {
-    let mut active: [(usize, u32); GROUP] = std::array::from_fn(|i| (i, ROOT));
-    let mut count = queries.len();
+fn alone(tree: &Tree, pending: &mut [Pending], queries: &mut [(Query, usize)]) {
+    /// Whose turn it is, where it keeps what is to be looked into, and what it looks into next.
+    #[derive(Clone, Copy)]
+    struct Turn {
+        query: usize,
+        pending: usize,
+        child: u32,
+    }
+    let mut turns: [Turn; TURNS] = std::array::from_fn(|i| Turn { query: i, pending: i, child: ROOT });
+    let mut count = queries.len().min(TURNS);
+    let mut begun = count;
     pending[..count].iter_mut().for_each(|p| p.depth = 0);
     while count > 0 {
         let mut still = 0;
         for k in 0..count {
-            let (i, child) = active[k];
-            look(tree, child, &mut pending[i], &mut queries[i]);
-            if let Some((_, next, _)) = pending[i].pop(queries[i].most_key()) {
+            let mut turn = turns[k];
+            let (query, pending) = (&mut queries[turn.query].0, &mut pending[turn.pending]);
+            look(tree, turn.child, pending, query);
+            if let Some((_, next, _)) = pending.pop(query.most_key()) {
                 tree.fetch(next);
-                active[still] = (i, next);
-                still += 1;
+                turn.child = next;
+            } else if begun < queries.len() {
+                (turn.query, turn.child) = (begun, ROOT);
+                begun += 1;
+            } else {
+                continue;
             }
+            turns[still] = turn;
+            still += 1;
         }
         count = still;
     }

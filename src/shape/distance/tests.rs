@@ -1,6 +1,7 @@
 //! Distances against all triangles one by one, signs against solid angles.
 
 use super::closed::{Corners, closed};
+use super::search::GROUP;
 use super::*;
 use crate::num::Interval;
 use rand::{RngExt, SeedableRng, rngs::StdRng};

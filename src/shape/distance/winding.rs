@@ -26,6 +26,7 @@
 //! the sign moves the distance by less than its rounding.
 
 use super::closed::Corners;
+use super::lattice::Lattice;
 use super::nearest::choose;
 use super::tree::{IS_BLOCK, Node, Tree, WIDE, in_frame};
 use crate::num::{ROUNDOFF, widest};
@@ -36,10 +37,7 @@ use std::hint::black_box;
 /// Winding numbers on a lattice.
 #[derive(Clone, Debug)]
 pub(super) struct Witnesses {
-    origin: DVec3,
-    step: DVec3,
-    size: [usize; 3],
-    /// Winding numbers, along x first.
+    lattice: Lattice,
     number: Vec<i32>,
 }
 
@@ -151,54 +149,27 @@ const MOST: f64 = 4e6;
 
 impl Witnesses {
     /// Witnesses over a box that holds the surface, for so many triangles.
-    pub(super) fn new(surface: Surface<'_>, (lo, hi): (DVec3, DVec3), triangles: usize) -> Witnesses {
-        let diagonal = (hi - lo).length();
-        // No axis is so short that the others would have too many.
-        let extent = (hi - lo).max(DVec3::splat(diagonal / 64.0)) + DVec3::splat(f64::MIN_POSITIVE);
-        let wanted = (2.0 * triangles as f64).clamp(64.0, MOST);
-        let step = libm::cbrt(extent.x / wanted * extent.y * extent.z);
-        let size = (extent / step).to_array().map(|n| n as usize + 3);
+    pub(super) fn new(surface: Surface<'_>, within: (DVec3, DVec3), triangles: usize) -> Witnesses {
+        let mut lattice = Lattice::new(within, (2.0 * triangles as f64).clamp(64.0, MOST), 3);
         // Off the places that things made by people are at, and beyond the box on every side.
-        let shift = DVec3::new(0.731_058_6, 0.618_034, 0.549_306_1);
-        let mut witnesses =
-            Witnesses { origin: lo - step * shift, step: DVec3::splat(step), size, number: Vec::new() };
-        let row = |i: usize| witnesses.row(surface, [i % size[1], i / size[1]]);
-        witnesses.number = (0..size[1] * size[2]).into_par_iter().flat_map_iter(row).collect();
-        witnesses
-    }
-
-    /// Where a witness is.
-    fn place(&self, at: [usize; 3]) -> DVec3 {
-        self.origin + self.step * DVec3::new(at[0] as f64, at[1] as f64, at[2] as f64)
-    }
-
-    /// The numbers of a row of witnesses, the first of which is outside.
-    fn row(&self, surface: Surface<'_>, [j, k]: [usize; 2]) -> Vec<i32> {
-        let (mut last, mut number) = (self.place([0, j, k]), 0);
-        let (mut found, mut stack) = (vec![0; self.size[0]], Vec::new());
-        for i in 1..self.size[0] {
-            let here = self.place([i, j, k]);
-            found[i] = UNKNOWN;
-            if let Some(change) = surface.change(last, here, &mut stack) {
-                (last, number) = (here, number + change);
-                found[i] = number;
-            }
-        }
-        found
+        lattice.origin -= lattice.step * DVec3::new(0.731_058_6, 0.618_034, 0.549_306_1);
+        let row = |row| numbers_of_row(surface, lattice.row(row));
+        let number = (0..lattice.rows()).into_par_iter().flat_map_iter(row).collect();
+        Witnesses { lattice, number }
     }
 
     /// Whether the lattice has such a place.
     #[inline(always)]
     fn has(&self, at: [isize; 3]) -> bool {
-        (0..3).all(|i| 0 <= at[i] && at[i] < self.size[i] as isize)
+        (0..3).all(|i| 0 <= at[i] && at[i] < self.lattice.size[i] as isize)
     }
 
     /// The witness at a place of the lattice, and its number if it knows.
     #[inline(always)]
     fn known(&self, at: [isize; 3]) -> Option<(DVec3, i32)> {
         let at = self.has(at).then(|| at.map(|i| i as usize))?;
-        let number = self.number[(at[2] * self.size[1] + at[1]) * self.size[0] + at[0]];
-        (number != UNKNOWN).then(|| (self.place(at), number))
+        let number = self.number[self.lattice.number(at)];
+        (number != UNKNOWN).then(|| (self.lattice.place(at), number))
     }
 
     /// Whether `x` is inside, so far from the surface, which is off by at most `slack`. The stack may hold
@@ -211,8 +182,7 @@ impl Witnesses {
         (distance, slack): (f64, f64),
         stack: &mut Vec<u32>,
     ) -> bool {
-        let at = (x - self.origin) / self.step;
-        let at = [at.x, at.y, at.z].map(|t| (t + 0.5).floor() as isize);
+        let at = self.lattice.nearest(x);
         if let Some((witness, number)) = self.known(at)
             && (x - witness).length() + slack < distance
         {
@@ -245,4 +215,18 @@ impl Witnesses {
         }
         false
     }
+}
+
+/// The winding numbers of the witnesses of a row, the first of which is outside.
+fn numbers_of_row(surface: Surface<'_>, mut places: impl Iterator<Item = DVec3>) -> Vec<i32> {
+    let Some(mut last) = places.next() else { return Vec::new() };
+    let (mut number, mut numbers, mut stack) = (0, vec![0], Vec::new());
+    for here in places {
+        let change = surface.change(last, here, &mut stack);
+        if let Some(change) = change {
+            (last, number) = (here, number + change);
+        }
+        numbers.push(change.map_or(UNKNOWN, |_| number));
+    }
+    numbers
 }
