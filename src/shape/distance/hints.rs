@@ -49,7 +49,7 @@ impl Hints {
         }
         for (hint, place) in hints.iter_mut().zip(&places[..points.len()]) {
             *hint = self.number[*place];
-            tree.fetch(*hint / BLOCK as u32 | IS_BLOCK);
+            tree.fetch((*hint / BLOCK as u32) | IS_BLOCK);
         }
     }
 }
@@ -58,7 +58,7 @@ impl Hints {
 #[inline(always)]
 fn nearest_of_row(tree: &Tree, size: f64, places: impl Iterator<Item = DVec3>) -> Vec<u32> {
     let places: Vec<DVec3> = places.collect();
-    let mut search = Search::new(tree, size, places.len());
+    let mut search = Search::new(tree, size);
     let (mut found, mut last) = ([Found::NONE; GROUP], NOWHERE);
     let mut numbers = Vec::with_capacity(places.len());
     for batch in places.chunks(GROUP) {

@@ -184,7 +184,7 @@ impl Kernel for Distance {
             #[inline(always)]
             || {
                 let count = out.value.len();
-                let mut search = Search::new(&self.tree, self.size, count);
+                let mut search = Search::new(&self.tree, self.size);
                 let mut stack = Vec::new();
                 let mut points = [DVec3::ZERO; BATCH];
                 let (mut hints, mut found) = ([NOWHERE; BATCH], [Found::NONE; BATCH]);

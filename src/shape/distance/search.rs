@@ -99,11 +99,9 @@ struct Pending {
 }
 
 impl<'a> Search<'a> {
-    /// Room for a batch of so many points.
-    pub(super) fn new(tree: &'a Tree, size: f64, count: usize) -> Self {
-        let none = Siblings { keys: [FAR; WIDE], what: [0; WIDE] };
-        let pending = Pending { levels: vec![none; 16], depth: 0 };
-        Search { tree, size, pending: vec![pending; count.min(TURNS)], apart: Vec::new() }
+    /// Searches in a tree of triangles, the largest coordinate of which is `size`.
+    pub(super) fn new(tree: &'a Tree, size: f64) -> Self {
+        Search { tree, size, pending: vec![Pending::NOTHING], apart: Vec::new() }
     }
 
     /// The nearest triangles to the points of a batch, each of which comes with a guess: a triangle, or [`NOWHERE`].
@@ -125,6 +123,10 @@ impl<'a> Search<'a> {
             } else {
                 self.apart.extend(group.iter().copied().zip(lanes));
             }
+        }
+        let turns = self.apart.len().min(TURNS);
+        if turns > self.pending.len() {
+            self.pending.resize(turns, Pending::NOTHING);
         }
         alone(self.tree, &mut self.pending, &mut self.apart);
         self.apart.iter().for_each(|(query, lane)| found[*lane] = query.best);
@@ -162,6 +164,8 @@ impl Query {
 }
 
 impl Pending {
+    const NOTHING: Pending = Pending { levels: Vec::new(), depth: 0 };
+
     /// Takes the nearest of the lowest children unless it is farther than that: its key, its number, and which points
     /// want it.
     #[inline(always)]
@@ -194,8 +198,8 @@ impl Pending {
 
     #[cold]
     fn grow(&mut self) {
-        let room = 2 * self.levels.len();
-        self.levels.resize(room, self.levels[0]);
+        let none = Siblings { keys: [FAR; WIDE], what: [0; WIDE] };
+        self.levels.resize(2 * self.levels.len() + 8, none);
     }
 }
 
