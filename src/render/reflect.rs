@@ -2,7 +2,7 @@
 //! [`material`](super::material), mixed as the material of the scene says.
 
 use super::light::Surroundings;
-use super::material::{Bounce, Dust, Film, Fresnel, Gloss, Lambert, OrenNayar, Phase, Reflectance, Surge};
+use super::material::{Bounce, Dust, Film, Fresnel, Lambert, Metals, OrenNayar, Phase, Reflectance, Surge};
 use super::recent::Recent;
 use super::surface::Patch;
 use crate::scene::{Finish, Material, Matt};
@@ -19,6 +19,7 @@ const SURGE: Surge = Surge { strength: 1.0, width: 0.05 };
 pub struct Reflecting {
     material: Material,
     film: Arc<Film>,
+    metals: Arc<Metals>,
 }
 
 impl Reflecting {
@@ -26,7 +27,9 @@ impl Reflecting {
     pub(super) fn new(material: &Material, cancel: &AtomicBool) -> Option<Reflecting> {
         static FILMS: Recent<f64, Arc<Film>> = Recent::new();
         let film = FILMS.get_or(&material.ior, || Film::new(material.ior, cancel).map(Arc::new))?;
-        Some(Reflecting { material: *material, film })
+        static METALS: Recent<(), Arc<Metals>> = Recent::new();
+        let metals = METALS.get_or(&(), || Metals::new(cancel).map(Arc::new))?;
+        Some(Reflecting { material: *material, film, metals })
     }
 }
 
@@ -58,12 +61,12 @@ impl<'a> Reflector<'a> {
     /// Asks the law of one share.
     fn ask<T>(&self, which: usize, question: impl Fn(&dyn Reflectance) -> T) -> T {
         let Patch { albedo, .. } = *self.patch;
-        let Some(Reflecting { material, film }) = self.of else {
+        let Some(Reflecting { material, film, metals }) = self.of else {
             return question(&Lambert { albedo });
         };
         let roughness = self.finish(Finish::Roughness);
         match (which, material.matt) {
-            (0, _) => question(&Gloss::new(roughness, Fresnel::Metal { facing: albedo })),
+            (0, _) => question(&metals.of(albedo, roughness)),
             (1, _) => question(&film.on(albedo, roughness)),
             (_, Matt::Lambert) => question(&Lambert { albedo }),
             (_, Matt::Rough) => question(&OrenNayar { albedo, roughness: self.finish(Finish::Grain) }),

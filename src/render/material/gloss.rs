@@ -17,7 +17,7 @@
 //! most `F`.
 //!
 //! Light that meets several facets is left out: white facets lose two thirds of it at the highest
-//! roughness, seen along the normal.
+//! roughness, seen along the normal. [`Balanced`](super::Balanced) adds it.
 
 use super::frame::around_z;
 use super::{Bounce, Frame, Fresnel, Reflectance, cosines};

@@ -14,19 +14,22 @@
 //! | [`Lambert`] | what is matt |
 //! | [`OrenNayar`] | what is matt and rough: dry rock, sand, snow |
 //! | [`Dust`] | loose grains that shade one another: regolith, ash |
-//! | [`Gloss`] | facets that mirror: ice, metals, rough water |
-//! | [`Coat`] | a rough clear film on something matt: wet rock |
+//! | [`Gloss`] | facets that mirror, each for itself: rough water |
+//! | [`Balanced`] | the same, with all light that leaves later: [`Metals`], or a rough clear [`Film`] on something matt, as wet rock |
 //! | [`Water`] | a smooth surface with depth below it, which is no distribution but two directions |
 //!
 //! All directions are of length 1 and point away from the surface; the normal is that of the side that
 //! the eye sees. Colours are shares of red, green and blue.
 
+mod balanced;
 mod coat;
 mod dust;
 mod frame;
 mod fresnel;
 mod gloss;
 mod lambert;
+mod metal;
+mod mirrored;
 mod oren_nayar;
 mod phase;
 mod water;
@@ -34,12 +37,14 @@ mod water;
 #[cfg(test)]
 mod tests;
 
-pub use coat::{Coat, Film};
+pub use balanced::Balanced;
+pub use coat::Film;
 pub use dust::{Dust, Surge};
 pub use frame::{Frame, cosine_hemisphere, uniform_hemisphere};
 pub use fresnel::{Fresnel, dielectric, refract, schlick};
 pub use gloss::Gloss;
 pub use lambert::Lambert;
+pub use metal::Metals;
 pub use oren_nayar::OrenNayar;
 pub use phase::Phase;
 pub use water::{Split, Water};

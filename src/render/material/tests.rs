@@ -18,6 +18,11 @@ pub(super) fn film(ior: f64) -> Film {
     Film::new(ior, &AtomicBool::new(false)).unwrap()
 }
 
+/// All metals.
+pub(super) fn metals() -> Metals {
+    Metals::new(&AtomicBool::new(false)).unwrap()
+}
+
 /// A direction whose cosine to z is given.
 pub(super) fn tilted(cos: f64) -> DVec3 {
     around_z(cos, AZIMUTH)
@@ -171,5 +176,16 @@ fn coat() {
             laws("coat", &film.on(DVec3::new(0.05, 0.4, 1.0), roughness));
         }
         pointwise("smooth coat", &film.on(DVec3::splat(0.3), 0.0));
+    }
+}
+
+#[test]
+fn metal() {
+    let metals = metals();
+    for facing in [DVec3::ONE, DVec3::new(1.0, 0.78, 0.34), DVec3::ZERO] {
+        for roughness in [0.35, 0.6, 1.0] {
+            laws("metal", &metals.of(facing, roughness));
+        }
+        pointwise("smooth metal", &metals.of(facing, 0.0));
     }
 }

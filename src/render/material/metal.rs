@@ -1,0 +1,78 @@
+//! Metal: facets that mirror the share `F` of light, and that light which meets further facets.
+//!
+//! Facets that mirrored all of it would let the share `E(v)` leave at once ([`Mirrored`]), and send the rest to other
+//! facets. Of that, on the average, the share `<E>` leaves after each facet, and each takes its share:
+//!
+//! ```text
+//! F^2 <E>  +  F^3 (1 - <E>) <E>  +  F^4 (1 - <E>)^2 <E>  + ...  =  F^2 <E> / (1 - F (1 - <E>))
+//! ```
+//!
+//! It leaves evenly spread ([`Balanced`]). White metal loses nothing at any roughness, and rough metal is more
+//! colourful than smooth metal. (Kulla and Conty 2017, *Revisiting physically based shading at Imageworks*; the first
+//! factor squared is Hill's.) `F` is the mean of Schlick's approximation, `facing + (1 - facing) / 21`.
+
+use super::mirrored::Mirrored;
+use super::{Balanced, Fresnel, Gloss};
+use glam::DVec3;
+use std::sync::atomic::AtomicBool;
+
+/// Metals of all colours and roughnesses.
+#[derive(Clone, Debug)]
+pub struct Metals {
+    /// What white ones let go at once.
+    mirrored: Mirrored,
+}
+
+impl Metals {
+    /// Makes the table, which takes some 60 ms on one core; `None` if that was cancelled.
+    pub fn new(cancel: &AtomicBool) -> Option<Metals> {
+        Some(Metals { mirrored: Mirrored::new(Fresnel::Metal { facing: DVec3::ONE }, cancel)? })
+    }
+
+    /// The metal that mirrors such shares of light along the normal, of a roughness from 0 to 1.
+    pub fn of(&self, facing: DVec3, roughness: f64) -> Balanced<'_> {
+        let mirrored = self.mirrored.of(roughness);
+        let share = facing + (DVec3::ONE - facing) / 21.0;
+        let rest = share * share * mirrored.mean() / (1.0 - share * (1.0 - mirrored.mean()));
+        Balanced { gloss: Gloss::new(roughness, Fresnel::Metal { facing }), mirrored, rest }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::schlick;
+    use super::super::tests::{albedo, metals, tilted};
+    use super::*;
+
+    #[test]
+    fn white_metal_loses_no_light() {
+        let metals = metals();
+        for roughness in [0.35, 0.5, 0.73, 1.0] {
+            let white = metals.of(DVec3::ONE, roughness);
+            for mu in [0.05, 0.1, 0.37, 0.7, 1.0] {
+                let all = albedo(&white, DVec3::Z, tilted(mu)).x;
+                assert!((all - 1.0).abs() < 3e-3, "{roughness} {mu}: {all}");
+            }
+        }
+    }
+
+    #[test]
+    fn rough_metal_is_darker_and_more_colourful_than_smooth() {
+        let gold = DVec3::new(1.0, 0.78, 0.34);
+        let seen = [0.35, 0.6, 1.0].map(|r| albedo(&metals().of(gold, r), DVec3::Z, tilted(0.9)));
+        for pair in seen.windows(2) {
+            assert!(pair[1].z < pair[0].z && pair[1].z / pair[1].y < pair[0].z / pair[0].y, "{seen:?}");
+        }
+    }
+
+    #[test]
+    fn the_mean_share_is_that_of_all_angles() {
+        let facing = DVec3::new(0.2, 0.5, 0.9);
+        let steps = 10_000;
+        let mean: DVec3 = (0..steps)
+            .map(|i| (f64::from(i) + 0.5) / f64::from(steps))
+            .map(|cos| 2.0 * cos * schlick(cos, facing) / f64::from(steps))
+            .sum();
+        assert!((mean - facing - (DVec3::ONE - facing) / 21.0).length() < 1e-6, "{mean}");
+    }
+}
