@@ -26,8 +26,8 @@ impl Reflecting {
     /// Makes the tables; `None` if that was cancelled.
     pub(super) fn new(material: &Material, cancel: &AtomicBool) -> Option<Reflecting> {
         static FILMS: Recent<f64, Arc<Film>> = Recent::new();
-        let film = FILMS.get_or(&material.ior, || Film::new(material.ior, cancel).map(Arc::new))?;
         static METALS: Recent<(), Arc<Metals>> = Recent::new();
+        let film = FILMS.get_or(&material.ior, || Film::new(material.ior, cancel).map(Arc::new))?;
         let metals = METALS.get_or(&(), || Metals::new(cancel).map(Arc::new))?;
         Some(Reflecting { material: *material, film, metals })
     }
@@ -100,12 +100,14 @@ impl<'a> Reflector<'a> {
             return albedo * all_around;
         }
         let cosine = shading.dot(to_eye).clamp(0.0, 1.0);
-        let ior = self.of.map_or(1.0, |of| of.material.ior);
-        let of_metal = Fresnel::Metal { facing: albedo }.at(cosine);
-        let of_coat = Fresnel::Dielectric { ior }.at(cosine);
+        let Some(Reflecting { film, metals, .. }) = self.of else { return albedo * all_around };
+        let roughness = self.finish(Finish::Roughness);
+        let (metal_law, coat_law) = (metals.of(albedo, roughness), film.on(albedo, roughness));
+        let at_once = metal * metal_law.at_once(cosine) * Fresnel::Metal { facing: albedo }.at(cosine)
+            + coat * coat_law.at_once(cosine);
+        let late = metal * metal_law.late(cosine) + coat * coat_law.late(cosine);
         let mirrored = (2.0 * cosine * shading - to_eye).normalize_or(shading);
-        let sky = around.radiance(position, mirrored).lerp(all_around, self.finish(Finish::Roughness));
-        let matt = (matt + coat * (DVec3::ONE - of_coat)) * albedo;
-        matt * all_around + (metal * of_metal + coat * of_coat) * sky
+        let sky = around.radiance(position, mirrored).lerp(all_around, roughness);
+        (matt * albedo + late) * all_around + at_once * sky
     }
 }

@@ -8,45 +8,55 @@
 //! ```
 //!
 //! is the same with both directions exchanged, and the integral of the second term is `rest (1 - E(v))`: what
-//! is not mirrored at once, times the share of it that gets out at last. (The form with tabulated albedos is
+//! is not mirrored at once, times the share of it that gets out at last. Samples of it have the density
+//! `(1 - E(l)) cos / (pi (1 - <E>))`: where hardly anything is left, it is at grazing angles. (The form with tabulated albedos is
 //! that of Kelemen and Szirmay-Kalos 2001, *A microfacet based coupled specular-matte BRDF model*.)
 
-use super::mirrored::Row;
-use super::{Bounce, Frame, Gloss, Reflectance, bounce, choose, cosine_hemisphere, cosines};
+use super::frame::around_z;
+use super::mirrored::Share;
+use super::{Bounce, Frame, Gloss, Reflectance, bounce, choose, cosines};
 use glam::DVec3;
-use std::f64::consts::FRAC_1_PI;
 
 /// Gloss, and what it leaves.
 #[derive(Clone, Copy, Debug)]
 pub struct Balanced<'a> {
     pub(super) gloss: Gloss,
     /// `E`.
-    pub(super) mirrored: Row<'a>,
+    pub(super) mirrored: Share<'a>,
     /// The share of what is not mirrored at once that leaves later, by channel.
     pub(super) rest: DVec3,
 }
 
 impl Balanced<'_> {
-    /// Probability of a sample of the gloss: its share of what the eye sees of white light.
+    /// The share of light that leaves late, for a view at a cosine and light from all around, by channel.
+    pub fn late(&self, cos: f64) -> DVec3 {
+        self.rest * (1.0 - self.mirrored.at(cos))
+    }
+
+    /// The share of it that is mirrored at once, but for the colour of a metal.
+    pub fn at_once(&self, cos: f64) -> f64 {
+        self.mirrored.at(cos)
+    }
+
+    /// Probability of a sample of the gloss.
     fn gloss_share(&self, cos: f64) -> f64 {
-        let gloss = self.mirrored.at(cos);
-        gloss / (gloss + (1.0 - gloss) * self.rest.max_element()).max(f64::MIN_POSITIVE)
+        let gloss = self.at_once(cos);
+        gloss / (gloss + self.late(cos).max_element()).max(f64::MIN_POSITIVE)
     }
 }
 
 impl Reflectance for Balanced<'_> {
     fn value(&self, normal: DVec3, to_eye: DVec3, to_light: DVec3) -> DVec3 {
-        let Some(both) = cosines(normal, to_eye, to_light) else { return DVec3::ZERO };
-        let [eye, light] = both.map(|cos| 1.0 - self.mirrored.at(cos));
-        let even = self.rest * (eye * light / (1.0 - self.mirrored.mean()).max(f64::EPSILON) * FRAC_1_PI);
-        self.gloss.value(normal, to_eye, to_light) + even
+        let Some([eye, light]) = cosines(normal, to_eye, to_light) else { return DVec3::ZERO };
+        let late = self.late(eye) * (self.mirrored.density(light) / light);
+        self.gloss.value(normal, to_eye, to_light) + late
     }
 
     fn sample(&self, u: [f64; 2], normal: DVec3, to_eye: DVec3) -> Option<Bounce> {
         let (gloss, u) = choose(u, self.gloss_share(normal.dot(to_eye).clamp(0.0, 1.0)));
         let direction = match gloss {
             true => self.gloss.sample(u, normal, to_eye)?.direction,
-            false => Frame::around(normal).to_world(cosine_hemisphere(u)),
+            false => Frame::around(normal).to_world(around_z(self.mirrored.sample(u[0]), u[1])),
         };
         bounce(self, normal, to_eye, direction)
     }
@@ -54,6 +64,6 @@ impl Reflectance for Balanced<'_> {
     fn pdf(&self, normal: DVec3, to_eye: DVec3, to_light: DVec3) -> f64 {
         let Some([eye, light]) = cosines(normal, to_eye, to_light) else { return 0.0 };
         let share = self.gloss_share(eye);
-        share * self.gloss.pdf(normal, to_eye, to_light) + (1.0 - share) * light * FRAC_1_PI
+        share * self.gloss.pdf(normal, to_eye, to_light) + (1.0 - share) * self.mirrored.density(light)
     }
 }

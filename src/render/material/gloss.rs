@@ -25,7 +25,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Smoother than this, a highlight is smaller than the sun.
-const SMOOTHEST: f64 = 1e-3;
+pub(super) const SMOOTHEST: f64 = 1e-3;
 
 /// A surface of facets that mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -33,7 +33,7 @@ impl Metals {
     pub fn of(&self, facing: DVec3, roughness: f64) -> Balanced<'_> {
         let mirrored = self.mirrored.of(roughness);
         let share = facing + (DVec3::ONE - facing) / 21.0;
-        let rest = share * share * mirrored.mean() / (1.0 - share * (1.0 - mirrored.mean()));
+        let rest = share * share * (1.0 - mirrored.left()) / (1.0 - share * mirrored.left());
         Balanced { gloss: Gloss::new(roughness, Fresnel::Metal { facing }), mirrored, rest }
     }
 }

@@ -189,3 +189,18 @@ fn metal() {
         pointwise("smooth metal", &metals.of(facing, 0.0));
     }
 }
+
+#[test]
+fn no_sample_of_metal_weighs_much() {
+    let metals = metals();
+    for roughness in [0.0, 0.035, 0.05, 0.1, 0.2, 0.5, 1.0] {
+        let white = metals.of(DVec3::ONE, roughness);
+        for mu in [0.005, 0.015, 0.05, 0.5] {
+            for i in 0..4000 {
+                let bounce = white.sample(point(mix(5), i, 0), DVec3::Z, tilted(mu));
+                let weight = bounce.map_or(0.0, |bounce| bounce.weight.x);
+                assert!(weight < 1.5, "{roughness} {mu}: {weight}");
+            }
+        }
+    }
+}

@@ -23,12 +23,13 @@
 //! The field is `d` outside and `-d` inside, and in a ball that does not reach the surface it is one of
 //! them. The first inequality holds beyond, since the field is below `d` wherever that is outside.
 
-use super::nearest::place;
-use super::tree::{BLOCK, IS_BLOCK, NOTHING, Node, Tree, WIDE, in_frame};
-use crate::num::Interval;
+use super::nearest::{choose, square_and_away};
+use super::tree::{IS_BLOCK, NOTHING, Node, Tree, WIDE, in_frame};
+use crate::num::{Interval, widest};
 use glam::DVec3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::hint::black_box;
 
 /// A ball around a point at which the distance and its gradient are known.
 pub(super) struct Ball {
@@ -78,11 +79,18 @@ impl Ball {
         let all = 2.0 * r;
         let above = r * r / (2.0 * d) * UP;
         let hi = if above < all { above } else { all };
-        let lo = if d > r * UP { self.below(tree, -0.25 * hi - r / 64.0) } else { -all };
+        let below = || {
+            widest(
+                #[inline(always)]
+                || self.below(tree, -0.25 * hi - r / 64.0),
+            )
+        };
+        let lo = if d > r * UP { below() } else { -all };
         Interval { lo: if lo > -all { lo } else { -all }, hi }
     }
 
     /// The least `d_T - d - |g_T - g| r`, or less; above `enough` the search need not be exact.
+    #[inline(always)]
     fn below(&self, tree: &Tree, enough: f64) -> f64 {
         let mut parts = BinaryHeap::from([Part { bound: f64::NEG_INFINITY, child: 0 }]);
         // The nearest triangle.
@@ -95,42 +103,71 @@ impl Ball {
             }
             if child & IS_BLOCK != 0 {
                 let block = &tree.blocks[(child & !IS_BLOCK) as usize];
-                for lane in (0..BLOCK).take_while(|lane| !block.is_absent(*lane)) {
-                    let own = place(block.triangle(lane), self.centre);
-                    let bound = own.square.sqrt()
-                        - self.distance
-                        - (own.away - self.away).length() * self.radius * UP;
-                    least = if bound < least { bound } else { least };
-                }
+                let bounds = block.map(
+                    #[inline(always)]
+                    |t| {
+                        let (square, away) = square_and_away(t, self.centre);
+                        square.sqrt() - self.distance - (away - self.away).length() * self.radius * UP
+                    },
+                );
+                // Those of triangles that are not there are not numbers.
+                least = bounds.into_iter().fold(least, |least, bound| choose(bound < least, bound, least));
             } else {
                 let node = &tree.nodes[child as usize];
                 let bounds = self.bounds(node);
-                let near = (0..WIDE).filter(|i| node.child[*i] != NOTHING && bounds[*i] < least);
-                parts.extend(near.map(|i| Part { bound: bounds[i], child: node.child[i] }));
+                for i in 0..WIDE {
+                    if node.child[i] != NOTHING && bounds[i] < least {
+                        tree.fetch(node.child[i]);
+                        parts.push(Part { bound: bounds[i], child: node.child[i] });
+                    }
+                }
             }
         }
         parts.pop().map_or(least, |part| if part.bound < least { part.bound } else { least })
     }
 
-    /// What the boxes of a node contribute at least.
+    /// What the boxes of a node contribute at least; whatever for those that are not there.
+    #[inline(always)]
     fn bounds(&self, node: &Node) -> [f64; WIDE] {
-        let at = in_frame(self.centre, node.origin, &node.axes);
-        let away = in_frame(self.away, DVec3::ZERO, &node.axes);
-        std::array::from_fn(|i| {
-            let [lo, hi] = [&node.lo, &node.hi]
-                .map(|side| DVec3::new(f64::from(side[0][i]), f64::from(side[1][i]), f64::from(side[2][i])));
-            let distance = (lo - at).max(at - hi).max(DVec3::ZERO).length();
-            let (to, reach) = (at - 0.5 * (lo + hi), 0.5 * (hi - lo).length());
+        let at = in_frame(self.centre, node.origin, &node.axes).to_array();
+        let away = in_frame(self.away, DVec3::ZERO, &node.axes).to_array();
+        // Squares: of the distance of the box, of that of its middle, and of half its diagonal.
+        let (mut near, mut far, mut reach) = ([0.0; WIDE], [0.0; WIDE], [0.0; WIDE]);
+        for axis in 0..3 {
+            for i in 0..WIDE {
+                let (lo, hi) = (f64::from(node.lo[axis][i]), f64::from(node.hi[axis][i]));
+                let off = larger(larger(lo - at[axis], at[axis] - hi), 0.0);
+                let (to, half) = (at[axis] - 0.5 * (lo + hi), 0.5 * (hi - lo));
+                near[i] += off * off;
+                far[i] += to * to;
+                reach[i] += half * half;
+            }
+        }
+        let far = far.map(f64::sqrt);
+        let mut chord = [0.0; WIDE];
+        for axis in 0..3 {
+            for i in 0..WIDE {
+                let (lo, hi) = (f64::from(node.lo[axis][i]), f64::from(node.hi[axis][i]));
+                let off = (at[axis] - 0.5 * (lo + hi)) / far[i] - away[axis];
+                chord[i] += off * off;
+            }
+        }
+        let mut bounds = [0.0; WIDE];
+        for i in 0..WIDE {
             // Sine of the angle that the box is seen under, from its middle on; the chord of an angle
             // is at most s sqrt(1 + s^2).
-            let sine = reach / to.length() * UP;
-            let turn = if sine < 1.0 {
-                (to / to.length() - away).length() + sine * (1.0 + sine * sine).sqrt()
-            } else {
-                2.0
-            };
-            let turn = if turn < 2.0 { turn * UP } else { 2.0 };
-            distance / UP - self.distance - turn * self.radius
-        })
+            let sine = reach[i].sqrt() / far[i] * UP;
+            let turn = (chord[i].sqrt() + sine * (1.0 + sine * sine).sqrt()) * UP;
+            let turn = choose((sine < 1.0) & (turn < 2.0), turn, 2.0);
+            bounds[i] = near[i].sqrt() / UP - self.distance - turn * self.radius;
+        }
+        // Through memory: else the compiler, which sees that the eight are looked at one by one, does
+        // not compute them side by side.
+        black_box(bounds)
     }
+}
+
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    choose(a > b, a, b)
 }

@@ -129,7 +129,7 @@ fn see([a, b, c]: Corners, x: DVec3) -> Seen {
     let inner = (by_b >= 0.0) & (by_c >= 0.0) & (by_b + by_c <= area);
     let is_face = inner & (area > THIN * THIN * (ab.dot(ab) * ca.dot(ca)));
     let height = normal.dot(to);
-    let above = height * height / area;
+    let above = height * (height / area);
     Seen {
         sides,
         edges,
@@ -141,11 +141,21 @@ fn see([a, b, c]: Corners, x: DVec3) -> Seen {
     }
 }
 
+impl Seen {
+    /// Unit vector from the nearest place to the point, if they are apart; for a face along its normal.
+    #[inline(always)]
+    fn away(&self) -> DVec3 {
+        let [a, b, c] = self.sides.map(|side| side.to);
+        let to = pick(self.nearest == 2, c, pick(self.nearest == 1, b, a));
+        let normal = pick(self.height <= 0.0, self.normal, -self.normal);
+        let away = pick(self.is_face, normal, -to);
+        away / away.length()
+    }
+}
+
 /// The nearest place of a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    /// Square of the distance.
-    pub square: f64,
     /// Unit vector from the place to the point, if they are apart; for a face along its normal.
     pub away: DVec3,
     /// Unit normal of the triangle.
@@ -157,21 +167,27 @@ pub(super) struct Place {
 /// The nearest place of a triangle to `x`.
 pub(super) fn place(t: Corners, x: DVec3) -> Place {
     let seen = see(t, x);
-    let normal = seen.normal / seen.normal.length();
-    let Side { to, along, .. } = seen.sides[seen.nearest];
+    let Side { along, .. } = seen.sides[seen.nearest];
     let edge = seen.edges[seen.nearest];
-    let (away, feature) = if seen.is_face {
-        (choose(seen.height <= 0.0, normal, -normal), Feature::Face)
+    let feature = if seen.is_face {
+        Feature::Face
     } else if along > 0.0 && along < 1.0 {
-        (-to / to.length(), Feature::Edge(edge / edge.length()))
+        Feature::Edge(edge / edge.length())
     } else {
-        (-to / to.length(), Feature::Corner)
+        Feature::Corner
     };
-    Place { square: seen.square, away, normal, feature }
+    Place { away: seen.away(), normal: seen.normal / seen.normal.length(), feature }
 }
 
-/// The square of the distance from `x` to a triangle, as [`place`] has it.
+/// The square of the distance from `x` to a triangle.
 #[inline(always)]
 pub(super) fn square(t: Corners, x: DVec3) -> f64 {
     see(t, x).square
+}
+
+/// The same, and the unit vector from the nearest place to `x`.
+#[inline(always)]
+pub(super) fn square_and_away(t: Corners, x: DVec3) -> (f64, DVec3) {
+    let seen = see(t, x);
+    (seen.square, seen.away())
 }

@@ -56,7 +56,7 @@ pub(super) const GROUP: usize = 8;
 /// Points that take turns. (Measured: 8 are too few to wait for memory, beyond 16 there is no difference.)
 const TURNS: usize = 16;
 /// Points go together if the square of their distance from the first of them is below this share of the
-/// square of its distance from the surface. (Measured: from a tenth to one it makes no difference.)
+/// square of its distance from what it begins with. (Measured: from a tenth to one it makes no difference.)
 const CLOSE: f64 = 0.3;
 
 /// Searches for the nearest triangles of points.

@@ -267,12 +267,6 @@ impl Block {
         out
     }
 
-    /// Whether there is no such triangle.
-    #[inline(always)]
-    pub(super) fn is_absent(&self, lane: usize) -> bool {
-        self.corner[0][0][lane].is_nan()
-    }
-
     /// Up to [`BLOCK`] triangles.
     fn new(items: &[Item], triangles: &[Corners]) -> Block {
         let mut block = Block { corner: [[[f64::NAN; BLOCK]; 3]; 3] };
