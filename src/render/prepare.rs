@@ -90,7 +90,7 @@ pub fn prepare(scene: &Scene, settings: &Settings, cancel: &AtomicBool) -> Resul
         Light::Lamp(_) => None,
     });
     let air = scene.sky.air.as_ref().and_then(|air| Atmosphere::new(air, cancel));
-    let reflecting = material.as_ref().and_then(|material| Reflecting::new(material, cancel));
+    let reflecting = material.as_ref().map(Reflecting::new);
     if cancel.load(Ordering::Relaxed) {
         return Err(RenderError::Stopped);
     }

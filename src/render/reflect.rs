@@ -7,29 +7,29 @@ use super::recent::Recent;
 use super::surface::Patch;
 use crate::scene::{Finish, Material, Matt};
 use glam::DVec3;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, LazyLock};
 
 /// The moon's surge: its dust is twice as bright with the sun behind the viewer, and half of that is gone at 6 degrees
 /// (Hapke 1986).
 const SURGE: Surge = Surge { strength: 1.0, width: 0.05 };
+
+/// Metals do not depend on a scene.
+static METALS: LazyLock<Metals> = LazyLock::new(Metals::default);
 
 /// A material with the tables that it needs.
 #[derive(Clone, Debug)]
 pub struct Reflecting {
     material: Material,
     film: Arc<Film>,
-    metals: Arc<Metals>,
 }
 
 impl Reflecting {
-    /// Makes the tables; `None` if that was cancelled.
-    pub(super) fn new(material: &Material, cancel: &AtomicBool) -> Option<Reflecting> {
+    /// With the tables of an index of refraction that are kept from before, if there are any.
+    pub(super) fn new(material: &Material) -> Reflecting {
         static FILMS: Recent<f64, Arc<Film>> = Recent::new();
-        static METALS: Recent<(), Arc<Metals>> = Recent::new();
-        let film = FILMS.get_or(&material.ior, || Film::new(material.ior, cancel).map(Arc::new))?;
-        let metals = METALS.get_or(&(), || Metals::new(cancel).map(Arc::new))?;
-        Some(Reflecting { material: *material, film, metals })
+        let make = || Arc::new(Film::new(material.ior));
+        let film = FILMS.get_or(&material.ior, || Some(make())).unwrap_or_else(make);
+        Reflecting { material: *material, film }
     }
 }
 
@@ -61,12 +61,12 @@ impl<'a> Reflector<'a> {
     /// Asks the law of one share.
     fn ask<T>(&self, which: usize, question: impl Fn(&dyn Reflectance) -> T) -> T {
         let Patch { albedo, .. } = *self.patch;
-        let Some(Reflecting { material, film, metals }) = self.of else {
+        let Some(Reflecting { material, film }) = self.of else {
             return question(&Lambert { albedo });
         };
         let roughness = self.finish(Finish::Roughness);
         match (which, material.matt) {
-            (0, _) => question(&metals.of(albedo, roughness)),
+            (0, _) => question(&METALS.of(albedo, roughness)),
             (1, _) => question(&film.on(albedo, roughness)),
             (_, Matt::Lambert) => question(&Lambert { albedo }),
             (_, Matt::Rough) => question(&OrenNayar { albedo, roughness: self.finish(Finish::Grain) }),
@@ -100,9 +100,9 @@ impl<'a> Reflector<'a> {
             return albedo * all_around;
         }
         let cosine = shading.dot(to_eye).clamp(0.0, 1.0);
-        let Some(Reflecting { film, metals, .. }) = self.of else { return albedo * all_around };
+        let Some(Reflecting { film, .. }) = self.of else { return albedo * all_around };
         let roughness = self.finish(Finish::Roughness);
-        let (metal_law, coat_law) = (metals.of(albedo, roughness), film.on(albedo, roughness));
+        let (metal_law, coat_law) = (METALS.of(albedo, roughness), film.on(albedo, roughness));
         let at_once = metal * metal_law.at_once(cosine) * Fresnel::Metal { facing: albedo }.at(cosine)
             + coat * coat_law.at_once(cosine);
         let late = metal * metal_law.late(cosine) + coat * coat_law.late(cosine);

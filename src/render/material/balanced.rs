@@ -9,8 +9,9 @@
 //!
 //! is the same with both directions exchanged, and the integral of the second term is `rest (1 - E(v))`: what
 //! is not mirrored at once, times the share of it that gets out at last. Samples of it have the density
-//! `(1 - E(l)) cos / (pi (1 - <E>))`: where hardly anything is left, it is at grazing angles. (The form with tabulated albedos is
-//! that of Kelemen and Szirmay-Kalos 2001, *A microfacet based coupled specular-matte BRDF model*.)
+//! `(1 - E(l)) cos / (pi (1 - <E>))`: where hardly anything is left, it is at grazing angles. (The form with
+//! tabulated albedos is that of Kelemen and Szirmay-Kalos 2001, *A microfacet based coupled specular-matte BRDF
+//! model*.)
 
 use super::frame::around_z;
 use super::mirrored::Share;

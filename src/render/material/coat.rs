@@ -16,7 +16,6 @@
 use super::mirrored::Mirrored;
 use super::{Balanced, Fresnel, Gloss, dielectric};
 use glam::DVec3;
-use std::sync::atomic::AtomicBool;
 
 /// Steps of the mean of Fresnel's equation.
 const STEPS: u32 = 1000;
@@ -31,17 +30,15 @@ pub struct Film {
 }
 
 impl Film {
-    /// Films of an index of refraction, at least 1; 1.333 for water. Making the table takes some 60 ms on one core; `None`
-    /// if that was cancelled.
-    pub fn new(ior: f64, cancel: &AtomicBool) -> Option<Film> {
+    /// Films of an index of refraction, at least 1; 1.333 for water.
+    pub fn new(ior: f64) -> Film {
         let ior = ior.max(1.0);
         let fresnel = Fresnel::Dielectric { ior };
-        let mirrored = Mirrored::new(fresnel, cancel)?;
         let outside = (0..STEPS)
             .map(|i| (f64::from(i) + 0.5) / f64::from(STEPS))
             .map(|cos| 2.0 * cos * dielectric(cos, ior) / f64::from(STEPS))
             .sum::<f64>();
-        Some(Film { fresnel, mirrored, inside: 1.0 - (1.0 - outside) / (ior * ior) })
+        Film { fresnel, mirrored: Mirrored::new(fresnel), inside: 1.0 - (1.0 - outside) / (ior * ior) }
     }
 
     /// A film of a roughness from 0 to 1 on a matt ground, of which the albedo is that in the dry.

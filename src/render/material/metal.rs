@@ -14,7 +14,6 @@
 use super::mirrored::Mirrored;
 use super::{Balanced, Fresnel, Gloss};
 use glam::DVec3;
-use std::sync::atomic::AtomicBool;
 
 /// Metals of all colours and roughnesses.
 #[derive(Clone, Debug)]
@@ -23,12 +22,13 @@ pub struct Metals {
     mirrored: Mirrored,
 }
 
-impl Metals {
-    /// Makes the table, which takes some 60 ms on one core; `None` if that was cancelled.
-    pub fn new(cancel: &AtomicBool) -> Option<Metals> {
-        Some(Metals { mirrored: Mirrored::new(Fresnel::Metal { facing: DVec3::ONE }, cancel)? })
+impl Default for Metals {
+    fn default() -> Metals {
+        Metals { mirrored: Mirrored::new(Fresnel::Metal { facing: DVec3::ONE }) }
     }
+}
 
+impl Metals {
     /// The metal that mirrors such shares of light along the normal, of a roughness from 0 to 1.
     pub fn of(&self, facing: DVec3, roughness: f64) -> Balanced<'_> {
         let mirrored = self.mirrored.of(roughness);
@@ -41,12 +41,12 @@ impl Metals {
 #[cfg(test)]
 mod tests {
     use super::super::schlick;
-    use super::super::tests::{albedo, metals, tilted};
+    use super::super::tests::{albedo, tilted};
     use super::*;
 
     #[test]
     fn white_metal_loses_no_light() {
-        let metals = metals();
+        let metals = Metals::default();
         for roughness in [0.35, 0.5, 0.73, 1.0] {
             let white = metals.of(DVec3::ONE, roughness);
             for mu in [0.05, 0.1, 0.37, 0.7, 1.0] {
@@ -59,7 +59,7 @@ mod tests {
     #[test]
     fn rough_metal_is_darker_and_more_colourful_than_smooth() {
         let gold = DVec3::new(1.0, 0.78, 0.34);
-        let seen = [0.35, 0.6, 1.0].map(|r| albedo(&metals().of(gold, r), DVec3::Z, tilted(0.9)));
+        let seen = [0.35, 0.6, 1.0].map(|r| albedo(&Metals::default().of(gold, r), DVec3::Z, tilted(0.9)));
         for pair in seen.windows(2) {
             assert!(pair[1].z < pair[0].z && pair[1].z / pair[1].y < pair[0].z / pair[0].y, "{seen:?}");
         }

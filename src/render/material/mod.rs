@@ -15,7 +15,7 @@
 //! | [`OrenNayar`] | what is matt and rough: dry rock, sand, snow |
 //! | [`Dust`] | loose grains that shade one another: regolith, ash |
 //! | [`Gloss`] | facets that mirror, each for itself: rough water |
-//! | [`Balanced`] | the same, with all light that leaves later: [`Metals`], or a rough clear [`Film`] on something matt, as wet rock |
+//! | [`Balanced`] | the same, and all that leaves later: [`Metals`]; a rough clear [`Film`] on something matt, as wet rock |
 //! | [`Water`] | a smooth surface with depth below it, which is no distribution but two directions |
 //!
 //! All directions are of length 1 and point away from the surface; the normal is that of the side that

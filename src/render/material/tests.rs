@@ -5,7 +5,6 @@ use crate::num::{mix, uniform};
 use crate::render::sequence::point;
 use frame::around_z;
 use std::f64::consts::TAU;
-use std::sync::atomic::AtomicBool;
 
 /// Steps of a quadrature along each axis.
 const STEPS: u32 = 320;
@@ -15,12 +14,7 @@ const AZIMUTH: f64 = 0.137;
 
 /// Films of an index of refraction.
 pub(super) fn film(ior: f64) -> Film {
-    Film::new(ior, &AtomicBool::new(false)).unwrap()
-}
-
-/// All metals.
-pub(super) fn metals() -> Metals {
-    Metals::new(&AtomicBool::new(false)).unwrap()
+    Film::new(ior)
 }
 
 /// A direction whose cosine to z is given.
@@ -181,7 +175,7 @@ fn coat() {
 
 #[test]
 fn metal() {
-    let metals = metals();
+    let metals = Metals::default();
     for facing in [DVec3::ONE, DVec3::new(1.0, 0.78, 0.34), DVec3::ZERO] {
         for roughness in [0.35, 0.6, 1.0] {
             laws("metal", &metals.of(facing, roughness));
@@ -192,7 +186,7 @@ fn metal() {
 
 #[test]
 fn no_sample_of_metal_weighs_much() {
-    let metals = metals();
+    let metals = Metals::default();
     for roughness in [0.0, 0.035, 0.05, 0.1, 0.2, 0.5, 1.0] {
         let white = metals.of(DVec3::ONE, roughness);
         for mu in [0.005, 0.015, 0.05, 0.5] {

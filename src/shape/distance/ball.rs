@@ -23,7 +23,7 @@
 //! The field is `d` outside and `-d` inside, and in a ball that does not reach the surface it is one of
 //! them. The first inequality holds beyond, since the field is below `d` wherever that is outside.
 
-use super::nearest::{choose, square_and_away};
+use super::nearest::{choose, larger, square_and_away};
 use super::tree::{IS_BLOCK, NOTHING, Node, Tree, WIDE, in_frame};
 use crate::num::{Interval, widest};
 use glam::DVec3;
@@ -165,9 +165,4 @@ impl Ball {
         // not compute them side by side.
         black_box(bounds)
     }
-}
-
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    choose(a > b, a, b)
 }

@@ -31,7 +31,7 @@ use ball::Ball;
 use closed::closed;
 use glam::DVec3;
 use hints::Hints;
-use nearest::{Feature, Place, gap, place, turned};
+use nearest::{Feature, Place, gap, larger, place, turned};
 use search::{BATCH, Found, NOWHERE, Search, slack};
 use tree::Tree;
 use winding::{Surface, Witnesses};
@@ -91,7 +91,6 @@ impl Distance {
         if (hi - lo).max_element() < 1e-60 {
             return Err(Unfit::Size);
         }
-        let larger = |a: f64, b: f64| if a > b { a } else { b };
         let mut digest = Digest::default();
         digest.numbers(triangles.iter().flatten().flat_map(|p| p.to_array()));
         let size = lo.abs().max(hi.abs()).max_element();

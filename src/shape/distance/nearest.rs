@@ -83,6 +83,11 @@ pub(super) fn choose<T>(yes: bool, a: T, b: T) -> T {
 }
 
 #[inline(always)]
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    choose(a > b, a, b)
+}
+
+#[inline(always)]
 fn pick(yes: bool, a: DVec3, b: DVec3) -> DVec3 {
     DVec3::new(choose(yes, a.x, b.x), choose(yes, a.y, b.y), choose(yes, a.z, b.z))
 }

@@ -27,7 +27,7 @@
 
 use super::closed::Corners;
 use super::lattice::Lattice;
-use super::nearest::choose;
+use super::nearest::{choose, larger};
 use super::tree::{IS_BLOCK, Node, Tree, WIDE, in_frame};
 use crate::num::{ROUNDOFF, widest};
 use glam::DVec3;
@@ -52,7 +52,6 @@ const UNSURE: f64 = f64::INFINITY;
 #[inline(always)]
 fn pass([a, b, c]: Corners, x: DVec3, e: DVec3) -> f64 {
     let (a, b, c) = (a - x, b - x, c - x);
-    let larger = |a: f64, b: f64| choose(a > b, a, b);
     let size = [a, b, c].into_iter().flat_map(|p| p.to_array()).fold(0.0, |m, t| larger(m, t.abs()));
     let reach = larger(larger(e.x.abs(), e.y.abs()), e.z.abs());
     let trust = 64.0 * ROUNDOFF * size * size;
