@@ -3,7 +3,8 @@
 //!
 //! Signed distances to a bumpy ball. Building takes seconds of all threads, as the clock has it; a
 //! question takes nanoseconds of one thread, the least of a few repeats, in batches of 64. Points are
-//! anywhere in the box around the mesh, along the rows of a picture through it, or near its surface.
+//! anywhere in the box around the mesh, along the rows of a picture through it, or near its surface; or
+//! a million of them anywhere, asked for all at once.
 
 #[allow(dead_code)] // of the view only the stopwatch is needed
 mod view;
@@ -16,6 +17,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 const POINTS: usize = 1 << 17;
+const MILLION: usize = 1 << 20;
 const BATCH: usize = 64;
 const REPEATS: usize = 3;
 
@@ -46,31 +48,44 @@ fn ball(n: u32) -> Mesh {
     mesh
 }
 
-/// Points of some kind: name, places.
-fn places(mesh: &Mesh) -> [(&'static str, Vec<DVec3>); 3] {
+/// Points of some kind.
+struct Kind {
+    name: &'static str,
+    at: Vec<DVec3>,
+    /// How many are asked for at once.
+    batch: usize,
+}
+
+fn kinds(mesh: &Mesh) -> [Kind; 4] {
     let (lo, hi) = mesh.bounds().expect("a mesh with points");
     let mut state = 1_u64;
     let mut next = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
-    let anywhere = (0..POINTS).map(|_| lo + (hi - lo) * DVec3::new(next(), next(), next())).collect();
+    let at_once: Vec<_> = (0..MILLION).map(|_| lo + (hi - lo) * DVec3::new(next(), next(), next())).collect();
+    let anywhere = at_once[..POINTS].to_vec();
     let row = |i: usize| DVec3::new((i % 512) as f64 / 512.0, (i / 512) as f64 / (POINTS / 512) as f64, 0.37);
     let rows = (0..POINTS).map(|i| lo + (hi - lo) * row(i)).collect();
     let near = |i: usize| mesh.points[i * 4 % mesh.points.len()];
     let near = (0..POINTS).map(|i| near(i) * (0.99 + 0.02 * next())).collect();
-    [("anywhere", anywhere), ("in rows", rows), ("near", near)]
+    [
+        Kind { name: "anywhere", at: anywhere, batch: BATCH },
+        Kind { name: "anywhere, at once", at: at_once, batch: MILLION },
+        Kind { name: "in rows", at: rows, batch: BATCH },
+        Kind { name: "near", at: near, batch: BATCH },
+    ]
 }
 
 /// Nanoseconds a point, for jets up to an order.
-fn time(field: &Distance, at: &[DVec3], order: Order) -> f64 {
+fn time(field: &Distance, Kind { at, batch, .. }: &Kind, order: Order) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|axis| at.iter().map(|p| p[axis]).collect::<Vec<f64>>());
-    let mut to: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; BATCH]);
+    let mut to: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; *batch]);
     let mut least = f64::INFINITY;
     for _ in 0..REPEATS {
         let watch = view::Stopwatch::start();
-        for start in (0..at.len()).step_by(BATCH) {
-            let part = start..start + BATCH;
+        for start in (0..at.len()).step_by(*batch) {
+            let part = start..start + batch;
             let [value, gx, gy, gz] = &mut to;
             let grad = (order >= Order::Gradient).then_some([&mut gx[..], gy, gz]);
             field.jets([&x[part.clone()], &y[part.clone()], &z[part]], Jets { value, grad, hess: None });
@@ -83,7 +98,7 @@ fn time(field: &Distance, at: &[DVec3], order: Order) -> f64 {
 
 /// Nanoseconds for what is known of a ball around a point.
 fn time_of_balls(field: &Distance, at: &[DVec3], radius: f64) -> f64 {
-    let some = &at[..at.len() / 8];
+    let some = &at[..POINTS / 8];
     let watch = view::Stopwatch::start();
     for p in some {
         black_box(field.local(Order::Gradient, p.to_array(), radius));
@@ -104,12 +119,13 @@ fn main() -> ExitCode {
         let start = Instant::now();
         let field = Distance::new(&mesh).expect("a mesh that can be measured");
         let built = start.elapsed().as_secs_f64();
-        for (name, at) in places(&mesh) {
-            let [value, gradient] = [Order::Value, Order::Gradient].map(|order| time(&field, &at, order));
-            let ball = time_of_balls(&field, &at, 0.01);
+        for kind in kinds(&mesh) {
+            let [value, gradient] = [Order::Value, Order::Gradient].map(|order| time(&field, &kind, order));
+            let ball = time_of_balls(&field, &kind.at, 0.01);
             println!(
-                "| {} | {built:.3} | {name} | {value:.0} | {gradient:.0} | {ball:.0} |",
-                mesh.triangles.len()
+                "| {} | {built:.3} | {} | {value:.0} | {gradient:.0} | {ball:.0} |",
+                mesh.triangles.len(),
+                kind.name
             );
         }
     }

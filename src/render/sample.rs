@@ -4,7 +4,7 @@
 //! not depend on the order in which its pixels are made.
 
 use super::{Filter, View, sequence};
-use crate::num::{mix, uniform};
+use crate::num::{mix, morton2, uniform};
 use glam::DVec3;
 
 /// What a number is for; numbers for different purposes are independent.
@@ -70,14 +70,8 @@ impl Sample {
     /// Where it lies on a curve through the picture on which neighbours are near to one another: Morton's, in fourths of
     /// pixels.
     pub fn along_curve(&self) -> u64 {
-        let spread = |x: f64| {
-            // Filters reach beyond the first pixel.
-            let bits = (4.0 * x + 256.0).max(0.0) as u64 & 0xFFFF_FFFF;
-            (0..5)
-                .rev()
-                .fold(bits, |bits, step| (bits | bits << (1 << step)) & (u64::MAX / ((1 << (1 << step)) + 1)))
-        };
-        spread(self.place[0]) | spread(self.place[1]) << 1
+        // Filters reach beyond the first pixel.
+        morton2(self.place.map(|x| (4.0 * x + 256.0) as u32))
     }
 
     /// Origin and direction of its line of sight.

@@ -38,6 +38,11 @@ impl Hints {
         Hints { lattice, number }
     }
 
+    /// The lattice of the places.
+    pub(super) fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
     /// Triangles for the points of a batch to begin with; those far outside of the box begin with what is at its rim.
     #[inline(always)]
     pub(super) fn of(&self, tree: &Tree, points: &[DVec3], hints: &mut [u32]) {

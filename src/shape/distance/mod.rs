@@ -19,6 +19,7 @@ mod closed;
 mod hints;
 mod lattice;
 mod nearest;
+mod order;
 mod search;
 #[cfg(test)]
 mod tests;
@@ -32,7 +33,9 @@ use closed::closed;
 use glam::DVec3;
 use hints::Hints;
 use nearest::{Feature, Place, gap, larger, place, turned};
+use order::{MANY, PIECE, along_curve};
 use search::{BATCH, Found, NOWHERE, Search, slack};
+use std::ops::Range;
 use tree::Tree;
 use winding::{Surface, Witnesses};
 
@@ -132,6 +135,49 @@ impl Distance {
         }
         jet
     }
+    /// The jets at points of a range, in some order: which lane is the i-th.
+    fn jets_in_order(
+        &self,
+        at: [&[f64]; 3],
+        range: Range<usize>,
+        lane: impl Fn(usize) -> usize,
+        out: &mut Jets<'_>,
+    ) {
+        let order = match (&out.grad, &out.hess) {
+            (None, _) => Order::Value,
+            (Some(_), None) => Order::Gradient,
+            (Some(_), Some(_)) => Order::Hessian,
+        };
+        widest(
+            #[inline(always)]
+            || {
+                let mut search = Search::new(&self.tree, self.size);
+                let mut stack = Vec::new();
+                let mut points = [DVec3::ZERO; BATCH];
+                let (mut hints, mut found) = ([NOWHERE; BATCH], [Found::NONE; BATCH]);
+                for start in range.clone().step_by(BATCH) {
+                    let batch = start..range.end.min(start + BATCH);
+                    let point = |i| at.map(|at| at[lane(i)]).into();
+                    for (known, p) in points.iter_mut().zip(batch.clone().map(point)) {
+                        *known = if is_near(p) { p } else { DVec3::ZERO };
+                    }
+                    let known = &points[..batch.len()];
+                    self.hints.of(&self.tree, known, &mut hints);
+                    search.nearest(known, &hints, &mut found);
+                    for (i, found) in batch.zip(found) {
+                        let (lane, jet) = (lane(i), self.jet_from(order, point(i), found, &mut stack));
+                        out.value[lane] = jet.value;
+                        if let Some(grad) = &mut out.grad {
+                            (0..3).for_each(|k| grad[k][lane] = jet.grad[k]);
+                        }
+                        if let Some(hess) = &mut out.hess {
+                            (0..6).for_each(|k| hess[k][lane] = jet.hess[k]);
+                        }
+                    }
+                }
+            },
+        );
+    }
 }
 
 /// Whether a point is where distances are computed.
@@ -174,42 +220,15 @@ impl Kernel for Distance {
     }
 
     fn jets(&self, at: [&[f64]; 3], mut out: Jets<'_>) {
-        let order = match (&out.grad, &out.hess) {
-            (None, _) => Order::Value,
-            (Some(_), None) => Order::Gradient,
-            (Some(_), Some(_)) => Order::Hessian,
-        };
-        widest(
-            #[inline(always)]
-            || {
-                let count = out.value.len();
-                let mut search = Search::new(&self.tree, self.size);
-                let mut stack = Vec::new();
-                let mut points = [DVec3::ZERO; BATCH];
-                let (mut hints, mut found) = ([NOWHERE; BATCH], [Found::NONE; BATCH]);
-                for start in (0..count).step_by(BATCH) {
-                    let lanes = start..count.min(start + BATCH);
-                    for lane in lanes.clone() {
-                        let p = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
-                        points[lane - start] = if is_near(p) { p } else { DVec3::ZERO };
-                    }
-                    let batch = &points[..lanes.len()];
-                    self.hints.of(&self.tree, batch, &mut hints);
-                    search.nearest(batch, &hints, &mut found);
-                    for lane in lanes {
-                        let p = DVec3::new(at[0][lane], at[1][lane], at[2][lane]);
-                        let jet = self.jet_from(order, p, found[lane - start], &mut stack);
-                        out.value[lane] = jet.value;
-                        if let Some(grad) = &mut out.grad {
-                            (0..3).for_each(|k| grad[k][lane] = jet.grad[k]);
-                        }
-                        if let Some(hess) = &mut out.hess {
-                            (0..6).for_each(|k| hess[k][lane] = jet.hess[k]);
-                        }
-                    }
-                }
-            },
-        );
+        let count = out.value.len();
+        if count < MANY {
+            return self.jets_in_order(at, 0..count, |i| i, &mut out);
+        }
+        for start in (0..count).step_by(PIECE) {
+            let piece = start..count.min(start + PIECE);
+            let order = along_curve(self.hints.lattice(), at.map(|at| &at[piece.clone()]));
+            self.jets_in_order(at, piece, |i| start + order[i - start] as usize, &mut out);
+        }
     }
 
     fn is_uniform(&self) -> bool {

@@ -57,7 +57,7 @@ pub(super) const GROUP: usize = 8;
 const TURNS: usize = 16;
 /// Points go together if the square of their distance from the first of them is below this share of the
 /// square of its distance from what it begins with. (Measured: from a tenth to one it makes no difference.)
-const CLOSE: f64 = 0.3;
+const CLOSE: f64 = 0.6;
 
 /// Searches for the nearest triangles of points.
 pub(super) struct Search<'a> {

@@ -245,6 +245,33 @@ fn batches_give_the_same_bits_in_any_order() {
 }
 
 #[test]
+fn more_points_than_are_put_in_order_at_once_give_the_same_bits() {
+    let mesh = turned_about(cube(DVec3::ZERO));
+    let field = Distance::new(&mesh).expect("a cube");
+    let mut rng = StdRng::seed_from_u64(9);
+    let mut points: Vec<DVec3> = (0..PIECE + 7).map(|_| anywhere(&mesh, &mut rng)).collect();
+    points[3] = DVec3::NAN;
+    points[MANY] = DVec3::new(f64::INFINITY, 0.0, 0.0);
+    points[PIECE] = DVec3::splat(-1e200);
+    let [x, y, z] = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<f64>>());
+    let ask = |lanes: Range<usize>| {
+        let mut all = vec![vec![0.0; lanes.len()]; 4];
+        let [value, gx, gy, gz] = &mut all[..] else { return all };
+        let at = [&x, &y, &z].map(|at| &at[lanes.clone()]);
+        field.jets(at, Jets { value, grad: Some([gx, gy, gz]), hess: None });
+        all
+    };
+    let at_once = ask(0..points.len());
+    for start in (0..points.len()).step_by(BATCH) {
+        let lanes = start..points.len().min(start + BATCH);
+        for (few, many) in ask(lanes.clone()).iter().zip(&at_once) {
+            let same = few.iter().zip(&many[lanes.clone()]).all(|(a, b)| a.to_bits() == b.to_bits());
+            assert!(same, "from point {start} on");
+        }
+    }
+}
+
+#[test]
 fn threads_make_no_difference() {
     let mut rng = StdRng::seed_from_u64(4);
     let mesh = ball(6, || rng.random_range(0.9..1.1));
