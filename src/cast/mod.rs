@@ -15,7 +15,7 @@
 //! Flowed solids ([`flow`](crate::flow)) are cast by any of them. [`Kind::Bent`] (`bent.rs`) is for these alone: what the
 //! thesis did with them.
 //!
-//! [`Kind::Beam`] (`beam/`) has rays of one origin share what is certain of all of them; their hits
+//! [`Kind::Beam`] (`beam/`) has rays that go the same way share what is certain of all of them; their hits
 //! depend on the group, within the tolerance.
 //!
 //! What rays share can be asked for by itself ([`Reach`], `reach/`): how far all lines through a tile of a picture are
@@ -63,7 +63,7 @@ pub struct Ray {
     pub origin: DVec3,
     /// Unit vector.
     pub direction: DVec3,
-    /// Smallest `t`.
+    /// Smallest `t`; zero where the ray begins on a surface.
     pub near: f64,
     /// Largest `t`.
     pub far: f64,

@@ -176,22 +176,25 @@ impl Paths {
         let stage = Stage::begin();
         self.rays.clear();
         self.owners.clear();
-        let mut places = Vec::new();
+        let (mut places, mut asked) = (Vec::new(), Vec::new());
         for path in &self.paths {
             let sample = &to.samples[path.sample];
             let jitter = sample.number(Purpose::Air { step });
             places.clear();
             air.nodes(path.origin, path.direction, path.distance, jitter, &mut places);
             let towards = light::on_disc(sun, sample.pair(Purpose::Light { step, number: 0 }));
-            for place in &places {
+            for (order, place) in places.iter().enumerate() {
                 if let Some(ray) = seer.scene.onward_ray(*place, towards, f64::INFINITY) {
-                    self.owners.push(self.sunny.len());
-                    self.rays.push(ray);
+                    asked.push((order, self.sunny.len(), ray));
                 }
                 self.sunny.push(1.0);
             }
             self.nodes.push(places.len());
         }
+        // Places of the same order along neighbouring lines are near to one another.
+        asked.sort_by_key(|(order, ..)| *order);
+        self.owners.extend(asked.iter().map(|(_, owner, _)| *owner));
+        self.rays.extend(asked.iter().map(|(.., ray)| *ray));
         self.hits.clear();
         self.hits.resize(self.rays.len(), Hit::MISS);
         seer.caster.any_hits(&self.rays, &mut self.hits, &mut to.stats.shadow, to.cancel);

@@ -25,6 +25,7 @@ use super::stats::Stage;
 use super::surface::{Patch, Surface};
 use super::worker::Seer;
 use crate::cast::{Hit, Ray};
+use crate::num::morton2;
 use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -301,9 +302,24 @@ impl Paths {
                 _ => {}
             }
         }
+        // Those that go alongside one another are cast together.
+        onward.sort_by_cached_key(|path| around_directions(path.direction));
         self.paths = onward;
     }
 }
+
+/// Where a direction lies on a curve through all of them: Morton's, over the square that the octahedron folds out to.
+fn around_directions(d: DVec3) -> u64 {
+    let p = d / d.abs().element_sum();
+    let [x, y] = match p.z < 0.0 {
+        true => [(1.0 - p.y.abs()).copysign(p.x), (1.0 - p.x.abs()).copysign(p.y)],
+        false => [p.x, p.y],
+    };
+    morton2([x, y].map(|t| ((t + 1.0) * 0.5 * f64::from(DIRECTIONS)) as u32))
+}
+
+/// Steps of that curve along each side of the square.
+const DIRECTIONS: u32 = 256;
 
 impl Path {
     /// Its last piece: where it begins, in which direction, and how long it is.

@@ -1,7 +1,7 @@
 //! Bundles: lines of sight of one frame that march as one, until their own width is what limits them.
 
 use super::batch::Batches;
-use super::frame::{Frame, Section};
+use super::frame::{Frame, Place, Section};
 use super::march::{Answer, March, Next, Piece};
 use super::sketch::Sketch;
 use super::worth::{is_too_much, worthwhile};
@@ -36,7 +36,8 @@ pub struct Bundle {
     pub(in crate::cast) march: March,
     pub(in crate::cast) state: State,
     piece: Piece,
-    last: Option<Sketch>,
+    /// What was seen last, in which section.
+    last: Option<(Sketch, Section)>,
     rays: usize,
     tolerance: Tolerance,
     /// Whether a piece that is short because little of the way is left is looked at however wide the bundle is: for
@@ -105,9 +106,9 @@ impl Bundle {
         if from > to {
             return None;
         }
-        let ahead = self.root(section.centre).map_or(0.0, |r| TOWARDS * (r - from));
+        let ahead = self.root(&section.centre).map_or(0.0, |r| TOWARDS * (r - from));
         // A bundle that is whole looks at least as far ahead as it is wide: parts of one that got stuck get on.
-        let least = if self.is_whole { section.radius(&self.frame, from) } else { 0.0 };
+        let least = if self.is_whole { section.radius(from) } else { 0.0 };
         let march = March::new(from, to, self.march.stretch.max(ahead).max(least), None);
         let part = Bundle::of(self.frame, section, march, (rays, self.tolerance));
         Some(Bundle { last: self.last, is_whole: self.is_whole, ..part })
@@ -127,14 +128,14 @@ impl Bundle {
     /// wide: guesses over more than that are no good. Else the one up to which it is known not to.
     pub fn face(&self) -> DVec3 {
         let March { free, far, .. } = self.march;
-        let near = free..=(free + 2.0 * self.section.radius(&self.frame, free)).min(far);
-        let expected = self.root(self.section.centre).filter(|root| near.contains(root));
+        let near = free..=(free + 2.0 * self.section.radius(free)).min(far);
+        let expected = self.root(&self.section.centre).filter(|root| near.contains(root));
         self.section.spine_at(&self.frame, expected.unwrap_or(free))
     }
 
     /// Decides which piece to look at, or that the bundle is too wide to go on.
     fn place(&mut self, cells: &Cells) {
-        let radius = self.section.radius(&self.frame, self.march.free);
+        let radius = self.section.radius(self.march.free);
         let seen = self.piece.half;
         let mut is_narrow = self.take_piece(cells);
         if is_narrow && self.is_whole && seen > radius {
@@ -158,12 +159,12 @@ impl Bundle {
         let free = self.march.free;
         let (at, _) = around(Piece { mid: free, half: 0.0 });
         let is_last = self.is_whole && piece.mid + piece.half >= self.march.far;
-        let is_narrow = !is_last && piece.half < NARROW * self.section.radius(&self.frame, piece.mid);
+        let is_narrow = !is_last && piece.half < NARROW * self.section.radius(piece.mid);
         is_narrow || is_too_much(work, self.rays, cells, self.tolerance, (at, free))
     }
 
     fn tell(&mut self, f: &Parabola<2>, answer: &Answer) {
-        self.last = Some(Sketch::new(f, self.piece));
+        self.last = Some((Sketch::new(f, self.piece), self.section));
         self.state = match self.march.tell(self.piece, answer, 0.0) {
             Next::Free => State::Free,
             Next::Look if self.march.pieces <= PATIENCE => State::Marching,
@@ -171,9 +172,10 @@ impl Bundle {
         };
     }
 
-    /// The depth at which the field is expected to be zero, at a place of the frame.
-    pub(super) fn root(&self, place: [f64; 2]) -> Option<f64> {
-        self.last?.root(self.section.relative(place))
+    /// The depth at which the field is expected to be zero on a line of the frame.
+    pub(super) fn root(&self, place: &Place) -> Option<f64> {
+        let (sketch, section) = self.last?;
+        sketch.root(section.relative(place, sketch.depth()))
     }
 }
 

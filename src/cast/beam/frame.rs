@@ -14,13 +14,14 @@ pub(super) fn is_real(ray: &Ray) -> bool {
     ray.near <= ray.far
 }
 
-/// Planes across the rays of a group. A place in the plane at a depth `z` is
+/// Planes across the rays of a group. A line has at a depth `z` the place
 ///
 /// ```text
-/// origin + z axis + s (x u + y v),     s = z for rays from one origin, 1 for parallel ones
+/// origin + z axis + x u + y v,         [x, y] = start + z slope
 /// ```
 ///
-/// Rays may also run towards their origin, at depths below zero, as they do to the centre of a planet.
+/// where `slope` is zero for parallel lines and `start` is for lines from one origin. Others, which only run alongside one
+/// another, as those through a lens or to a sun that is a disc, have both. Rays may also run towards their origin, at depths below zero, as they do to the centre of a planet.
 ///
 /// Depths are the same for all beams of the group, so that a beam starts where the one that it is a
 /// part of ended.
@@ -29,46 +30,68 @@ pub struct Frame {
     origin: DVec3,
     axis: DVec3,
     across: [DVec3; 2],
-    is_parallel: bool,
+    kind: Kind,
     /// Size of the numbers that depths and places are computed from, in units of them.
     size: f64,
     /// Depths between which there is anything of the lines.
     range: [f64; 2],
 }
 
+/// What the lines of a frame have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// Where they start.
+    Origin,
+    /// Where they go.
+    Parallel,
+    /// Nothing but roughly where they go.
+    Alongside,
+}
+
 /// In front of the origin.
 const AHEAD: [f64; 2] = [0.0, f64::INFINITY];
 
 impl Frame {
-    /// The frame of those rays of which there is anything, the first of all among them, if they have
-    /// one origin and keep within about 50 degrees of one another, or are parallel.
+    /// The frame of those rays of which there is anything, the first of all among them, if they keep within some 25
+    /// degrees of their mean direction.
     pub(super) fn new(rays: &[Ray]) -> Option<Frame> {
         let &Ray { origin, direction, .. } = rays.first()?;
         let real = || rays.iter().filter(|r| is_real(r));
-        let is_parallel = real().all(|r| r.direction == direction);
-        if rays.len() < 2 || !(is_parallel || real().all(|r| r.origin == origin)) {
+        if rays.len() < 2 {
             return None;
         }
+        let kind = if real().all(|r| r.direction == direction) {
+            Kind::Parallel
+        } else if real().all(|r| r.origin == origin) {
+            Kind::Origin
+        } else {
+            Kind::Alongside
+        };
         let axis = real().map(|r| r.direction).sum::<DVec3>().try_normalize()?;
-        let axis = if is_parallel { direction } else { axis };
+        let axis = if kind == Kind::Parallel { direction } else { axis };
         if real().any(|r| r.direction.dot(axis) < 0.9) {
             return None;
         }
         let u = axis.any_orthonormal_vector();
         let far = real().map(|r| r.origin.abs().max_element()).fold(0.0, f64::max);
-        let size = if is_parallel { 4.0 * far } else { 1.0 };
-        Some(Frame { origin, axis, across: [u, axis.cross(u)], is_parallel, size, range: AHEAD })
+        let size = if kind == Kind::Origin { 1.0 } else { 4.0 * far };
+        Some(Frame { origin, axis, across: [u, axis.cross(u)], kind, size, range: AHEAD })
     }
 
     /// The frame of all lines that start at one point; the three unit vectors are at right angles.
     pub fn from_point(origin: DVec3, axis: DVec3, across: [DVec3; 2]) -> Frame {
-        Frame { origin, axis, across, is_parallel: false, size: 1.0, range: AHEAD }
+        Frame { origin, axis, across, kind: Kind::Origin, size: 1.0, range: AHEAD }
     }
 
     /// The frame of parallel lines that start at most `reach` away from a point, on any axis.
     pub fn parallel(origin: DVec3, axis: DVec3, across: [DVec3; 2], reach: f64) -> Frame {
         let size = 4.0 * (origin.abs().max_element() + reach);
-        Frame { origin, axis, across, is_parallel: true, size, range: AHEAD }
+        Frame { origin, axis, across, kind: Kind::Parallel, size, range: AHEAD }
+    }
+
+    /// Whether lines have more in common than that they run alongside one another.
+    pub(super) fn is_strict(&self) -> bool {
+        self.kind != Kind::Alongside
     }
 
     /// The same lines, of which there is something between two depths only; they may lie before the origin.
@@ -87,7 +110,7 @@ impl Frame {
             let later = (self.origin - other.origin).dot(self.axis);
             let size = self.origin.abs().max_element() + other.origin.abs().max_element();
             free - later - HAIR * size
-        } else if self.origin == other.origin && !self.is_parallel {
+        } else if self.origin == other.origin && self.kind == Kind::Origin {
             free.max(0.0) / (1.0 + slant * slant).sqrt()
         } else {
             self.range[0]
@@ -106,7 +129,7 @@ impl Frame {
         for axis in 0..3 {
             let at = |v: DVec3| point(v[axis]);
             let aside = at(self.across[0]) * x + at(self.across[1]) * y;
-            let (start, slope) = if self.is_parallel {
+            let (start, slope) = if self.kind == Kind::Parallel {
                 (at(self.origin) + aside, at(self.axis))
             } else {
                 (at(self.origin), at(self.axis) + aside)
@@ -124,11 +147,9 @@ impl Frame {
 
     /// Distance along a ray for each unit of depth, and by how much distances begin later.
     fn line(&self, ray: &Ray) -> [f64; 2] {
-        if self.is_parallel {
-            [1.0, (ray.origin - self.origin).dot(self.axis)]
-        } else {
-            [1.0 / ray.direction.dot(self.axis), 0.0]
-        }
+        let stretch = if self.kind == Kind::Parallel { 1.0 } else { 1.0 / ray.direction.dot(self.axis) };
+        let later = if self.kind == Kind::Origin { 0.0 } else { (ray.origin - self.origin).dot(self.axis) };
+        [stretch, later * stretch]
     }
 
     /// The depth that a ray has reached at `t`.
@@ -145,75 +166,136 @@ impl Frame {
 
     /// More than the rounding of a depth or a distance of this size.
     pub(in crate::cast) fn hair(&self, depth: f64) -> f64 {
-        HAIR * (depth.abs() + if self.is_parallel { self.size } else { 0.0 })
+        HAIR * (depth.abs() + if self.kind == Kind::Origin { 0.0 } else { self.size })
     }
 
-    /// Where a ray meets the plane one unit deep.
-    pub(super) fn place(&self, ray: &Ray) -> [f64; 2] {
-        let q = if self.is_parallel {
-            ray.origin - self.origin
-        } else {
-            ray.direction / ray.direction.dot(self.axis)
+    /// Across the axis, where the line of a ray is at depth zero, and how it goes on with depth.
+    pub(super) fn place(&self, ray: &Ray) -> Place {
+        let across = |v: DVec3| self.across.map(|a| v.dot(a));
+        let slope = match self.kind {
+            Kind::Parallel => [0.0; 2],
+            _ => across(ray.direction / ray.direction.dot(self.axis)),
         };
-        self.across.map(|a| q.dot(a))
+        let start = match self.kind {
+            Kind::Origin => [0.0; 2],
+            _ => {
+                let q = ray.origin - self.origin;
+                let (deep, [x, y]) = (q.dot(self.axis), across(q));
+                [x - deep * slope[0], y - deep * slope[1]]
+            }
+        };
+        Place { start, slope }
     }
 }
 
-/// The part of a frame that some rays go through: a rectangle one unit deep.
+/// A line of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::cast) struct Place {
+    pub start: [f64; 2],
+    pub slope: [f64; 2],
+}
+
+impl Place {
+    const ORIGIN: Place = Place { start: [0.0; 2], slope: [0.0; 2] };
+
+    /// Where it is at a depth.
+    fn at(&self, depth: f64) -> [f64; 2] {
+        [0, 1].map(|k| self.start[k] + depth * self.slope[k])
+    }
+}
+
+/// The part of a frame that some rays go through: a rectangle at each depth.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::cast) struct Section {
-    pub centre: [f64; 2],
-    /// Half the sides.
-    pub extent: [f64; 2],
-    /// Half the diagonal.
-    radius: f64,
+    /// The line through the middles of the rectangles.
+    pub centre: Place,
+    /// Half the sides at depth zero, and by how much they grow with depth to either side of it.
+    extent: [f64; 2],
+    growth: [f64; 2],
+    /// The same for half the diagonal.
+    radius: [f64; 2],
     /// Depths from where the first ray begins to where the last one ends.
     pub depth: [f64; 2],
 }
 
-impl Section {
-    /// The section around those rays of which there is anything.
-    pub(super) fn around(frame: &Frame, rays: &[Ray]) -> Section {
-        const NONE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
-        let (mut x, mut y, mut depth) = (NONE, NONE, NONE);
-        let include = |all: &mut [f64; 2], from: f64, to: f64| *all = [all[0].min(from), all[1].max(to)];
-        for ray in rays.iter().filter(|r| is_real(r)) {
-            let [u, v] = frame.place(ray);
-            include(&mut x, u, u);
-            include(&mut y, v, v);
-            include(&mut depth, frame.depth(ray, ray.near), frame.depth(ray, ray.far));
-        }
-        let centre = [x, y].map(|[lo, hi]| 0.5 * (lo + hi));
-        // Places are known to a few roundings of the numbers that they come from.
-        let extent =
-            [x, y].map(|[lo, hi]| 0.5 * (hi - lo) * (1.0 + 1e-12) + 16.0 * f64::EPSILON * frame.size);
-        let depth = [depth[0] - frame.hair(depth[0]), depth[1] + frame.hair(depth[1])];
-        Section { centre, extent, radius: libm::hypot(extent[0], extent[1]), depth }
+/// A range of numbers, to which more are added.
+#[derive(Clone, Copy)]
+struct Range([f64; 2]);
+
+impl Range {
+    const NONE: Range = Range([f64::INFINITY, f64::NEG_INFINITY]);
+
+    fn add(&mut self, x: f64) {
+        self.0 = [self.0[0].min(x), self.0[1].max(x)];
     }
 
-    /// The section that a rectangle of places is, as deep as its lines are in a region; `None` if none is.
+    /// Its middle, and half of it and a hair, as numbers of this size are rounded.
+    fn around(self, size: f64) -> [f64; 2] {
+        let [lo, hi] = self.0;
+        [0.5 * (lo + hi), 0.5 * (hi - lo) * (1.0 + 1e-12) + 16.0 * f64::EPSILON * size]
+    }
+}
+
+impl Section {
+    fn new(centre: Place, extent: [f64; 2], growth: [f64; 2], depth: [f64; 2]) -> Section {
+        let radius = [extent, growth].map(|[x, y]| libm::hypot(x, y));
+        Section { centre, extent, growth, radius, depth }
+    }
+
+    /// The section around those rays of which there is anything.
+    pub(super) fn around(frame: &Frame, rays: &[Ray]) -> Section {
+        let (mut start, mut slope, mut depth) = ([Range::NONE; 2], [Range::NONE; 2], Range::NONE);
+        for ray in rays.iter().filter(|r| is_real(r)) {
+            let place = frame.place(ray);
+            for k in 0..2 {
+                start[k].add(place.start[k]);
+                slope[k].add(place.slope[k]);
+            }
+            depth.add(frame.depth(ray, ray.near));
+            depth.add(frame.depth(ray, ray.far));
+        }
+        // Places are known to a few roundings of the numbers that they come from; what is the same for all lines is zero.
+        let is = |kind| f64::from(u8::from(frame.kind == kind));
+        let start = start.map(|range| range.around(frame.size * (1.0 - is(Kind::Origin))));
+        let slope = slope.map(|range| range.around(1.0 - is(Kind::Parallel)));
+        let centre = Place { start: start.map(|[mid, _]| mid), slope: slope.map(|[mid, _]| mid) };
+        let [near, far] = depth.0;
+        let depth = [near - frame.hair(near), far + frame.hair(far)];
+        Section::new(centre, start.map(|[_, half]| half), slope.map(|[_, half]| half), depth)
+    }
+
+    /// The section that a rectangle of places is, one unit deep for lines from one origin, as deep as its lines are in a
+    /// region; `None` if none is. Not for lines that only run alongside one another.
     pub(super) fn through(frame: &Frame, rectangle: [[f64; 2]; 2], region: &Aabb) -> Option<Section> {
-        let centre = rectangle.map(|[lo, hi]| 0.5 * (lo + hi));
-        let extent =
-            rectangle.map(|[lo, hi]| 0.5 * (hi - lo) * (1.0 + 1e-12) + 16.0 * f64::EPSILON * frame.size);
-        let [x, y] = [0, 1].map(|k| Interval::around(centre[k], extent[k]));
-        let depth = frame.depths([x, y], region)?;
-        Some(Section { centre, extent, radius: libm::hypot(extent[0], extent[1]), depth })
+        let around = rectangle.map(|range| Range(range).around(frame.size));
+        let depth = frame.depths(around.map(|[mid, half]| Interval::around(mid, half)), region)?;
+        let (middle, extent) = (around.map(|[mid, _]| mid), around.map(|[_, half]| half));
+        Some(match frame.kind {
+            Kind::Parallel => Section::new(Place { start: middle, ..Place::ORIGIN }, extent, [0.0; 2], depth),
+            _ => Section::new(Place { slope: middle, ..Place::ORIGIN }, [0.0; 2], extent, depth),
+        })
     }
 
     /// How far its lines go across at most, for each unit of depth.
     pub(super) fn slant(&self) -> f64 {
-        libm::hypot(self.centre[0].abs() + self.extent[0], self.centre[1].abs() + self.extent[1])
+        let [x, y] = [0, 1].map(|k| self.centre.slope[k].abs() + self.growth[k]);
+        libm::hypot(x, y)
     }
 
-    /// Half the diagonal at a depth.
-    pub(in crate::cast) fn radius(&self, frame: &Frame, depth: f64) -> f64 {
-        if frame.is_parallel { self.radius } else { depth.abs() * self.radius }
+    /// Half the diagonal at a depth, or a hair more.
+    pub(in crate::cast) fn radius(&self, depth: f64) -> f64 {
+        self.radius[0] + depth.abs() * self.radius[1]
     }
 
-    /// A place in units of the extent, from the centre.
-    pub(super) fn relative(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [(x - self.centre[0]) / self.extent[0], (y - self.centre[1]) / self.extent[1]]
+    /// Half the sides at a depth.
+    fn extent(&self, depth: f64) -> [f64; 2] {
+        [0, 1].map(|k| self.extent[k] + depth.abs() * self.growth[k])
+    }
+
+    /// Where a line is at a depth, from the centre, in units of the extent.
+    pub(super) fn relative(&self, place: &Place, depth: f64) -> [f64; 2] {
+        let ([x, y], [u, v], [a, b]) = (place.at(depth), self.centre.at(depth), self.extent(depth));
+        [(x - u) / a, (y - v) / b]
     }
 
     /// A place and how far, at most, a piece of the beam reaches from it along any axis.
@@ -221,34 +303,26 @@ impl Section {
         let Piece { mid, half } = piece;
         let (start, slope) = self.spine(frame);
         let at = start + mid * slope;
-        let reach = half * slope.length() + self.radius(frame, mid.abs() + half);
+        let reach = half * slope.length() + self.radius(mid.abs() + half);
         (at.to_array(), reach + frame.hair(mid) + HAIR * (at.abs().max_element() + reach))
     }
 
     /// The line through the middle of the section: where it starts, and what it gains with depth.
     fn spine(&self, frame: &Frame) -> (DVec3, DVec3) {
-        let [x, y] = self.centre;
-        let aside = x * frame.across[0] + y * frame.across[1];
-        if frame.is_parallel {
-            (frame.origin + aside, frame.axis)
-        } else {
-            (frame.origin, frame.axis + aside)
-        }
+        let aside = |[x, y]: [f64; 2]| x * frame.across[0] + y * frame.across[1];
+        (frame.origin + aside(self.centre.start), frame.axis + aside(self.centre.slope))
     }
 
     /// How much depth, backwards and forwards, a ball around the middle of the section at a depth covers with all that
     /// is in the section; `None` if it does not cover the section there.
-    pub(in crate::cast) fn covered(&self, frame: &Frame, depth: f64, ball: f64) -> Option<[f64; 2]> {
-        let radius = self.radius(frame, depth);
+    pub(in crate::cast) fn covered(&self, depth: f64, ball: f64) -> Option<[f64; 2]> {
+        let radius = self.radius(depth);
         // A ball that is no number covers nothing.
         if ball.is_nan() || ball <= radius {
             return None;
         }
-        let (grows, aside) = if frame.is_parallel {
-            (0.0, 0.0)
-        } else {
-            (self.radius, libm::hypot(self.centre[0], self.centre[1]))
-        };
+        let [u, v] = self.centre.slope;
+        let (grows, aside) = (self.radius[1], libm::hypot(u, v));
         let slope = 1.0 + aside * aside;
         // The positive root of `a s^2 + b s = left`, without cancellation and a hair less.
         let left = (ball - radius) * (ball + radius);
@@ -269,17 +343,16 @@ impl Section {
     pub(super) fn coordinates(&self, frame: &Frame, piece: Piece) -> [Parabola<2>; 3] {
         let Piece { mid, half } = piece;
         let (start, slope) = self.spine(frame);
-        // The planes grow with depth, by half the piece.
-        let (scale, widening) = if frame.is_parallel { (1.0, 0.0) } else { (mid, half) };
         let at = start + mid * slope;
-        let reach = self.extent[0] + self.extent[1];
-        let end = (mid.abs() + half) * (slope.abs().max_element() + reach) + reach;
+        let [x, y] = self.extent(mid.abs() + half);
+        let end = (mid.abs() + half) * slope.abs().max_element() + x + y;
         let blur = 8.0 * f64::EPSILON * (frame.origin.abs().max_element() + start.abs().max_element() + end);
+        let extent = self.extent(mid);
         [0, 1, 2].map(|axis| {
-            let sides = [0, 1].map(|k| self.extent[k] * frame.across[k][axis]);
-            let spread = widening * (sides[0].abs() + sides[1].abs());
-            let sides = sides.map(|s| scale * s);
-            Parabola::coordinate(at[axis], half * slope[axis], sides, spread, blur)
+            let sides = [0, 1].map(|k| extent[k] * frame.across[k][axis]);
+            // The rectangles grow with depth, by half the piece.
+            let spread = [0, 1].map(|k| half * self.growth[k] * frame.across[k][axis].abs());
+            Parabola::coordinate(at[axis], half * slope[axis], sides, spread[0] + spread[1], blur)
         })
     }
 }

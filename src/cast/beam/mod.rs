@@ -1,14 +1,15 @@
 //! Casting by beams with certificates on both sides.
 //!
-//! Rays that start at one point and keep together share what is certain of all of them. A beam of 64
-//! rays marches until its own width is what limits it; its four quarters go on from there, then their
+//! Rays that go the same way, from one point or alongside one another, share what is certain of all of them. A beam
+//! of 64 rays marches until its own width is what limits it; its four quarters go on from there, then their
 //! quarters, then the rays, each with a prediction of its root from the last answer of its beam (the
 //! notes on ray casting, 9.6; Keeter's and others' tiles are the same idea with intervals). Beams of
 //! all tiles at one level are answered together, in batches.
 //!
-//! Shadow rays are parallel, and all begin on the surface, where nothing can be shared. So they are
-//! marched from their other ends: the beam crosses free space at once, and what is left to its rays is
-//! the last bit, down to where each began.
+//! Shadow rays all begin on the surface, where nothing can be shared. So they are marched from their other
+//! ends: the beam crosses free space at once, and what is left to its rays is the last bit, down to where each
+//! began. Rays that light is reflected along are shortened in the same way before each goes on alone: the sky
+//! above them is free.
 
 mod batch;
 mod bundle;
@@ -42,6 +43,9 @@ const WIDEST_OF_PARTS: usize = 1024;
 /// Parts that a beam is cut into.
 const PARTS: usize = 4;
 
+/// Rays that go too far apart for a beam are looked at in fewer and fewer, down to so many.
+const FEWEST: usize = 8;
+
 /// Casts by beams; see the module text.
 pub(super) struct Beams {
     cells: Arc<Cells>,
@@ -58,6 +62,8 @@ struct Memory {
     beams: Vec<Beam>,
     parts: Vec<Beam>,
     thin: Vec<Thin>,
+    /// Numbers of the rays that belong to no beam.
+    alone: Vec<usize>,
     /// Entries of a list that are under way.
     active: Vec<usize>,
     /// Rays turned around.
@@ -95,9 +101,7 @@ impl Beam {
         out: &mut [Hit],
     ) {
         let Bundle { frame, march, .. } = &self.bundle;
-        let size = (self.rays.len().next_power_of_two() / PARTS).max(1);
-        for start in self.rays.clone().step_by(size) {
-            let all = start..(start + size).min(self.rays.end);
+        for all in quarters(self.rays.clone()) {
             let Some(range) = trimmed(rays, all) else { continue };
             if range.len() > 1 {
                 let section = Section::around(frame, &rays[range.clone()]);
@@ -115,9 +119,8 @@ impl Beam {
                     continue;
                 }
                 let stretch = distance(free + march.stretch) - distance(free);
-                let root = self.bundle.root(frame.place(ray)).map(distance);
-                let march = want.march(near, ray.far, stretch, root);
-                thin.push(Thin::new(range.start, march));
+                let root = self.bundle.root(&frame.place(ray)).map(distance);
+                thin.push(Thin::new(range.start, Ray { near, ..*ray }, want, stretch, root));
             }
         }
     }
@@ -132,22 +135,25 @@ impl Beams {
 
     /// The widest beams of a group, and the rays that go alone.
     fn gather(&mut self, rays: &[Ray], want: Want, out: &mut [Hit]) {
-        let Memory { beams, thin, .. } = &mut self.memory;
+        let Memory { beams, alone, .. } = &mut self.memory;
         let widest = if self.cells.is_uniform() { WIDEST } else { WIDEST_OF_PARTS };
-        for start in (0..rays.len()).step_by(widest) {
-            let own = start..(start + widest).min(rays.len());
+        let mut open: Vec<Range<usize>> =
+            (0..rays.len()).step_by(widest).map(|start| start..(start + widest).min(rays.len())).collect();
+        while let Some(own) = open.pop() {
             let Some(range) = trimmed(rays, own) else { continue };
-            if let Some(frame) = Frame::new(&rays[range.clone()]) {
+            // Rays that go apart from a surface have nothing in common where they begin.
+            let goes_together =
+                |frame: &Frame| want == Want::Any || frame.is_strict() || rays[range.start].near > 0.0;
+            if let Some(frame) = Frame::new(&rays[range.clone()]).filter(goes_together) {
                 let section = Section::around(&frame, &rays[range.clone()]);
                 let [near, far] = section.depth;
                 let march = March::new(near, far, FIRST * (far - near), None);
                 let own = (range.len(), rays[range.start].tolerance);
                 beams.push(Beam { rays: range, bundle: Bundle::of(frame, section, march, own) });
+            } else if range.len() > FEWEST {
+                open.extend(quarters(range));
             } else {
-                thin.extend(range.filter(|&i| is_real(&rays[i])).map(|ray| {
-                    let Ray { near, far, .. } = rays[ray];
-                    Thin::new(ray, want.march(near, far, FIRST * (far - near), None))
-                }));
+                alone.extend(range.filter(|&i| is_real(&rays[i])));
             }
         }
         for (hit, _) in out.iter_mut().zip(rays).filter(|(_, ray)| !is_real(ray)) {
@@ -171,15 +177,14 @@ impl Beams {
     }
 
     /// Marches rays to their ends.
-    fn march_rays(&mut self, rays: &[Ray], want: Want, stats: &mut CastStats, cancel: &AtomicBool) {
+    fn march_rays(&mut self, want: Want, stats: &mut CastStats, cancel: &AtomicBool) {
         let Memory { thin, active, costs, .. } = &mut self.memory;
         active.clear();
         active.extend(0..thin.len());
         let goes_on = || !cancel.load(Ordering::Relaxed);
         while !active.is_empty() && goes_on() {
             for &i in active.iter().take_while(|_| goes_on()) {
-                let ray = &rays[thin[i].ray];
-                thin[i].place(&self.cells, ray);
+                thin[i].place(&self.cells);
             }
             active.retain(|&i| thin[i].hit.is_none());
             stats.evaluations += active.len() as u64;
@@ -187,14 +192,13 @@ impl Beams {
             stats.work += self.thin.answer(
                 &self.cells,
                 (&mut thin[..], &active[..]),
-                |thin| thin::around(&rays[thin.ray], thin.piece),
-                |thin| (thin.piece, thin.coordinates(&rays[thin.ray])),
+                Thin::around,
+                |thin| (thin.piece, thin.coordinates()),
                 |thin, _, answer| {
-                    let ray = &rays[thin.ray];
                     let mut value = |at: DVec3| *self.points.eval(&at.to_array());
                     let answer =
-                        if self.cells.is_defined() { answer } else { thin.checked(ray, answer, &mut value) };
-                    thin.tell(ray, &answer, want, value);
+                        if self.cells.is_defined() { answer } else { thin.checked(answer, &mut value) };
+                    thin.tell(&answer, want, value);
                     costs[thin.ray] += 1.0;
                 },
                 cancel,
@@ -202,6 +206,23 @@ impl Beams {
             active.retain(|&i| thin[i].hit.is_none());
         }
     }
+}
+
+/// The same line the other way.
+fn turned(&Ray { origin, direction, near, far, tolerance }: &Ray) -> Ray {
+    Ray { origin, direction: -direction, near: -far, far: -near, tolerance }
+}
+
+/// Whether rays begin on a surface, and not all at one place.
+fn are_from_surfaces(rays: &[Ray]) -> bool {
+    rays.iter().all(|ray| ray.near <= 0.0) && rays.iter().any(|ray| ray.origin != rays[0].origin)
+}
+
+/// The parts that a range of rays is cut into.
+fn quarters(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    let size = (range.len().next_power_of_two() / PARTS).max(1);
+    let end = range.end;
+    range.step_by(size).map(move |start| start..(start + size).min(end))
 }
 
 /// The range from the first ray of which there is anything to the last.
@@ -220,12 +241,36 @@ impl Beams {
         stats: &mut CastStats,
         cancel: &AtomicBool,
     ) {
-        stats.rays += rays.len() as u64;
-        let memory = &mut self.memory;
-        memory.beams.clear();
-        memory.thin.clear();
-        memory.costs.clear();
-        memory.costs.resize(rays.len(), 0.0);
+        self.march_together(rays, want, out, stats, cancel);
+        let Memory { thin, alone, .. } = &mut self.memory;
+        thin.extend(alone.drain(..).map(|i| match want {
+            Want::First => Thin::alone(i, rays[i]),
+            // These were turned around for the sake of beams.
+            Want::Any => Thin::alone(i, turned(&rays[i])),
+        }));
+        self.march_rays(want, stats, cancel);
+        for Thin { ray, march, hit, .. } in &self.memory.thin {
+            if let Some(hit) = *hit {
+                out[*ray] = hit;
+                stats.hits += u64::from(hit.is_hit());
+                stats.uncertified += u64::from(!hit.certified);
+                stats.given_up += u64::from(march.pieces > PIECES && !hit.certified);
+            }
+        }
+    }
+
+    /// Marches beams until what is left of each is rays, which are to go on alone; the others have missed.
+    fn march_together(
+        &mut self,
+        rays: &[Ray],
+        want: Want,
+        out: &mut [Hit],
+        stats: &mut CastStats,
+        cancel: &AtomicBool,
+    ) {
+        self.memory.beams.clear();
+        self.memory.thin.clear();
+        self.memory.alone.clear();
         self.gather(rays, want, out);
         while !self.memory.beams.is_empty() {
             self.march_beams(stats, cancel);
@@ -241,33 +286,52 @@ impl Beams {
             beams.clear();
             std::mem::swap(beams, parts);
         }
-        self.march_rays(rays, want, stats, cancel);
-        for Thin { ray, march, hit, .. } in &self.memory.thin {
-            if let Some(hit) = *hit {
-                out[*ray] = hit;
-                stats.hits += u64::from(hit.is_hit());
-                stats.uncertified += u64::from(!hit.certified);
-                stats.given_up += u64::from(march.pieces > PIECES && !hit.certified);
-            }
+    }
+
+    /// Shortens rays from a surface by what is free before their other ends, where they still keep together.
+    fn shorten(&mut self, rays: &mut [Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
+        let turned = std::mem::take(&mut self.memory.turned);
+        self.march_together(&turned, Want::Any, out, stats, cancel);
+        // Those that are free all along are in no list.
+        let mut far = vec![f64::NEG_INFINITY; rays.len()];
+        for thin in &self.memory.thin {
+            far[thin.ray] = -thin.march.free;
         }
+        self.memory.alone.iter().for_each(|&i| far[i] = rays[i].far);
+        rays.iter_mut().zip(far).for_each(|(ray, far)| ray.far = ray.far.min(far));
+        self.memory.turned = turned;
+    }
+
+    /// Counts rays, and makes room for what they cost.
+    fn begin(&mut self, rays: &[Ray], stats: &mut CastStats) {
+        stats.rays += rays.len() as u64;
+        self.memory.costs.clear();
+        self.memory.costs.resize(rays.len(), 0.0);
+    }
+
+    /// Turns rays around.
+    fn turn(&mut self, rays: &[Ray]) {
+        self.memory.turned.clear();
+        self.memory.turned.extend(rays.iter().map(turned));
     }
 }
 
 impl Caster for Beams {
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
-        self.cast(rays, Want::First, out, stats, cancel);
+        self.begin(rays, stats);
+        if !are_from_surfaces(rays) {
+            return self.cast(rays, Want::First, out, stats, cancel);
+        }
+        let mut short = rays.to_vec();
+        self.turn(rays);
+        self.shorten(&mut short, out, stats, cancel);
+        self.cast(&short, Want::First, out, stats, cancel);
     }
 
     fn any_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
-        let mut turned = std::mem::take(&mut self.memory.turned);
-        turned.clear();
-        turned.extend(rays.iter().map(|&Ray { origin, direction, near, far, tolerance }| Ray {
-            origin,
-            direction: -direction,
-            near: -far,
-            far: -near,
-            tolerance,
-        }));
+        self.begin(rays, stats);
+        self.turn(rays);
+        let turned = std::mem::take(&mut self.memory.turned);
         self.cast(&turned, Want::Any, out, stats, cancel);
         self.memory.turned = turned;
         for (hit, ray) in out.iter_mut().zip(rays).filter(|(hit, _)| hit.is_hit()) {

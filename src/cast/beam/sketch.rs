@@ -21,6 +21,11 @@ impl Sketch {
         Sketch { piece, along: f.mid, across }
     }
 
+    /// The depth of the middle of the piece.
+    pub(super) fn depth(&self) -> f64 {
+        self.piece.mid
+    }
+
     /// Where the field is expected to be zero, at a place in the section given in units of its extent.
     pub(super) fn root(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let [value, slope, bend] = self.along;

@@ -3,7 +3,8 @@
 //! Where the field has no value there is nothing: a ray passes such places in strides that double, by
 //! looking at points. What it meets behind them, if anything, is not certified.
 
-use super::march::{Answer, March, Next, PIECES, Piece};
+use super::bundle::FIRST;
+use super::march::{Answer, End, March, Next, PIECES, Piece};
 use super::worth::worthwhile;
 use crate::cast::{Hit, Ray};
 use crate::num::Parabola;
@@ -21,18 +22,28 @@ pub(super) enum Want {
 
 impl Want {
     /// The march of a single ray; the ends of rays of which anything is wanted lie close to the surface.
-    pub(super) fn march(self, near: f64, far: f64, stretch: f64, root: Option<f64>) -> March {
+    fn march(self, line: &Ray, stretch: f64, root: Option<f64>) -> March {
         match self {
-            Want::First => March::new(near, far, stretch, root),
-            Want::Any => March::new(near, far, stretch, None).ending(),
+            Want::First => March::new(line.near, line.far, stretch, root),
+            Want::Any => March::new(line.near, line.far, stretch, None).at_surface(End::Far, rim(line)),
         }
     }
 }
 
+/// Tolerances that a ray looks at around an end on a surface: half a pixel in pictures. (Measured: details of rocks and
+/// canyons are about as large; where all is smooth it makes no difference.)
+const RIM: f64 = 200.0;
+
+fn rim(line: &Ray) -> f64 {
+    RIM * line.tolerance.at(line.near.abs())
+}
+
 /// A ray under way.
 pub(super) struct Thin {
-    /// Of the group.
+    /// Its number in the group.
     pub(super) ray: usize,
+    /// What is left of it, in either direction.
+    line: Ray,
     pub(super) march: March,
     pub(super) piece: Piece,
     /// What it has passed without proof.
@@ -52,34 +63,45 @@ enum Passed {
 }
 
 impl Thin {
-    pub(super) fn new(ray: usize, march: March) -> Thin {
-        Thin { ray, march, piece: Piece::default(), passed: Passed::Nothing, hit: None }
+    /// A ray that goes on from a beam.
+    pub(super) fn new(ray: usize, line: Ray, want: Want, stretch: f64, root: Option<f64>) -> Thin {
+        let march = want.march(&line, stretch, root);
+        Thin { ray, line, march, piece: Piece::default(), passed: Passed::Nothing, hit: None }
+    }
+
+    /// A ray of which nothing is known, but that it begins on a surface if `near` is zero.
+    pub(super) fn alone(ray: usize, line: Ray) -> Thin {
+        let Ray { near, far, .. } = line;
+        let march = March::new(near, far, FIRST * (far - near), None);
+        let march = if near > 0.0 { march } else { march.at_surface(End::Near, rim(&line)) };
+        Thin { ray, line, march, piece: Piece::default(), passed: Passed::Nothing, hit: None }
     }
 
     /// Decides which piece to look at.
-    pub(super) fn place(&mut self, cells: &Cells, ray: &Ray) {
-        match worthwhile(&mut self.march, cells, ray.tolerance, |piece| around(ray, piece)) {
+    pub(super) fn place(&mut self, cells: &Cells) {
+        let line = &self.line;
+        match worthwhile(&mut self.march, cells, line.tolerance, |piece| around(line, piece)) {
             Some((piece, _)) => self.piece = piece,
             None => self.hit = Some(Hit { certified: self.passed == Passed::Nothing, ..Hit::MISS }),
         }
     }
 
+    /// A place and how far, at most, the piece reaches from it along any axis.
+    pub(super) fn around(&self) -> ([f64; 3], f64) {
+        around(&self.line, self.piece)
+    }
+
     /// The coordinates of the piece.
-    pub(super) fn coordinates(&self, ray: &Ray) -> [Parabola<0>; 3] {
-        let Piece { mid, half } = self.piece;
+    pub(super) fn coordinates(&self) -> [Parabola<0>; 3] {
+        let (ray, Piece { mid, half }) = (&self.line, self.piece);
         let (at, blur) = (ray.at(mid), ray.rounding(mid.abs() + half));
         [0, 1, 2].map(|axis| Parabola::coordinate(at[axis], half * ray.direction[axis], [], 0.0, blur))
     }
 
     /// The answer less the claim that the solid begins where the field has no value: what is known of a
     /// piece holds wherever it has one.
-    pub(super) fn checked(
-        &self,
-        ray: &Ray,
-        mut answer: Answer,
-        mut value: impl FnMut(DVec3) -> f64,
-    ) -> Answer {
-        let Piece { mid, half } = self.piece;
+    pub(super) fn checked(&self, mut answer: Answer, mut value: impl FnMut(DVec3) -> f64) -> Answer {
+        let (ray, Piece { mid, half }) = (&self.line, self.piece);
         for (side, sign) in answer.halves.iter_mut().zip([-1.0, 1.0]) {
             if side.below < 1.0 && value(ray.at(mid + sign * side.below * half)).is_nan() {
                 side.below = 1.0;
@@ -89,8 +111,8 @@ impl Thin {
     }
 
     /// Takes an answer about the piece; `value` is the field at a point.
-    pub(super) fn tell(&mut self, ray: &Ray, answer: &Answer, want: Want, value: impl FnMut(DVec3) -> f64) {
-        let (tolerance, before) = (ray.tolerance.at(self.march.free), self.march.free);
+    pub(super) fn tell(&mut self, answer: &Answer, want: Want, value: impl FnMut(DVec3) -> f64) {
+        let (tolerance, before) = (self.line.tolerance.at(self.march.free), self.march.free);
         let certified = self.passed == Passed::Nothing;
         self.hit = match self.march.tell(self.piece, answer, tolerance) {
             Next::Free => Some(Hit { certified, ..Hit::MISS }),
@@ -100,9 +122,9 @@ impl Thin {
             Next::Root(a, b) => Some(Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified }),
             Next::Stuck(t) if answer.finite => Some(Hit { t, certified }),
             Next::Look if self.march.pieces > PIECES => Some(Hit { t: self.march.free, certified: false }),
-            Next::Stuck(_) => self.pass(ray, value, |f| f.is_nan() || f > 0.0),
+            Next::Stuck(_) => self.pass(value, |f| f.is_nan() || f > 0.0),
             Next::Look if self.passed == Passed::Last && self.march.free == before => {
-                self.pass(ray, value, f64::is_nan)
+                self.pass(value, f64::is_nan)
             }
             Next::Look => None,
         };
@@ -110,13 +132,8 @@ impl Thin {
 
     /// Leaves the piece behind if it is empty at points, so that `is_empty` holds for their values. What
     /// is inside at the end of so short a piece that no more can be told is a hit.
-    fn pass(
-        &mut self,
-        ray: &Ray,
-        mut value: impl FnMut(DVec3) -> f64,
-        is_empty: fn(f64) -> bool,
-    ) -> Option<Hit> {
-        let Piece { mid, half } = self.piece;
+    fn pass(&mut self, mut value: impl FnMut(DVec3) -> f64, is_empty: fn(f64) -> bool) -> Option<Hit> {
+        let (ray, Piece { mid, half }) = (&self.line, self.piece);
         let values = [mid - half, mid, mid + half].map(|t| value(ray.at(t.clamp(ray.near, ray.far))));
         if values.into_iter().all(is_empty) {
             self.passed = Passed::Last;
@@ -132,6 +149,6 @@ impl Thin {
 }
 
 /// A place and how far, at most, a piece of a ray reaches from it along any axis.
-pub(super) fn around(ray: &Ray, Piece { mid, half }: Piece) -> ([f64; 3], f64) {
+fn around(ray: &Ray, Piece { mid, half }: Piece) -> ([f64; 3], f64) {
     (ray.at(mid).to_array(), half + ray.rounding(mid.abs() + half))
 }

@@ -91,7 +91,7 @@ impl Bundle {
 
     /// Takes the radius of the ball at a depth, and gives the depth of the next.
     fn take_ball(&mut self, depth: f64, radius: f64) -> Option<f64> {
-        let covered = self.section.covered(&self.frame, depth, radius);
+        let covered = self.section.covered(depth, radius);
         let leaves_no_gap = |[behind, _]: &[f64; 2]| depth - behind <= self.march.free;
         match covered.filter(leaves_no_gap) {
             Some([_, beyond]) => {
@@ -100,7 +100,7 @@ impl Bundle {
                     self.state = State::Free;
                     return None;
                 }
-                if beyond < NARROW * self.section.radius(&self.frame, depth) {
+                if beyond < NARROW * self.section.radius(depth) {
                     self.state = State::Ended;
                     return None;
                 }
