@@ -67,11 +67,11 @@ impl Sample {
         self
     }
 
-    /// Where it lies on a curve through the picture on which neighbours are near to one another: Morton's, in fourths of
-    /// pixels.
+    /// Where it lies on a curve through the picture on which neighbours are near to one another: Morton's, in sixteenths
+    /// of pixels.
     pub fn along_curve(&self) -> u64 {
         // Filters reach beyond the first pixel.
-        morton2(self.place.map(|x| (4.0 * x + 256.0) as u32))
+        morton2(self.place.map(|x| (16.0 * x + 1024.0) as u32))
     }
 
     /// Origin and direction of its line of sight.
@@ -133,10 +133,10 @@ mod tests {
         let (low, high) = (seen.iter().min().unwrap().to_owned(), seen.iter().max().unwrap().to_owned());
         seen.sort();
         seen.dedup();
-        // Four by four places in each pixel.
-        assert!(seen.len() == 64 * 64 && high - low < 64 * 64 * 16);
-        assert_eq!(at(1, 0) - at(0, 0), 16);
-        assert_eq!(at(0, 1) - at(0, 0), 32);
+        // Sixteen by sixteen places in each pixel.
+        assert!(seen.len() == 64 * 64 && high - low < 64 * 64 * 256);
+        assert_eq!(at(1, 0) - at(0, 0), 256);
+        assert_eq!(at(0, 1) - at(0, 0), 512);
         assert!(at(Film::MAX_SIDE - 1, 0) > at(0, 0));
     }
 

@@ -190,9 +190,9 @@ impl<'a> Worker<'a> {
                 }
             }
         }
-        // Filters that are wider than a pixel mix the samples of neighbours; rays that are cast together should not be.
-        if self.filter.reach() > 0.5 {
-            self.samples.sort_by_key(|sample| sample.along_curve());
+        // Samples are everywhere in their pixels, or beyond; rays that are cast together should be close to one another.
+        if range.len() > 1 || self.filter.reach() > 0.5 {
+            self.samples.sort_by_cached_key(Sample::along_curve);
         }
     }
 }
