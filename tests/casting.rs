@@ -7,6 +7,7 @@ use common::Build;
 use glam::DVec3;
 use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, all_hits, caster};
 use orogen::expr::NodeId;
+use orogen::field::Field;
 use orogen::op::{self, Op};
 use orogen::scene::Aabb;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
@@ -264,6 +265,97 @@ fn beams_find_what_lone_rays_find() {
         }
         // Where a ray comes within the tolerance without meeting anything, either answer is right.
         assert!(grazing * 200 < rays.len(), "scene {n}: {grazing} hits differ");
+    }
+}
+
+/// Rays that go on from where those of a picture ended, a few tolerances above the surface, along directions that differ
+/// by so much.
+fn onward(field: &mut Field, seen: &[Ray], hits: &[Hit], spread: f64) -> Vec<Ray> {
+    let mut rng = StdRng::seed_from_u64(12);
+    let mut rays = Vec::new();
+    for (ray, hit) in seen.iter().zip(hits).filter(|(_, hit)| hit.is_hit()) {
+        let at = ray.at(hit.t);
+        let normal = field.gradient(at).1.normalize();
+        let origin = at + 4.0 * TOLERANCE * normal;
+        let aside = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+        let direction = (DVec3::new(0.5, 0.8, -0.4) + spread * aside).normalize();
+        if normal.dot(direction) > 0.0
+            && let Some((_, far)) = Aabb::cube(REGION).clip(origin, direction)
+        {
+            rays.push(Ray { origin, direction, near: 0.0, far, tolerance: Tolerance::fixed(TOLERANCE) });
+        }
+    }
+    rays
+}
+
+/// The same rays through a lens: what is as far off as the origin is sharp.
+fn through_a_lens(rays: &[Ray]) -> Vec<Ray> {
+    let mut rng = StdRng::seed_from_u64(13);
+    let blurred = rays.iter().map(|ray| {
+        let focus = ray.at(ray.origin.length());
+        let aside = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-0.02..0.02)));
+        let origin = ray.origin + aside;
+        let direction = (focus - origin).normalize();
+        let (near, far) = Aabb::cube(REGION).clip(origin, direction).unwrap_or((1.0, 0.0));
+        Ray { origin, direction, near, far, ..*ray }
+    });
+    blurred.collect()
+}
+
+#[test]
+fn rays_alongside_one_another_find_what_lone_rays_find() {
+    type Scene = fn(&mut Build) -> NodeId;
+    let scenes: [(Scene, DVec3, f64); 4] = [
+        (common::three_octaves, DVec3::new(0.4, 0.9, -4.0), 0.4),
+        (common::thin_rings, DVec3::new(1.0, 3.0, -2.0), 0.15),
+        (common::balls, DVec3::new(-2.0, 2.0, 3.0), 0.4),
+        (common::square_root_ridges, DVec3::new(0.0, 1.0, -4.0), 0.4),
+    ];
+    let never = AtomicBool::new(false);
+    for (n, (build, eye, half)) in scenes.into_iter().enumerate() {
+        let mut b = Build::default();
+        let root = build(&mut b);
+        let mut field = b.field(root);
+        let make = |kind| caster(kind, &b.field(root), &Aabb::cube(REGION), &[]).expect("a caster");
+        let (mut lone, mut beams) = (make(Kind::Affine), make(Kind::Beam));
+        let seen = picture(eye, half);
+        let mut hits = vec![Hit::MISS; seen.len()];
+        lone.first_hits(&seen, &mut hits, &mut CastStats::default(), &never);
+        let mut groups = vec![through_a_lens(&seen)];
+        groups.extend([1e-3, 0.02, 0.2, 3.0].map(|spread| onward(&mut field, &seen, &hits, spread)));
+        // Some of which begin elsewhere.
+        let mut mixed = groups[2].clone();
+        mixed.iter_mut().step_by(7).for_each(|ray| ray.near = 0.25 * ray.far);
+        groups.push(mixed);
+        for (g, rays) in groups.iter().enumerate() {
+            let mut found = [[(); 2]; 2].map(|two| two.map(|()| vec![Hit::MISS; rays.len()]));
+            let mut cost = CastStats::default();
+            for (made, [first, any]) in [&mut lone, &mut beams].into_iter().zip(&mut found) {
+                made.first_hits(rays, first, &mut cost, &never);
+                made.any_hits(rays, any, &mut cost, &never);
+            }
+            assert_eq!(cost.rays, 4 * rays.len() as u64);
+            let [[by_lone, any_by_lone], [by_beams, any_by_beams]] = &found;
+            assert!(rays.len() > 300, "scene {n}, group {g}: only {} rays", rays.len());
+            let mut differ = 0;
+            for (i, ray) in rays.iter().enumerate() {
+                let (a, b) = (by_lone[i], by_beams[i]);
+                assert!(b.certified && any_by_beams[i].certified, "scene {n}, group {g}: {ray:?}");
+                let is_other = (a.t - b.t).abs() > 2.0 * TOLERANCE || a.is_hit() != b.is_hit();
+                let is_close = field.value(ray.at(a.t.min(b.t))).abs() <= 2.0 * TOLERANCE;
+                differ += usize::from(is_other && !is_close);
+                // Where a ray comes within the tolerance without meeting anything, either answer is right.
+                differ += usize::from(any_by_beams[i].is_hit() != any_by_lone[i].is_hit());
+            }
+            assert!(differ * 100 < rays.len(), "scene {n}, group {g}: {differ} of {} differ", rays.len());
+        }
+        // What is cancelled is left alone.
+        let untouched = Hit { t: 0.5, certified: false };
+        let mut hits = vec![untouched; groups[2].len()];
+        let cancelled = AtomicBool::new(true);
+        beams.first_hits(&groups[2], &mut hits, &mut CastStats::default(), &cancelled);
+        beams.any_hits(&groups[2], &mut hits, &mut CastStats::default(), &cancelled);
+        assert!(hits.iter().all(|hit| *hit == untouched), "scene {n}");
     }
 }
 

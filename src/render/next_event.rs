@@ -13,7 +13,7 @@ use super::sample::Purpose;
 use super::stats::Stage;
 use super::water::Water;
 use super::worker::Seer;
-use crate::cast::Hit;
+use crate::cast::{Hit, Ray};
 use crate::scene;
 use glam::DVec3;
 
@@ -185,7 +185,9 @@ impl Paths {
             let towards = light::on_disc(sun, sample.pair(Purpose::Light { step, number: 0 }));
             for (order, place) in places.iter().enumerate() {
                 if let Some(ray) = seer.scene.onward_ray(*place, towards, f64::INFINITY) {
-                    asked.push((order, self.sunny.len(), ray));
+                    // It begins in the air.
+                    let near = ray.near.max(ray.tolerance.least);
+                    asked.push((order, self.sunny.len(), Ray { near, ..ray }));
                 }
                 self.sunny.push(1.0);
             }

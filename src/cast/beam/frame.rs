@@ -255,9 +255,13 @@ impl Section {
             depth.add(frame.depth(ray, ray.far));
         }
         // Places are known to a few roundings of the numbers that they come from; what is the same for all lines is zero.
-        let is = |kind| f64::from(u8::from(frame.kind == kind));
-        let start = start.map(|range| range.around(frame.size * (1.0 - is(Kind::Origin))));
-        let slope = slope.map(|range| range.around(1.0 - is(Kind::Parallel)));
+        let (starts, slopes) = match frame.kind {
+            Kind::Origin => (0.0, 1.0),
+            Kind::Parallel => (frame.size, 0.0),
+            Kind::Alongside => (frame.size, 1.0),
+        };
+        let start = start.map(|range| range.around(starts));
+        let slope = slope.map(|range| range.around(slopes));
         let centre = Place { start: start.map(|[mid, _]| mid), slope: slope.map(|[mid, _]| mid) };
         let [near, far] = depth.0;
         let depth = [near - frame.hair(near), far + frame.hair(far)];

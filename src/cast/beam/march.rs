@@ -206,9 +206,13 @@ impl March {
         if self.rim > 0.0 {
             let size = self.island_at_end(before);
             let shorter = SHRINKS_AT_RIM * self.rim;
-            self.rim = if size > 0.0 || shorter < tolerance { 0.0 } else { shorter };
+            let least = tolerance.max(64.0 * f64::EPSILON * self.far.abs());
+            if self.end == End::Near {
+                self.stretch = if size > 0.0 { STARTS * size } else { shorter };
+            }
+            let is_done = size > 0.0 || self.inside.is_finite() || shorter < least;
+            self.rim = if is_done { 0.0 } else { shorter };
             if self.free < self.far.min(self.inside) {
-                self.stretch = if self.end == End::Near && size > 0.0 { STARTS * size } else { self.stretch };
                 return Next::Look;
             }
         }
@@ -252,6 +256,10 @@ impl March {
     /// Leaves behind what is known to be free, as far as `to`.
     pub(in crate::cast) fn skip(&mut self, to: f64) {
         self.free = self.free.max(to);
+        if self.end == End::Near {
+            // That end is behind.
+            self.rim = 0.0;
+        }
         self.take_islands();
     }
 

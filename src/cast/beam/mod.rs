@@ -32,7 +32,7 @@ use march::{March, PIECES};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use thin::{Thin, Want};
+use thin::{Thin, Want, march_alone};
 
 /// Rays of the widest beams, where the field is the same expression everywhere,
 const WIDEST: usize = 64;
@@ -120,7 +120,8 @@ impl Beam {
                 }
                 let stretch = distance(free + march.stretch) - distance(free);
                 let root = self.bundle.root(&frame.place(ray)).map(distance);
-                thin.push(Thin::new(range.start, Ray { near, ..*ray }, want, stretch, root));
+                let line = Ray { near, ..*ray };
+                thin.push(Thin::new(range.start, line, want.march(&line, stretch, root)));
             }
         }
     }
@@ -141,9 +142,9 @@ impl Beams {
             (0..rays.len()).step_by(widest).map(|start| start..(start + widest).min(rays.len())).collect();
         while let Some(own) = open.pop() {
             let Some(range) = trimmed(rays, own) else { continue };
-            // Rays that go apart from a surface have nothing in common where they begin.
-            let goes_together =
-                |frame: &Frame| want == Want::Any || frame.is_strict() || rays[range.start].near > 0.0;
+            // Rays from different places of a surface have nothing in common where they begin.
+            let are_off = || rays[range.clone()].iter().all(|ray| !is_from_surface(ray));
+            let goes_together = |frame: &Frame| want == Want::Any || frame.is_strict() || are_off();
             if let Some(frame) = Frame::new(&rays[range.clone()]).filter(goes_together) {
                 let section = Section::around(&frame, &rays[range.clone()]);
                 let [near, far] = section.depth;
@@ -213,9 +214,9 @@ fn turned(&Ray { origin, direction, near, far, tolerance }: &Ray) -> Ray {
     Ray { origin, direction: -direction, near: -far, far: -near, tolerance }
 }
 
-/// Whether rays begin on a surface, and not all at one place.
-fn are_from_surfaces(rays: &[Ray]) -> bool {
-    rays.iter().all(|ray| ray.near <= 0.0) && rays.iter().any(|ray| ray.origin != rays[0].origin)
+/// Whether a ray begins on a surface, as far as it says.
+fn is_from_surface(ray: &Ray) -> bool {
+    ray.near <= 0.0
 }
 
 /// The parts that a range of rays is cut into.
@@ -243,10 +244,10 @@ impl Beams {
     ) {
         self.march_together(rays, want, out, stats, cancel);
         let Memory { thin, alone, .. } = &mut self.memory;
-        thin.extend(alone.drain(..).map(|i| match want {
-            Want::First => Thin::alone(i, rays[i]),
-            // These were turned around for the sake of beams.
-            Want::Any => Thin::alone(i, turned(&rays[i])),
+        thin.extend(alone.drain(..).map(|i| {
+            // Those of which anything is wanted were turned around for the sake of beams.
+            let line = if want == Want::Any { turned(&rays[i]) } else { rays[i] };
+            Thin::new(i, line, march_alone(&line))
         }));
         self.march_rays(want, stats, cancel);
         for Thin { ray, march, hit, .. } in &self.memory.thin {
@@ -288,16 +289,18 @@ impl Beams {
         }
     }
 
-    /// Shortens rays from a surface by what is free before their other ends, where they still keep together.
+    /// Shortens rays from surfaces by what is free before their other ends, where they still keep together.
     fn shorten(&mut self, rays: &mut [Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
-        let turned = std::mem::take(&mut self.memory.turned);
+        self.turn(rays);
+        let mut turned = std::mem::take(&mut self.memory.turned);
+        let others = turned.iter_mut().zip(&*rays).filter(|(_, ray)| !is_from_surface(ray));
+        others.for_each(|(turned, _)| turned.far = f64::NEG_INFINITY);
         self.march_together(&turned, Want::Any, out, stats, cancel);
         // Those that are free all along are in no list.
-        let mut far = vec![f64::NEG_INFINITY; rays.len()];
-        for thin in &self.memory.thin {
-            far[thin.ray] = -thin.march.free;
-        }
+        let end = |ray: &Ray| if is_from_surface(ray) { f64::NEG_INFINITY } else { ray.far };
+        let mut far: Vec<f64> = rays.iter().map(end).collect();
         self.memory.alone.iter().for_each(|&i| far[i] = rays[i].far);
+        self.memory.thin.iter().for_each(|thin| far[thin.ray] = -thin.march.free);
         rays.iter_mut().zip(far).for_each(|(ray, far)| ray.far = ray.far.min(far));
         self.memory.turned = turned;
     }
@@ -319,13 +322,16 @@ impl Beams {
 impl Caster for Beams {
     fn first_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
         self.begin(rays, stats);
-        if !are_from_surfaces(rays) {
+        let mut own = rays.iter().filter(|ray| is_from_surface(ray));
+        let first = own.next();
+        if !own.any(|ray| first.is_some_and(|first| ray.origin != first.origin)) {
             return self.cast(rays, Want::First, out, stats, cancel);
         }
         let mut short = rays.to_vec();
-        self.turn(rays);
         self.shorten(&mut short, out, stats, cancel);
-        self.cast(&short, Want::First, out, stats, cancel);
+        if !cancel.load(Ordering::Relaxed) {
+            self.cast(&short, Want::First, out, stats, cancel);
+        }
     }
 
     fn any_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {

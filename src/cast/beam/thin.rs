@@ -21,21 +21,26 @@ pub(super) enum Want {
 }
 
 impl Want {
-    /// The march of a single ray; the ends of rays of which anything is wanted lie close to the surface.
-    fn march(self, line: &Ray, stretch: f64, root: Option<f64>) -> March {
+    /// The march of a ray that goes on from a beam. Those of which anything is wanted are turned around, and end where
+    /// they began.
+    pub(super) fn march(self, line: &Ray, stretch: f64, root: Option<f64>) -> March {
+        let &Ray { near, far, tolerance, .. } = line;
         match self {
-            Want::First => March::new(line.near, line.far, stretch, root),
-            Want::Any => March::new(line.near, line.far, stretch, None).at_surface(End::Far, rim(line)),
+            Want::First => March::new(near, far, stretch, root),
+            Want::Any if far < 0.0 => March::new(near, far, stretch, None),
+            Want::Any => March::new(near, far, stretch, None).at_surface(End::Far, RIM * tolerance.at(0.0)),
         }
     }
 }
 
-/// Tolerances that a ray looks at around an end on a surface: half a pixel in pictures. (Measured: details of rocks and
+/// Tolerances that a ray looks at around an end on a surface: less than half a pixel in pictures. (Measured: details of rocks and
 /// canyons are about as large; where all is smooth it makes no difference.)
 const RIM: f64 = 200.0;
 
-fn rim(line: &Ray) -> f64 {
-    RIM * line.tolerance.at(line.near.abs())
+/// The march of a ray of which nothing is known.
+pub(super) fn march_alone(&Ray { near, far, tolerance, .. }: &Ray) -> March {
+    let march = March::new(near, far, FIRST * (far - near), None);
+    if near > 0.0 { march } else { march.at_surface(End::Near, RIM * tolerance.at(0.0)) }
 }
 
 /// A ray under way.
@@ -63,17 +68,7 @@ enum Passed {
 }
 
 impl Thin {
-    /// A ray that goes on from a beam.
-    pub(super) fn new(ray: usize, line: Ray, want: Want, stretch: f64, root: Option<f64>) -> Thin {
-        let march = want.march(&line, stretch, root);
-        Thin { ray, line, march, piece: Piece::default(), passed: Passed::Nothing, hit: None }
-    }
-
-    /// A ray of which nothing is known, but that it begins on a surface if `near` is zero.
-    pub(super) fn alone(ray: usize, line: Ray) -> Thin {
-        let Ray { near, far, .. } = line;
-        let march = March::new(near, far, FIRST * (far - near), None);
-        let march = if near > 0.0 { march } else { march.at_surface(End::Near, rim(&line)) };
+    pub(super) fn new(ray: usize, line: Ray, march: March) -> Thin {
         Thin { ray, line, march, piece: Piece::default(), passed: Passed::Nothing, hit: None }
     }
 

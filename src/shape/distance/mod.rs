@@ -135,6 +135,7 @@ impl Distance {
         }
         jet
     }
+
     /// The jets at points of a range, in some order: which lane is the i-th.
     fn jets_in_order(
         &self,
