@@ -252,7 +252,9 @@ impl Beams {
         self.march_rays(want, stats, cancel);
         for Thin { ray, march, hit, .. } in &self.memory.thin {
             if let Some(hit) = *hit {
-                out[*ray] = hit;
+                // Any hit is somewhere behind the beginning.
+                let t = if want == Want::Any && hit.is_hit() { -rays[*ray].far } else { hit.t };
+                out[*ray] = Hit { t, ..hit };
                 stats.hits += u64::from(hit.is_hit());
                 stats.uncertified += u64::from(!hit.certified);
                 stats.given_up += u64::from(march.pieces > PIECES && !hit.certified);
@@ -340,10 +342,6 @@ impl Caster for Beams {
         let turned = std::mem::take(&mut self.memory.turned);
         self.cast(&turned, Want::Any, out, stats, cancel);
         self.memory.turned = turned;
-        for (hit, ray) in out.iter_mut().zip(rays).filter(|(hit, _)| hit.is_hit()) {
-            // Somewhere behind the beginning.
-            hit.t = ray.near;
-        }
     }
 
     fn costs(&self) -> &[f64] {
