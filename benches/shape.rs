@@ -56,6 +56,7 @@ struct Kind {
     batch: usize,
 }
 
+/// Points of all kinds about a mesh.
 fn kinds(mesh: &Mesh) -> [Kind; 4] {
     let (lo, hi) = mesh.bounds().expect("a mesh with points");
     let mut state = 1_u64;

@@ -21,7 +21,8 @@ pub(super) fn is_real(ray: &Ray) -> bool {
 /// ```
 ///
 /// where `slope` is zero for parallel lines and `start` is for lines from one origin. Others, which only run alongside one
-/// another, as those through a lens or to a sun that is a disc, have both. Rays may also run towards their origin, at depths below zero, as they do to the centre of a planet.
+/// another, as those through a lens or to a sun that is a disc, have both. Rays may also run towards their origin, at
+/// depths below zero, as they do to the centre of a planet.
 ///
 /// Depths are the same for all beams of the group, so that a beam starts where the one that it is a
 /// part of ended.

@@ -292,12 +292,14 @@ impl Beams {
     }
 
     /// Shortens rays from surfaces by what is free before their other ends, where they still keep together.
-    fn shorten(&mut self, rays: &mut [Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
+    fn shorten(&mut self, rays: &mut [Ray], stats: &mut CastStats, cancel: &AtomicBool) {
         self.turn(rays);
         let mut turned = std::mem::take(&mut self.memory.turned);
         let others = turned.iter_mut().zip(&*rays).filter(|(_, ray)| !is_from_surface(ray));
         others.for_each(|(turned, _)| turned.far = f64::NEG_INFINITY);
-        self.march_together(&turned, Want::Any, out, stats, cancel);
+        // Of no interest: what misses here is cast to nowhere.
+        let mut missed = vec![Hit::MISS; rays.len()];
+        self.march_together(&turned, Want::Any, &mut missed, stats, cancel);
         // Those that are free all along are in no list.
         let end = |ray: &Ray| if is_from_surface(ray) { f64::NEG_INFINITY } else { ray.far };
         let mut far: Vec<f64> = rays.iter().map(end).collect();
@@ -330,7 +332,7 @@ impl Caster for Beams {
             return self.cast(rays, Want::First, out, stats, cancel);
         }
         let mut short = rays.to_vec();
-        self.shorten(&mut short, out, stats, cancel);
+        self.shorten(&mut short, stats, cancel);
         if !cancel.load(Ordering::Relaxed) {
             self.cast(&short, Want::First, out, stats, cancel);
         }
