@@ -191,7 +191,7 @@ impl<'a> Worker<'a> {
                 }
             }
         }
-        // Samples are everywhere in their pixels, or beyond; rays that are cast together should be close to one another.
+        // Samples are everywhere in their pixels, or beyond; rays that are cast together should be close together.
         if range.len() > 1 || self.filter.reach() > 0.5 {
             self.samples.sort_by_cached_key(Sample::along_curve);
         }

@@ -255,7 +255,7 @@ impl Section {
             depth.add(frame.depth(ray, ray.near));
             depth.add(frame.depth(ray, ray.far));
         }
-        // Places are known to a few roundings of the numbers that they come from; what is the same for all lines is zero.
+        // Places are known to a few roundings of the numbers that they come from; what all lines share is zero.
         let (starts, slopes) = match frame.kind {
             Kind::Origin => (0.0, 1.0),
             Kind::Parallel => (frame.size, 0.0),

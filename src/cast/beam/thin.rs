@@ -33,8 +33,8 @@ impl Want {
     }
 }
 
-/// Tolerances that a ray looks at around an end on a surface: less than half a pixel in pictures. (Measured: details of rocks and
-/// canyons are about as large; where all is smooth it makes no difference.)
+/// Tolerances that a ray looks at around an end on a surface: less than half a pixel in pictures. (Measured: details of
+/// rocks and canyons are about as large; where all is smooth it makes no difference.)
 const RIM: f64 = 200.0;
 
 /// The march of a ray of which nothing is known.
