@@ -428,6 +428,36 @@ mod video {
         assert!(bench.names().iter().all(|name| !name.starts_with('.')), "{:?}", bench.names());
     }
 
+    /// `ORO_FFMPEG=required` makes it an error that this machine has none.
+    #[test]
+    fn a_video_shows_its_frames() {
+        let bench = rock();
+        bench.run("render a.rhai --frames 7-9 --size 65x47 --samples 1").success();
+        let made = bench.command("video a.####.png -o a.mp4 --fps 10 --quality 4").output().unwrap();
+        if String::from_utf8_lossy(&made.stderr).contains("no ffmpeg on the PATH") {
+            assert!(!std::env::var("ORO_FFMPEG").is_ok_and(|v| v == "required"), "there is no ffmpeg here");
+            return;
+        }
+        assert!(made.status.success(), "{made:?}");
+        let (video, back) = (bench.path("a.mp4"), bench.path("back.%d.png"));
+        let mut player = std::process::Command::new("ffmpeg");
+        player.args(["-v", "error", "-i"]).arg(video).arg(back);
+        assert!(player.status().unwrap().success());
+        for (number, frame) in ["a.0007.png", "a.0008.png", "a.0009.png"].into_iter().enumerate() {
+            let read = |name: &str| image::open(bench.path(name)).unwrap().to_rgb8();
+            let (shown, meant) = (read(&format!("back.{}.png", number + 1)), read(frame));
+            // Its pixels go by twos.
+            assert_eq!(shown.dimensions(), (66, 48));
+            let apart = meant.enumerate_pixels().flat_map(|(x, y, pixel)| {
+                let other = shown.get_pixel(x, y);
+                (0..3).map(move |c| u64::from(pixel[c].abs_diff(other[c])))
+            });
+            let mean = apart.sum::<u64>() as f64 / (3 * 65 * 47) as f64;
+            assert!(mean < 3.0, "{frame}: {mean}");
+        }
+        assert!(!bench.names().contains(&"back.4.png".into()));
+    }
+
     #[test]
     fn an_ffmpeg_that_fails_leaves_the_earlier_video() {
         let bench = with_ffmpeg("for last; do :; done; echo half >\"$last\"; echo no such codec >&2; exit 3");

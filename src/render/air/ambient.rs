@@ -2,9 +2,10 @@
 
 use super::dome::{Ray, rays, suns};
 use super::march::Step;
+use super::medium::Medium;
 use super::phase::Phases;
 use super::shell::SunTable;
-use super::sunlight::Sunlight;
+use super::sunlight::{Sunlight, through};
 use glam::DVec3;
 use std::ops::{Add, Mul};
 use std::sync::atomic::AtomicBool;
@@ -14,6 +15,12 @@ const SIZE: [usize; 2] = [32, 12];
 
 /// Rays above and below the horizon.
 const RAYS: [usize; 2] = [10, 6];
+
+/// Levels nearer than this to the ground and the top are taken for it.
+const NEAR: f64 = 1e-3;
+
+/// Mean length of the ways through a layer, in its thickness (Elsasser 1942).
+const SLANT: f64 = 1.66;
 
 /// Sides on which the sun is, half of the way round: many, for haze is bright about the sun.
 const SIDES: usize = 8;
@@ -28,13 +35,17 @@ pub(super) struct Ambient {
 
 impl Ambient {
     pub const NONE: Ambient = Ambient { above: DVec3::ZERO, below: DVec3::ZERO };
+
+    fn map(self, other: Ambient, f: impl Fn(DVec3, DVec3) -> DVec3) -> Ambient {
+        Ambient { above: f(self.above, other.above), below: f(self.below, other.below) }
+    }
 }
 
 impl Add for Ambient {
     type Output = Ambient;
 
     fn add(self, other: Ambient) -> Ambient {
-        Ambient { above: self.above + other.above, below: self.below + other.below }
+        self.map(other, DVec3::add)
     }
 }
 
@@ -42,33 +53,61 @@ impl Mul<f64> for Ambient {
     type Output = Ambient;
 
     fn mul(self, by: f64) -> Ambient {
-        Ambient { above: self.above * by, below: self.below * by }
+        self.map(self, |light, _| light * by)
     }
 }
 
-/// The table for a sun of irradiance 1, with the light that is scattered more than once; `None` if that was cancelled.
-pub(super) fn table(
-    sunlight: Sunlight<'_>,
-    multiple: Option<&SunTable<DVec3>>,
-    cancel: &AtomicBool,
-) -> Option<SunTable<Ambient>> {
-    SunTable::new(sunlight.medium.shell, SIZE, cancel, |r| {
-        let rays = rays(sunlight.medium, r, RAYS);
-        move |mu| {
-            let from = |ray: &Ray| {
-                let side = |sun| radiance(ray, sunlight, multiple, sun);
-                let mean = suns(mu, SIDES).map(side).sum::<DVec3>() / SIDES as f64;
-                // int L cos dOmega / pi, with dOmega = 4 pi share.
-                let light = mean * (4.0 * ray.share * ray.direction.y.abs());
-                if ray.direction.y > 0.0 {
-                    Ambient { above: light, ..Ambient::NONE }
-                } else {
-                    Ambient { below: light, ..Ambient::NONE }
-                }
-            };
-            rays.iter().map(from).fold(Ambient::NONE, Ambient::add)
-        }
-    })
+/// The light of the sky at all heights for suns at all heights.
+#[derive(Clone, Debug)]
+pub(super) struct Table {
+    /// Shares of what [`scale`] says, which hardly depend on the height.
+    shares: SunTable<Ambient>,
+    medium: Medium,
+}
+
+impl Table {
+    /// The table for a sun of irradiance 1, with the light that is scattered more than once; `None` if that was cancelled.
+    pub fn new(
+        sunlight: Sunlight<'_>,
+        multiple: Option<&SunTable<DVec3>>,
+        cancel: &AtomicBool,
+    ) -> Option<Table> {
+        let shell = sunlight.medium.shell;
+        let shares = SunTable::new(shell, SIZE, cancel, |r| {
+            // Where there is nothing above, or below, the share of nothing is what it tends to.
+            let r = r.clamp(shell.radius_at(NEAR), shell.radius_at(1.0 - NEAR));
+            let rays = rays(sunlight.medium, r, RAYS);
+            let scale = scale(sunlight.medium, r);
+            move |mu| {
+                let from = |ray: &Ray| {
+                    let side = |sun| radiance(ray, sunlight, multiple, sun);
+                    let mean = suns(mu, SIDES).map(side).sum::<DVec3>() / SIDES as f64;
+                    // int L cos dOmega / pi, with dOmega = 4 pi share.
+                    let light = mean * (4.0 * ray.share * ray.direction.y.abs());
+                    if ray.direction.y > 0.0 {
+                        Ambient { above: light, ..Ambient::NONE }
+                    } else {
+                        Ambient { below: light, ..Ambient::NONE }
+                    }
+                };
+                let all = rays.iter().map(from).fold(Ambient::NONE, Ambient::add);
+                all.map(scale, |light, most| light / most.max(DVec3::splat(f64::MIN_POSITIVE)))
+            }
+        })?;
+        Some(Table { shares, medium: *sunlight.medium })
+    }
+
+    /// The light at a radius for a sun at the cosine `mu` to the vertical.
+    pub fn at(&self, r: f64, mu: f64) -> Ambient {
+        self.shares.at(r, mu).map(scale(&self.medium, r), DVec3::mul)
+    }
+}
+
+/// Light from above and from below of air that shines evenly: near the ground there is next to nothing below, and high up
+/// next to nothing above.
+fn scale(medium: &Medium, r: f64) -> Ambient {
+    let [above, below] = medium.scatterers(r).map(|depth| DVec3::ONE - through(SLANT * depth));
+    Ambient { above, below }
 }
 
 /// Radiance of the air along a ray.

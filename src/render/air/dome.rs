@@ -11,7 +11,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Steps along a ray.
-const STEPS: Count = Count { one_way: 12, each_half: 8 };
+const STEPS: Count = Count { one_way: 24, each_half: 16 };
 
 /// A ray from a point on the y axis, in the plane of x and y.
 pub(super) struct Ray {

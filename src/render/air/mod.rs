@@ -29,7 +29,6 @@ mod tests;
 
 use super::recent::Recent;
 use crate::scene::Air;
-use ambient::Ambient;
 use columns::Columns;
 use dome::to_ground;
 use glam::DVec3;
@@ -61,7 +60,7 @@ struct Tables {
     columns: Columns,
     /// Light of a sun of irradiance 1 that is scattered more than once, if it counts.
     multiple: Option<SunTable<DVec3>>,
-    ambient: SunTable<Ambient>,
+    ambient: ambient::Table,
 }
 
 /// What air does to a line of sight.
@@ -92,7 +91,7 @@ impl Atmosphere {
             true => Some(multiple::table(sunlight, albedo, cancel)?),
             false => None,
         };
-        let ambient = ambient::table(sunlight, multiple.as_ref(), cancel)?;
+        let ambient = ambient::Table::new(sunlight, multiple.as_ref(), cancel)?;
         Some(Atmosphere { medium, tables: Arc::new(Tables { columns, multiple, ambient }) })
     }
 

@@ -200,24 +200,37 @@ fn several_turns_agree_with_direct_integration() {
     }
 }
 
+/// Steps of a sum that is next to exact.
+const FINE: Count = Count { one_way: 32, each_half: 32 };
+
 #[test]
 fn ambient_light_is_the_mean_of_the_sky() {
     let atmosphere = made(&earth()).unwrap();
-    for (h, elevation) in [(1e-6, 70.0), (1e-6, 25.0), (1e-6, 3.0), (5e-4, 40.0), (2e-3, 10.0)] {
+    let by_day = [(1e-6, 70.0), (1e-6, 25.0), (1e-6, 3.0), (1e-6, 0.5), (1e-5, 30.0), (1e-4, 30.0), (5e-4, 40.0)];
+    let high_up = [(1e-3, 5.0), (2e-3, 10.0), (4e-3, 50.0), (8e-3, 20.0)];
+    // Six times as wide: steps are longer than the edge of the planet's shadow is wide.
+    let twilight = [(1e-6, -3.0), (1e-3, -3.0)];
+    for (h, elevation) in by_day.into_iter().chain(high_up).chain(twilight) {
         let (p, suns) = ((1.0 + h) * DVec3::Y, one_sun(elevation));
-        let (mut above, mut below, n) = (DVec3::ZERO, DVec3::ZERO, 120);
+        let (mut above, mut below, n) = (DVec3::ZERO, DVec3::ZERO, 100);
         for i in 0..n * n {
-            let (y, around) = ((i / n) as f64 + 0.5, 2.0 * PI * ((i % n) as f64 + 0.5) / n as f64);
-            let flat = (y / n as f64).sqrt();
-            let up = (1.0 - flat * flat).sqrt();
-            let light =
-                |up: f64| atmosphere.sky(p, DVec3::new(flat * around.cos(), up, flat * around.sin()), &suns);
-            above += light(up) / (n * n) as f64;
-            below += light(-up) / (n * n) as f64;
+            let [up, around] = [i / n, i % n].map(|i| (i as f64 + 0.5) / n as f64);
+            let (flat, around) = ((1.0 - up * up).sqrt(), 2.0 * PI * around);
+            let light = |up: f64| {
+                let direction = DVec3::new(flat * around.cos(), up, flat * around.sin());
+                let distance = to_ground(1.0, p, direction);
+                let steps = atmosphere.steps(p, direction, distance, FINE, 0.5);
+                atmosphere.scattered(&steps, direction, &suns, &[])
+            };
+            let weight = 2.0 * up / (n * n) as f64;
+            above += weight * light(up);
+            below += weight * light(-up);
         }
         let found = atmosphere.ambient(p, DVec3::Y, &suns);
-        assert!(close(found[0], above, 0.03, 0.0), "{h} {elevation}: {} for {above}", found[0]);
-        assert!(close(found[1], below, 0.08, 1e-3), "{h} {elevation}: {} for {below}", found[1]);
+        let within = if elevation > 0.0 { 0.02 } else { 0.12 };
+        for (found, light) in found.into_iter().zip([above, below]) {
+            assert!(close(found, light, within, 0.0), "{h} {elevation}: {found} for {light}");
+        }
     }
 }
 
