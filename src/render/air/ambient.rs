@@ -1,6 +1,7 @@
 //! The light of the sky on a surface, for whatever does not look into all directions itself.
 
 use super::dome::{Ray, rays, suns};
+use super::line::Count;
 use super::march::Step;
 use super::medium::Medium;
 use super::phase::Phases;
@@ -15,6 +16,9 @@ const SIZE: [usize; 2] = [32, 12];
 
 /// Rays above and below the horizon.
 const RAYS: [usize; 2] = [10, 6];
+
+/// Steps along a ray: with half as many the light of a low sun is wrong by 3 per cent.
+const STEPS: Count = Count { one_way: 24, each_half: 16 };
 
 /// Levels nearer than this to the ground and the top are taken for it.
 const NEAR: f64 = 1e-3;
@@ -76,7 +80,7 @@ impl Table {
         let shares = SunTable::new(shell, SIZE, cancel, |r| {
             // Where there is nothing above, or below, the share of nothing is what it tends to.
             let r = r.clamp(shell.radius_at(NEAR), shell.radius_at(1.0 - NEAR));
-            let rays = rays(sunlight.medium, r, RAYS);
+            let rays = rays(sunlight.medium, r, RAYS, STEPS);
             let scale = scale(sunlight.medium, r);
             move |mu| {
                 let from = |ray: &Ray| {

@@ -10,9 +10,6 @@ use super::medium::Medium;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Steps along a ray.
-const STEPS: Count = Count { one_way: 24, each_half: 16 };
-
 /// A ray from a point on the y axis, in the plane of x and y.
 pub(super) struct Ray {
     /// Its direction.
@@ -25,8 +22,8 @@ pub(super) struct Ray {
     pub ground: Option<(DVec3, DVec3)>,
 }
 
-/// Rays from the radius `r` in so many directions above the horizon, and so many below.
-pub(super) fn rays(medium: &Medium, r: f64, [above, below]: [usize; 2]) -> Vec<Ray> {
+/// Rays from the radius `r` in so many directions above the horizon, and so many below, each in so many steps.
+pub(super) fn rays(medium: &Medium, r: f64, [above, below]: [usize; 2], steps: Count) -> Vec<Ray> {
     let sine = (medium.shell.radius / r).min(1.0);
     let horizon = -((1.0 - sine) * (1.0 + sine)).sqrt();
     let mut rays = Vec::with_capacity(above + below);
@@ -34,18 +31,18 @@ pub(super) fn rays(medium: &Medium, r: f64, [above, below]: [usize; 2]) -> Vec<R
         for (x, weight) in gauss(count) {
             // Squared towards the horizon, where the light changes most.
             let span = pole - horizon;
-            rays.push(ray(medium, r, horizon + span * (x * x), span.abs() * x * weight));
+            rays.push(ray(medium, r, horizon + span * (x * x), span.abs() * x * weight, steps));
         }
     }
     rays
 }
 
-fn ray(medium: &Medium, r: f64, mu: f64, share: f64) -> Ray {
+fn ray(medium: &Medium, r: f64, mu: f64, share: f64, steps: Count) -> Ray {
     let direction = DVec3::new(((1.0 - mu) * (1.0 + mu)).max(0.0).sqrt(), mu, 0.0);
     let eye = r * DVec3::Y;
     let distance = to_ground(medium.shell.radius, eye, direction);
     let line = Line::new(medium, eye, direction, distance);
-    let steps = line.map_or(Vec::new(), |line| march(medium, &line, STEPS, 0.5));
+    let steps = line.map_or(Vec::new(), |line| march(medium, &line, steps, 0.5));
     let through = steps.last().map_or(DVec3::ONE, |step| step.through);
     let ground = distance.is_finite().then_some((eye + distance * direction, through));
     Ray { direction, share, steps, ground }

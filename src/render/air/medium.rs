@@ -105,9 +105,12 @@ impl Medium {
     /// Optical depths of what scatters above and below a radius, straight up and down.
     pub fn scatterers(&self, r: f64) -> [DVec3; 2] {
         let Shell { radius, top } = self.shell;
-        let [ground, here, end] = [radius, r.clamp(radius, top), top].map(|r| self.layers.density(r - radius));
+        let [ground, here, end] =
+            [radius, r.clamp(radius, top), top].map(|r| self.layers.density(r - radius));
         let layers = |from: [f64; 3], to: [f64; 3]| {
-            let column = |i: usize| (from[i] - to[i]) / self.layers.fall[i].max(f64::MIN_POSITIVE) * self.scattering[i];
+            let column = |i: usize| {
+                (from[i] - to[i]) / self.layers.fall[i].max(f64::MIN_POSITIVE) * self.scattering[i]
+            };
             (0..3).map(column).sum()
         };
         [layers(here, end), layers(ground, here)]

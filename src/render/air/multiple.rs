@@ -14,6 +14,7 @@
 //! for sunlight of irradiance 1: a function of the height and of the sun's height alone.
 
 use super::dome::{Ray, rays, suns};
+use super::line::Count;
 use super::shell::SunTable;
 use super::sunlight::Sunlight;
 use glam::DVec3;
@@ -26,13 +27,16 @@ const SIZE: [usize; 2] = [32, 32];
 /// Rays above and below the horizon.
 const RAYS: [usize; 2] = [8, 6];
 
+/// Steps along a ray.
+const STEPS: Count = Count { one_way: 12, each_half: 8 };
+
 /// Sides on which the sun is, half of the way round.
 const SIDES: usize = 4;
 
 /// The table of `Psi` above ground of an albedo; `None` if that was cancelled.
 pub(super) fn table(sunlight: Sunlight<'_>, albedo: DVec3, cancel: &AtomicBool) -> Option<SunTable<DVec3>> {
     SunTable::new(sunlight.medium.shell, SIZE, cancel, |r| {
-        let rays = rays(sunlight.medium, r, RAYS);
+        let rays = rays(sunlight.medium, r, RAYS, STEPS);
         let sent_back: DVec3 = rays.iter().map(sent_back).sum();
         move |mu| {
             let second = |sun| rays.iter().map(|ray| second(ray, sunlight, albedo, sun)).sum::<DVec3>();

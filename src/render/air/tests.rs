@@ -206,7 +206,8 @@ const FINE: Count = Count { one_way: 32, each_half: 32 };
 #[test]
 fn ambient_light_is_the_mean_of_the_sky() {
     let atmosphere = made(&earth()).unwrap();
-    let by_day = [(1e-6, 70.0), (1e-6, 25.0), (1e-6, 3.0), (1e-6, 0.5), (1e-5, 30.0), (1e-4, 30.0), (5e-4, 40.0)];
+    let by_day =
+        [(1e-6, 70.0), (1e-6, 25.0), (1e-6, 3.0), (1e-6, 0.5), (1e-5, 30.0), (1e-4, 30.0), (5e-4, 40.0)];
     let high_up = [(1e-3, 5.0), (2e-3, 10.0), (4e-3, 50.0), (8e-3, 20.0)];
     // Six times as wide: steps are longer than the edge of the planet's shadow is wide.
     let twilight = [(1e-6, -3.0), (1e-3, -3.0)];
