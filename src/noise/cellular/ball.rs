@@ -130,18 +130,21 @@ pub(super) fn local<M: Metric, const K: usize>(ball: &Ball<'_>, search: Search<'
     Local { bounds: creased(local.bounds, &noise.bounds(), ball.radius, r), ..local }
 }
 
+/// What is known of a ball where the distance to the nearest node is all that matters.
+pub(super) fn nearest_alone<M: Metric>(ball: &Ball<'_>, search: Search<'_, M>) -> Local {
+    among_two(ball, search.metric, search.cap, &search.nearest(ball.at), 0)
+}
+
 /// Balls whose nearest nodes are looked for together.
 const GROUP: usize = 16;
 
-/// What is known of balls where the distance to the nearest node is all that matters. Where the second nearest is so far
-/// behind that the nearest is the same throughout the ball, nothing else counts, and the answer is that of
-/// [`local`], bit for bit; the other balls are asked about one by one.
-pub(super) fn nearest_alone<'a, M: Metric>(
+/// [`nearest_alone`] for many balls, with the same answers bit for bit.
+pub(super) fn nearest_alone_of_all<'a, M: Metric>(
     ball: &impl Fn(usize) -> Ball<'a>,
     search: Search<'_, M>,
     out: &mut [Local],
 ) {
-    let (metric, mut ground) = (search.metric, Ground::<GROUP>::new(search.lattice));
+    let mut ground = Ground::<GROUP>::new(search.lattice);
     let mut found = Found::<2, GROUP>::new(0.0, [0.0; GROUP]);
     for (group, out) in out.chunks_mut(GROUP).enumerate() {
         let last = out.len() - 1;
@@ -149,36 +152,40 @@ pub(super) fn nearest_alone<'a, M: Metric>(
         let at = std::array::from_fn(|axis| std::array::from_fn(|i| own(i).at[axis]));
         search.nearest_of_group(&mut ground, &at, &mut found);
         for (i, out) in out.iter_mut().enumerate() {
-            let known = settled(&own(i), metric, search.cap, &found, i);
-            *out = known.unwrap_or_else(|| local::<M, 1>(&own(i), search));
+            *out = among_two(&own(i), search.metric, search.cap, &found, i);
         }
     }
 }
 
-/// What is known of a ball in which one node is the nearest everywhere; none if another might be.
-fn settled<M: Metric>(
+/// What is known of ball `i` by the plane of its nearest node, and by how far away the others are: all as far as the second
+/// at least, so that what is left of their distances is that less `|u_i - g| r`, which is at most twice the steepest slope
+/// times `r`. (With all the planes near the ball, which take longer to find, casting needs as many steps to half a per cent.)
+fn among_two<M: Metric, const B: usize>(
     ball: &Ball<'_>,
     metric: M,
     cap: f64,
-    found: &Found<2, GROUP>,
+    found: &Found<2, B>,
     i: usize,
-) -> Option<Local> {
+) -> Local {
     let (noise, r) = (ball.noise, ball.radius + 16.0 * ROUNDOFF);
     let [size, second] = [0, 1].map(|l| metric.distance(found.measure[l][i]));
-    let reach = 2.0 * metric.steepness() * r;
     let offset = found.offset[0].map(|axis| axis[i]);
-    let distance = Distance::new(metric, false, offset, size, r);
-    let is_alone = second - size > reach + distance.excess + 2.0 * SLACK * (1.0 + r);
-    if !is_alone || size + reach + SLACK >= cap {
-        return None;
-    }
-    let measure = [[found.measure[0][i]]];
-    let nearest = Found { measure, offset: [offset.map(|x| [x])], nowhere: [found.nowhere[i]] };
+    let (measure, offsets) = ([[found.measure[0][i]]], [offset.map(|x| [x])]);
+    let nearest = Found { measure, offset: offsets, nowhere: [found.nowhere[i]] };
     let jet = noise.point::<M, 1>(metric, ball.order, &nearest);
-    let (range, a) = (distance.rest(distance.slope, r), noise.weights[0].0);
-    let bow = Interval { lo: range.lo - distance.value, hi: range.hi - distance.value } * a;
-    let local = bounded(noise, jet, r, Interval::point(0.0) + bow, a.abs() * distance.curvature);
-    Some(Local { bounds: creased(local.bounds, &noise.bounds(), ball.radius, r), ..local })
+    let reach = 2.0 * metric.steepness() * r;
+    let is_known = size + reach + SLACK < cap;
+    if !is_known {
+        return Local::uniform(jet, noise.bounds());
+    }
+    let distance = Distance::new(metric, false, offset, size, r);
+    let own = distance.rest(distance.slope, r);
+    let others = second - reach - SLACK * (1.0 + r);
+    let curvature = if others > own.hi { distance.curvature } else { f64::INFINITY };
+    let (lo, a) = (own.lo.min(others), noise.weights[0].0);
+    let bow = Interval { lo: lo - distance.value, hi: own.hi - distance.value } * a;
+    let local = bounded(noise, jet, r, Interval::point(0.0) + bow, a.abs() * curvature);
+    Local { bounds: creased(local.bounds, &noise.bounds(), ball.radius, r), ..local }
 }
 
 /// What is known of the noise in a ball where its second derivatives are bounded so.

@@ -346,6 +346,7 @@ impl Task for Ball<'_> {
 
     fn run<M: Metric>(self, search: Search<'_, M>) -> Local {
         match self.noise.orders() {
+            1 if !self.noise.squared => ball::nearest_alone(&self, search),
             1 => ball::local::<M, 1>(&self, search),
             2 => ball::local::<M, 2>(&self, search),
             _ => ball::local::<M, 4>(&self, search),
@@ -370,7 +371,7 @@ impl Task for Balls<'_> {
         let order = if order < Order::Gradient { Order::Gradient } else { order };
         let ball = |i: usize| Ball { noise, order, at: at.map(|at| at[i]), radius: radius[i] };
         if noise.orders() == 1 && !noise.squared {
-            ball::nearest_alone(&ball, search, out);
+            ball::nearest_alone_of_all(&ball, search, out);
         } else {
             out.iter_mut().enumerate().for_each(|(i, out)| *out = ball(i).run(search));
         }
