@@ -1,4 +1,4 @@
-//! Paths of light, followed backwards from the eye, all those of a tile together:
+//! Paths of light, followed backwards from the eye, thousands of a tile together:
 //!
 //! ```text
 //! rays --> first hits --> normals, colours --> rays to lights --> light --> rays onwards
@@ -53,7 +53,7 @@ pub(super) struct Path {
     pub(super) patch: usize,
 }
 
-/// Memory for the paths of a tile.
+/// Memory for paths that are followed together.
 #[derive(Default)]
 pub(super) struct Paths {
     pub(super) paths: Vec<Path>,

@@ -15,7 +15,11 @@
 //! of the rival nodes count, and the enclosure is as wide as the crease is sharp. The cap is a node
 //! whose distance is constant, and a squared distance is convex like the distance itself.
 //!
-//! Only nodes within `F_K + 2 r` of the centre can be among the `K` nearest of any point of the ball.
+//! Only nodes within `F_K + 2 s r` of the centre can be among the `K` nearest of any point of the ball, where `s` is the
+//! steepest slope of a distance.
+//!
+//! Where nothing but `F_1` counts, two nodes do: `g` is the slope of the nearest one's distance, and all others are at
+//! least as far away as the second, so that their `e_i` are at least `max(F_2 - s r, 0) - |g| r`.
 
 use super::metric::Metric;
 use super::scout::Ground;
@@ -157,9 +161,8 @@ pub(super) fn nearest_alone_of_all<'a, M: Metric>(
     }
 }
 
-/// What is known of ball `i` by the plane of its nearest node, and by how far away the others are: all as far as the second
-/// at least, so that what is left of their distances is that less `|u_i - g| r`, which is at most twice the steepest slope
-/// times `r`. (With all the planes near the ball, which take longer to find, casting needs as many steps to half a per cent.)
+/// What is known of ball `i` by its two nearest nodes. (With the planes of all nodes near the ball, which take longer to
+/// find, casting needs as many steps to half a per cent.)
 fn among_two<M: Metric, const B: usize>(
     ball: &Ball<'_>,
     metric: M,
@@ -171,20 +174,25 @@ fn among_two<M: Metric, const B: usize>(
     let [size, second] = [0, 1].map(|l| metric.distance(found.measure[l][i]));
     let offset = found.offset[0].map(|axis| axis[i]);
     let (measure, offsets) = ([[found.measure[0][i]]], [offset.map(|x| [x])]);
-    let nearest = Found { measure, offset: offsets, nowhere: [found.nowhere[i]] };
-    let jet = noise.point::<M, 1>(metric, ball.order, &nearest);
-    let reach = 2.0 * metric.steepness() * r;
-    let is_known = size + reach + SLACK < cap;
+    let alone = Found { measure, offset: offsets, nowhere: [found.nowhere[i]] };
+    let jet = noise.point::<M, 1>(metric, ball.order, &alone);
+    let reach = metric.steepness() * r;
+    // Beyond the cap there are nodes that the search does not know.
+    let is_known = size + 2.0 * reach + SLACK < cap;
     if !is_known {
         return Local::uniform(jet, noise.bounds());
     }
-    let distance = Distance::new(metric, false, offset, size, r);
-    let own = distance.rest(distance.slope, r);
-    let others = second - reach - SLACK * (1.0 + r);
-    let curvature = if others > own.hi { distance.curvature } else { f64::INFINITY };
-    let (lo, a) = (own.lo.min(others), noise.weights[0].0);
-    let bow = Interval { lo: lo - distance.value, hi: own.hi - distance.value } * a;
-    let local = bounded(noise, jet, r, Interval::point(0.0) + bow, a.abs() * curvature);
+    let nearest = Distance::new(metric, false, offset, size, r);
+    let own = nearest.rest(nearest.slope, r);
+    let others = f64::max(second - reach, 0.0) - norm(nearest.slope) * r - SLACK * (1.0 + r);
+    let a = noise.weights[0].0;
+    let curvature = match others > own.hi {
+        true => a.abs() * nearest.curvature,
+        false if a == 0.0 => 0.0,
+        false => f64::INFINITY,
+    };
+    let bow = Interval { lo: own.lo.min(others) - nearest.value, hi: own.hi - nearest.value } * a;
+    let local = bounded(noise, jet, r, Interval::point(0.0) + bow, curvature);
     Local { bounds: creased(local.bounds, &noise.bounds(), ball.radius, r), ..local }
 }
 

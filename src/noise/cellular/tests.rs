@@ -26,9 +26,10 @@ fn cellular(weights: [f64; 4], (norm, power): (&'static str, f64), squared: bool
     Cellular::new(&settings)
 }
 
-/// Every norm, plain and squared, with weights that leave out, take away and repeat orders.
+/// Every norm, plain and squared, with weights that leave out, take away and repeat orders, and without any.
 fn variants() -> impl Iterator<Item = Cellular> {
-    const WEIGHTS: [[f64; 4]; 5] = [
+    const WEIGHTS: [[f64; 4]; 6] = [
+        [0.0; 4],
         [1.0, 0.0, 0.0, 0.0],
         [-1.0, 1.0, 0.0, 0.0],
         [1.0, 1.0, 0.0, 0.0],

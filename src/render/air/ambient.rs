@@ -2,7 +2,7 @@
 
 use super::dome::{Ray, rays, suns};
 use super::line::Count;
-use super::march::Step;
+use super::march::{Step, mean_through};
 use super::medium::Medium;
 use super::phase::Phases;
 use super::shell::SunTable;
@@ -107,10 +107,13 @@ impl Table {
     }
 }
 
-/// Light from above and from below of air that shines evenly: near the ground there is next to nothing below, and high up
-/// next to nothing above.
+/// Light from above and from below of air that shines evenly, `1 - e^-t`: near the ground there is next to nothing below, and
+/// high up next to nothing above, but as little as the light itself is, without cancellation.
 fn scale(medium: &Medium, r: f64) -> Ambient {
-    let [above, below] = medium.scatterers(r).map(|depth| DVec3::ONE - through(SLANT * depth));
+    let [above, below] = medium.scatterers(r).map(|depth| {
+        let t = SLANT * depth;
+        t * mean_through(t, through(t))
+    });
     Ambient { above, below }
 }
 

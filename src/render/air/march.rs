@@ -46,7 +46,7 @@ pub(super) fn march(medium: &Medium, line: &Line, count: Count, jitter: f64) -> 
 
 /// Mean share of light that gets through the near part of a step, over all of its points:
 /// `(1 - e^-t) / t`.
-fn mean_through(depth: DVec3, through: DVec3) -> DVec3 {
+pub(super) fn mean_through(depth: DVec3, through: DVec3) -> DVec3 {
     let mean = |t: f64, e: f64| if t > 1e-5 { (1.0 - e) / t } else { 1.0 - 0.5 * t };
     DVec3::new(mean(depth.x, through.x), mean(depth.y, through.y), mean(depth.z, through.z))
 }

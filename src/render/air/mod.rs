@@ -134,7 +134,7 @@ impl Atmosphere {
     }
 
     /// Mean radiance of the air above and below a surface at `p` that faces the unit vector `up`, which
-    /// should be about vertical: irradiance over pi, from [`Atmosphere::sky`]'s light.
+    /// should be about vertical: irradiance over pi, of light as of [`Atmosphere::sky`].
     pub fn ambient(&self, p: DVec3, up: DVec3, suns: &[(DVec3, DVec3)]) -> [DVec3; 2] {
         let r = p.length();
         suns.iter().fold([DVec3::ZERO; 2], |[above, below], &(towards, irradiance)| {

@@ -236,6 +236,20 @@ fn ambient_light_is_the_mean_of_the_sky() {
 }
 
 #[test]
+fn there_is_next_to_no_light_above_a_low_layer() {
+    let fog = haze(2e-3 * EARTH, 40.0 / EARTH);
+    let atmosphere =
+        made(&Air { scattering: DVec3::ZERO, fog: Some(fog), multiple: true, ..clear() }).unwrap();
+    for heights in [5.0, 10.0, 20.0, 40.0] {
+        let p = (1.0 + heights * fog.height) * DVec3::Y;
+        let [above, below] = atmosphere.ambient(p, DVec3::Y, &one_sun(40.0));
+        let scattering = fog.scattering.x * fog.height * f64::exp(-heights);
+        assert!(above.min_element() >= 0.0 && above.max_element() < scattering, "{heights}: {above}");
+        assert!(below.min_element() > 0.003 && below.max_element() < 0.02, "{heights}: {below}");
+    }
+}
+
+#[test]
 fn no_air_gives_back_more_than_it_takes() {
     // What leaves the whole planet in all directions, of what falls on the disc of its air.
     for (which, air) in [earth(), thick()].iter().enumerate() {
