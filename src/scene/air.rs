@@ -23,7 +23,7 @@ pub struct Air {
     pub fog: Option<Haze>,
     /// What takes light away and scatters none.
     pub absorber: Option<Absorber>,
-    /// Albedo of the ground, which lights the air from below where `multiple` is set.
+    /// Albedo of the ground at `radius`, which lights surfaces from below, and the air where `multiple` is set.
     pub ground: DVec3,
     /// Whether light counts that is scattered more than once.
     pub multiple: bool,

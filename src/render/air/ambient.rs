@@ -6,7 +6,7 @@ use super::march::{Step, mean_through};
 use super::medium::Medium;
 use super::phase::Phases;
 use super::shell::SunTable;
-use super::sunlight::{Sunlight, through};
+use super::sunlight::{SLANT, Sunlight, through};
 use glam::DVec3;
 use std::ops::{Add, Mul};
 use std::sync::atomic::AtomicBool;
@@ -23,9 +23,6 @@ const STEPS: Count = Count { one_way: 24, each_half: 16 };
 /// Levels nearer than this to the ground and the top are taken for it.
 const NEAR: f64 = 1e-3;
 
-/// Mean length of the ways through a layer, in its thickness (Elsasser 1942).
-const SLANT: f64 = 1.66;
-
 /// Sides on which the sun is, half of the way round: many, for haze is bright about the sun.
 const SIDES: usize = 8;
 
@@ -39,6 +36,11 @@ pub(super) struct Ambient {
 
 impl Ambient {
     pub const NONE: Ambient = Ambient { above: DVec3::ZERO, below: DVec3::ZERO };
+
+    /// The same of suns of an irradiance.
+    pub fn times(self, irradiance: DVec3) -> Ambient {
+        Ambient { above: irradiance * self.above, below: irradiance * self.below }
+    }
 
     fn map(self, other: Ambient, f: impl Fn(DVec3, DVec3) -> DVec3) -> Ambient {
         Ambient { above: f(self.above, other.above), below: f(self.below, other.below) }

@@ -29,6 +29,7 @@ mod tests;
 
 use super::recent::Recent;
 use crate::scene::Air;
+use ambient::Ambient;
 use columns::Columns;
 use dome::to_ground;
 use glam::DVec3;
@@ -37,6 +38,7 @@ use march::{Step, march};
 use medium::Medium;
 use phase::Phases;
 use shell::SunTable;
+use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use sunlight::Sunlight;
@@ -61,6 +63,8 @@ struct Tables {
     /// Light of a sun of irradiance 1 that is scattered more than once, if it counts.
     multiple: Option<SunTable<DVec3>>,
     ambient: ambient::Table,
+    /// Albedo of the ground.
+    albedo: DVec3,
 }
 
 /// What air does to a line of sight.
@@ -86,13 +90,13 @@ impl Atmosphere {
     fn make(medium: Medium, air: &Air, cancel: &AtomicBool) -> Option<Atmosphere> {
         let columns = Columns::new(&medium, cancel)?;
         let sunlight = Sunlight { medium: &medium, columns: &columns };
-        let albedo = air.ground.clamp(DVec3::ZERO, DVec3::ONE);
+        let albedo = air.ground.max(DVec3::ZERO).min(DVec3::ONE);
         let multiple = match air.multiple {
             true => Some(multiple::table(sunlight, albedo, cancel)?),
             false => None,
         };
         let ambient = ambient::Table::new(sunlight, multiple.as_ref(), cancel)?;
-        Some(Atmosphere { medium, tables: Arc::new(Tables { columns, multiple, ambient }) })
+        Some(Atmosphere { medium, tables: Arc::new(Tables { columns, multiple, ambient, albedo }) })
     }
 
     /// The points along a line of sight of length `distance` (infinite if nothing is in the way) at which
@@ -119,11 +123,28 @@ impl Atmosphere {
         Seen { transmittance, scattered: self.scattered(&steps, direction, suns, visible) }
     }
 
-    /// Radiance of the sky from a point, where a ray that meets the ground finds it black. With few steps:
+    /// Radiance of the sky from a point, and of the planet's sphere where the ray meets that. With few steps:
     /// for light that comes from all around.
     pub fn sky(&self, p: DVec3, direction: DVec3, suns: &[(DVec3, DVec3)]) -> DVec3 {
         let distance = to_ground(self.medium.shell.radius, p, direction);
-        self.scattered(&self.steps(p, direction, distance, SKY, 0.5), direction, suns, &[])
+        let steps = self.steps(p, direction, distance, SKY, 0.5);
+        let scattered = self.scattered(&steps, direction, suns, &[]);
+        if distance == f64::INFINITY {
+            return scattered;
+        }
+        let through = steps.last().map_or(DVec3::ONE, |step| step.through);
+        scattered + through * self.ground((p + distance * direction).normalize_or(-direction), suns)
+    }
+
+    /// Radiance of level matt ground in the light of the suns and of their sky, where `up` is above.
+    fn ground(&self, up: DVec3, suns: &[(DVec3, DVec3)]) -> DVec3 {
+        let radius = self.medium.shell.radius;
+        let light = |&(towards, irradiance): &(DVec3, DVec3)| {
+            let mu = up.dot(towards).clamp(-1.0, 1.0);
+            irradiance
+                * (mu.max(0.0) / PI * self.rays().at(radius, mu) + self.tables.ambient.at(radius, mu).above)
+        };
+        self.tables.albedo * suns.iter().map(light).sum::<DVec3>()
     }
 
     /// Share of sunlight that arrives at a point, by channel, with the unit vector towards the sun. The
@@ -133,14 +154,17 @@ impl Atmosphere {
         self.rays().to(p, towards)
     }
 
-    /// Mean radiance of the air above and below a surface at `p` that faces the unit vector `up`, which
-    /// should be about vertical: irradiance over pi, of light as of [`Atmosphere::sky`].
+    /// Mean radiance above and below a surface at `p` that faces the unit vector `up`, which should be about
+    /// vertical: irradiance over pi, of light as of [`Atmosphere::sky`].
     pub fn ambient(&self, p: DVec3, up: DVec3, suns: &[(DVec3, DVec3)]) -> [DVec3; 2] {
-        let r = p.length();
-        suns.iter().fold([DVec3::ZERO; 2], |[above, below], &(towards, irradiance)| {
-            let light = self.tables.ambient.at(r, up.dot(towards).clamp(-1.0, 1.0));
-            [above + irradiance * light.above, below + irradiance * light.below]
-        })
+        let (radius, r) = (self.medium.shell.radius, p.length());
+        let air = suns.iter().fold(Ambient::NONE, |sum, &(towards, irradiance)| {
+            sum + self.tables.ambient.at(r, up.dot(towards).clamp(-1.0, 1.0)).times(irradiance)
+        });
+        // Far up the ground takes less than the half of all directions.
+        let share = (radius / r.max(radius)).powi(2);
+        let below = self.ground(up, suns) * (share * self.rays().from_ground(r));
+        [air.above, air.below + below]
     }
 
     fn rays(&self) -> Sunlight<'_> {

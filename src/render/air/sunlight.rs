@@ -8,6 +8,9 @@ use glam::{DVec3, DVec4};
 /// Angular radius of the sun as seen from the Earth.
 const SUN_RADIUS: f64 = 0.004_67;
 
+/// Mean length of the ways through a layer of light from all around, in its thickness (Elsasser 1942).
+pub(super) const SLANT: f64 = 1.66;
+
 /// What tells how much sunlight gets to a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sunlight<'a> {
@@ -31,6 +34,12 @@ impl Sunlight<'_> {
             return DVec3::ZERO;
         }
         visible * through(self.medium.depth(self.amount(r, mu)))
+    }
+
+    /// Share of light, by channel, that gets from ground which shines evenly up to the radius `r`.
+    pub fn from_ground(&self, r: f64) -> DVec3 {
+        let [all, above] = [0.0, r].map(|r| self.rising(r.max(self.medium.shell.radius), 1.0));
+        through(SLANT * self.medium.depth((all - above).max(DVec4::ZERO)))
     }
 
     /// Amount of matter on the way. A ray of a sun that sets grazes the ground, and goes no deeper.
