@@ -56,12 +56,13 @@ pub(super) fn print(stats: &LocalStats) {
         ("voxels searched", count(stats.voxels)),
         ("  minima", count(stats.minima)),
         ("  1-saddles", count(stats.saddles)),
+        ("crumbs with a moat", count(stats.moats)),
         ("statuses remembered", count(stats.cached)),
         ("  hit rate", share(known, asked)),
         ("paths downhill", count(stats.paths)),
         ("time with straight lines", seconds(lines)),
         ("  with paths", seconds(paths)),
-        ("  with voxels", seconds(voxels)),
+        ("  with voxels, moats", seconds(voxels)),
     ] {
         out(format!("{name:26} {value:>14}"));
     }

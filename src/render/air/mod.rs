@@ -162,8 +162,8 @@ impl Atmosphere {
             sum + self.tables.ambient.at(r, up.dot(towards).clamp(-1.0, 1.0)).times(irradiance)
         });
         // Far up the ground takes less than the half of all directions.
-        let share = (radius / r.max(radius)).powi(2);
-        let below = self.ground(up, suns) * (share * self.rays().from_ground(r));
+        let nearness = radius / r.max(radius);
+        let below = self.ground(up, suns) * (nearness * nearness * self.rays().up_from_ground(r));
         [air.above, air.below + below]
     }
 

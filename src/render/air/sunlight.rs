@@ -37,7 +37,7 @@ impl Sunlight<'_> {
     }
 
     /// Share of light, by channel, that gets from ground which shines evenly up to the radius `r`.
-    pub fn from_ground(&self, r: f64) -> DVec3 {
+    pub fn up_from_ground(&self, r: f64) -> DVec3 {
         let [all, above] = [0.0, r].map(|r| self.rising(r.max(self.medium.shell.radius), 1.0));
         through(SLANT * self.medium.depth((all - above).max(DVec4::ZERO)))
     }

@@ -12,7 +12,7 @@ use crate::render::Painter;
 use crate::scene::{Aabb, Scene};
 use crate::session::stage;
 use crate::tape::{Evaluator, Tape};
-use crate::topology::local::{Answer, Local, LocalStats, Seeker};
+use crate::topology::local::{Local, LocalStats, Seeker};
 use glam::DVec3;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -88,11 +88,10 @@ pub fn doubts(stats: &LocalStats) -> Vec<Diagnostic> {
 pub(super) struct Joined(pub Seeker);
 
 impl Judge for Joined {
-    /// A point of which it is not known whether it is joined is kept: better a crumb too many than a hole. That one is
-    /// apart is no proof.
+    /// A point of which it is not known whether it is joined is kept: better a crumb too many than a hole.
     fn judge(&mut self, points: &[DVec3], rulings: &mut [Ruling], cancel: &AtomicBool) {
         for (ruling, answer) in rulings.iter_mut().zip(self.0.answers(points, cancel)) {
-            *ruling = Ruling { kept: answer != Answer::Apart, proven: answer == Answer::Joined };
+            *ruling = Ruling { kept: !answer.is_apart(), proven: answer.is_proven() };
         }
     }
 
@@ -111,7 +110,7 @@ pub(super) struct Apart {
 impl Painter for Apart {
     fn paint(&mut self, points: &[DVec3], colors: &mut [DVec3], cancel: &AtomicBool) {
         for (color, answer) in colors.iter_mut().zip(self.seeker.answers(points, cancel)) {
-            if answer == Answer::Apart {
+            if answer.is_apart() {
                 *color = self.color;
             }
         }

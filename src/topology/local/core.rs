@@ -68,33 +68,51 @@ impl Core {
     /// one can see in the solid, about.
     pub fn seen_from(&self, field: &mut Balls, points: &[DVec3], step: f64) -> Vec<bool> {
         let mut seen: Vec<bool> = points.iter().map(|p| self.holds(*p)).collect();
-        let lines = points.iter().enumerate().filter(|(_, p)| !self.holds(**p));
-        let mut waiting = lines.map(|(i, p)| Line::new(i, *p, self, step));
-        let mut active: Vec<Line> = Vec::with_capacity(LANES);
-        loop {
-            let free = LANES - active.len();
-            active.extend(waiting.by_ref().take(free));
-            if active.is_empty() {
-                return seen;
-            }
-            let values = field.along(active.iter().map(Line::piece));
-            for (i, line) in active.iter_mut().enumerate() {
-                line.walk(&values.lane(i), step);
-            }
-            active.retain(|line| {
-                seen[line.index] |= line.state == State::Arrived && field.is_defined(&line.bounds());
-                line.state == State::Underway
-            });
+        let beyond: Vec<usize> = (0..points.len()).filter(|&i| !seen[i]).collect();
+        let ways: Vec<[DVec3; 2]> = beyond.iter().map(|&i| self.way_from(points[i])).collect();
+        for (i, is_inside) in beyond.into_iter().zip(are_inside(field, &ways, step)) {
+            seen[i] = is_inside;
         }
+        seen
+    }
+
+    /// The straight line from a point beside it.
+    fn way_from(&self, p: DVec3) -> [DVec3; 2] {
+        let way = self.centre - p;
+        // The end lies well within the core.
+        let share = 1.0 - self.radius * (1.0 - 1e-6) / way.length();
+        [p, p + share * way]
     }
 }
 
-/// A line that is walked to the core.
+/// Which straight lines, given by their ends, are all inside; `step` as of [`Core::seen_from`].
+pub fn are_inside(field: &mut Balls, lines: &[[DVec3; 2]], step: f64) -> Vec<bool> {
+    let mut inside = vec![false; lines.len()];
+    let mut waiting = lines.iter().enumerate().map(|(i, ends)| Line::new(i, *ends, step));
+    let mut active: Vec<Line> = Vec::with_capacity(LANES);
+    loop {
+        let free = LANES - active.len();
+        active.extend(waiting.by_ref().take(free));
+        if active.is_empty() {
+            return inside;
+        }
+        let values = field.along(active.iter().map(Line::piece));
+        for (i, line) in active.iter_mut().enumerate() {
+            line.walk(&values.lane(i), step);
+        }
+        active.retain(|line| {
+            inside[line.index] |= line.state == State::Arrived && field.is_defined(&line.bounds());
+            line.state == State::Underway
+        });
+    }
+}
+
+/// A line that is walked from one end to the other.
 struct Line {
     index: usize,
     from: DVec3,
     direction: DVec3,
-    /// How far it is to the core.
+    /// How long it is.
     far: f64,
     /// How much of that is walked.
     done: f64,
@@ -113,13 +131,10 @@ enum State {
 }
 
 impl Line {
-    fn new(index: usize, from: DVec3, core: &Core, step: f64) -> Line {
-        let way = core.centre - from;
-        let distance = way.length();
-        let direction = way / distance;
-        // The end lies well within the core.
-        let far = distance - core.radius * (1.0 - 1e-6);
-        Line { index, from, direction, far, done: 0.0, half: 0.25 * step, pieces: 0, state: State::Underway }
+    fn new(index: usize, [from, to]: [DVec3; 2], step: f64) -> Line {
+        let far = from.distance(to);
+        let (direction, half) = ((to - from) / far, 0.5 * far.min(0.5 * step));
+        Line { index, from, direction, far, done: 0.0, half, pieces: 0, state: State::Underway }
     }
 
     /// The middle of the next piece, and half of it.

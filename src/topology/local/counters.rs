@@ -13,6 +13,7 @@ pub enum Count {
     Voxels,
     Minima,
     Saddles,
+    Moats,
     Unknown,
     Crowded,
     Impatient,

@@ -4,7 +4,9 @@
 //! ```text
 //! point --straight line inside?--> the core                                                  joined
 //!   | no
-//!   path downhill --> minimum --status known? straight line inside?-->                       joined, apart
+//!   path downhill --> minimum --status known? some straight lines inside?-->                 joined, apart
+//!                        | no
+//!                        empty cells all around?-->                                          parted
 //!                        | no
 //!                        minima that it is joined with by 1-saddles, voxel by voxel,
 //!                        and through doors in the voxels' borders into others,
@@ -16,12 +18,13 @@
 //! remember: what a voxel holds does not depend on who asks, so links and doors are found once for all, and a search
 //! comes to each voxel once. What cannot be decided is said to be so.
 //!
-//! A *joined* is proven by a chain of paths inside of the solid to the core, a ball that is all inside. An *apart* says
-//! that no minimum and no door is left to go on from, where all that a voxel holds was found, with proofs; but it is
-//! no proof itself. A door counts for the minimum that a path from it comes to. Where a component crosses a face, and
-//! all paths from there come to minima that only saddles in voxels not looked into would join with it, it would be
-//! missed. The way to a proof are paths that do not leave the voxel: at its border they go on along the face, so that
-//! doors, minima and saddles of one voxel say what its pieces are without regard to what is beside it.
+//! A *joined* is proven by a chain of paths inside of the solid to the core, a ball that is all inside, and a *parted* by
+//! a moat (`moat.rs`). An *apart* says that no minimum and no door is left to go on from, where all that a voxel holds was
+//! found, with proofs; but it is no proof itself. A door counts for the minimum that a path from it comes to. Where a
+//! component crosses a face, and all paths from there come to minima that only saddles in voxels not looked into would
+//! join with it, it would be missed. The way to a proof are paths that do not leave the voxel: at its border they go on
+//! along the face, so that doors, minima and saddles of one voxel say what its pieces are without regard to what is
+//! beside it.
 //!
 //! What is remembered of a minimum is what a search from it, or through it, has come to for good: *joined* holds for all
 //! that the search was joined with on its way, and so does *apart* after a search that looked at all voxels that the
@@ -35,8 +38,10 @@ mod cache;
 mod core;
 mod counters;
 mod grid;
+mod moat;
 mod patch;
 mod voxel;
+mod way;
 
 use self::core::Core;
 use super::descent::Start;
@@ -58,10 +63,24 @@ use voxel::{Links, Looker, Minimum, Node, Points};
 pub enum Answer {
     /// It is joined with the core; this is proven.
     Joined,
+    /// There is nothing of the solid all around what it is joined with; this is proven.
+    Parted,
     /// All that it was found to be joined with was looked through, and the core was not there.
     Apart,
-    /// One of both.
+    /// One of these.
     Unknown,
+}
+
+impl Answer {
+    /// Whether it is not joined with the core, as far as is known.
+    pub fn is_apart(self) -> bool {
+        matches!(self, Answer::Parted | Answer::Apart)
+    }
+
+    /// Whether it is proven.
+    pub fn is_proven(self) -> bool {
+        matches!(self, Answer::Joined | Answer::Parted)
+    }
 }
 
 /// Voxels that one search may look into.
@@ -84,6 +103,10 @@ pub struct Local {
     points: Cache<Voxel, Arc<Points>>,
     links: Cache<Voxel, Arc<Links>>,
     statuses: Cache<Minimum, Answer>,
+    /// Whether a way of straight lines leads from a small cell to the core.
+    ways: Cache<Voxel, bool>,
+    /// Cells within moats, by how often voxels are halved for them.
+    moats: Cache<(u32, Voxel), ()>,
     patches: Patches,
     counters: Counters,
 }
@@ -104,6 +127,8 @@ pub struct LocalStats {
     /// Minima and 1-saddles found in them.
     pub minima: u64,
     pub saddles: u64,
+    /// Moats found around crumbs.
+    pub moats: u64,
     /// Minima whose status is remembered.
     pub cached: u64,
     /// Times that a status was asked for, and known.
@@ -114,7 +139,7 @@ pub struct LocalStats {
     pub crowded: u64,
     /// Searches that were given up after too many voxels.
     pub impatient: u64,
-    /// Nanoseconds of all threads with straight lines, with paths, and with searches of voxels.
+    /// Nanoseconds of all threads with straight lines, with paths, and with searches of voxels and for moats.
     pub nanos: [u64; 3],
 }
 
@@ -132,6 +157,8 @@ impl Local {
             points: Cache::new(REMEMBERED),
             links: Cache::new(REMEMBERED),
             statuses: Cache::new(REMEMBERED),
+            ways: Cache::new(REMEMBERED),
+            moats: Cache::new(CELLS),
             patches: Patches::new(feature, CELLS),
             counters: Counters::default(),
         })
@@ -142,8 +169,21 @@ impl Local {
         self.points.turn();
         self.links.turn();
         self.statuses.turn();
+        self.ways.turn();
+        self.moats.turn();
         self.patches.turn();
         self.counters.clear();
+    }
+
+    /// The grid of cells that voxels halved so often make.
+    fn cells(&self, level: u32) -> Grid {
+        Grid::new(libm::ldexp(self.grid.size(), -(level as i32)))
+    }
+
+    /// Whether a point inside is known to be within a moat.
+    fn is_parted(&self, p: DVec3) -> bool {
+        let is_known = |level: u32| self.moats.get(&(level, self.cells(level).voxel(p))).is_some();
+        moat::LEVELS.into_iter().any(|(level, _)| is_known(level))
     }
 
     /// What the work was since the picture began.
@@ -157,6 +197,7 @@ impl Local {
             voxels: count(Count::Voxels),
             minima: count(Count::Minima),
             saddles: count(Count::Saddles),
+            moats: count(Count::Moats),
             cached: self.statuses.len() as u64,
             statuses: self.statuses.hits(),
             unknown: count(Count::Unknown),
@@ -200,13 +241,19 @@ impl Seeker {
 
 /// Whether points inside are joined with the core, by lines and paths from each.
 fn one_by_one(looker: &mut Looker, points: &[DVec3], cancel: &AtomicBool) -> Vec<Answer> {
-    let mut answers = vec![Answer::Unknown; points.len()];
-    for (answer, seen) in answers.iter_mut().zip(looker.see(points)) {
+    let parted = |p: &DVec3| if looker.local.is_parted(*p) { Answer::Parted } else { Answer::Unknown };
+    let mut answers: Vec<Answer> = points.iter().map(parted).collect();
+    let unknown = |answers: &[Answer]| -> Vec<usize> {
+        (0..points.len()).filter(|&i| answers[i] == Answer::Unknown).collect()
+    };
+    let open = unknown(&answers);
+    let places: Vec<DVec3> = open.iter().map(|&i| points[i]).collect();
+    for (i, seen) in open.iter().zip(looker.see(&places)) {
         if seen {
-            *answer = Answer::Joined;
+            answers[*i] = Answer::Joined;
         }
     }
-    let hidden: Vec<usize> = (0..points.len()).filter(|&i| answers[i] != Answer::Joined).collect();
+    let hidden = unknown(&answers);
     let radius = 0.1 * looker.local.grid.size();
     let starts: Vec<Start> = hidden.iter().map(|&i| Start { at: points[i], radius }).collect();
     for (&i, end) in hidden.iter().zip(looker.descend(&starts, cancel)) {
@@ -214,7 +261,7 @@ fn one_by_one(looker: &mut Looker, points: &[DVec3], cancel: &AtomicBool) -> Vec
     }
     let counters = &looker.local.counters;
     counters.add(Count::Looked, points.len());
-    counters.add(Count::Quick, points.len() - hidden.len());
+    counters.add(Count::Quick, open.len() - hidden.len());
     answers
 }
 
@@ -231,7 +278,7 @@ fn status(looker: &mut Looker, node: Node, cancel: &AtomicBool) -> Answer {
     }
     let statuses = &looker.local.statuses;
     match answer {
-        Answer::Unknown => statuses.insert(minimum, answer),
+        Answer::Unknown | Answer::Parted => statuses.insert(minimum, answer),
         Answer::Joined | Answer::Apart => search.active.into_iter().for_each(|m| statuses.insert(m, answer)),
     }
     answer
@@ -255,6 +302,11 @@ impl Exhaustion {
     fn run(&mut self, looker: &mut Looker, first: Minimum, cancel: &AtomicBool) -> Answer {
         if let Some(answer) = self.activate(looker, vec![Node::Minimum(first)], cancel) {
             return answer;
+        }
+        if let Some((level, cells)) = looker.position(first, cancel).and_then(|at| looker.moat(at)) {
+            cells.into_iter().for_each(|cell| looker.local.moats.insert((level, cell), ()));
+            looker.local.counters.add(Count::Moats, 1);
+            return Answer::Parted;
         }
         while let Some((_, voxel)) = self.waiting.pop_first() {
             if !self.opened.insert(voxel) {
@@ -333,7 +385,7 @@ impl Exhaustion {
             }
             let positions: Vec<DVec3> =
                 fresh.iter().filter_map(|minimum| looker.position(*minimum, cancel)).collect();
-            if looker.see(&positions).contains(&true) {
+            if looker.see(&positions).contains(&true) || positions.iter().any(|at| looker.has_way(*at)) {
                 return Some(Answer::Joined);
             }
             let local = looker.local.clone();

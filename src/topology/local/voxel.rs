@@ -71,7 +71,7 @@ pub struct Links {
 pub struct Looker {
     pub local: Arc<Local>,
     cells: Balls,
-    paths: Balls,
+    pub(super) paths: Balls,
 }
 
 /// Cells of a voxel, or of its border, that a search looks at. One as large as features are takes a few hundred, or tens
@@ -111,9 +111,11 @@ impl Looker {
                 }
             }
             let places: Vec<DVec3> = stopped.iter().map(|(_, at, _)| *at).collect();
-            for ((i, at, settled), seen) in stopped.into_iter().zip(self.see(&places)) {
+            let seen = self.see(&places);
+            for ((i, at, settled), seen) in stopped.into_iter().zip(seen) {
                 match settled {
                     _ if seen => ends[i] = Some(Node::Core),
+                    Some(_) if self.has_way(at) => ends[i] = Some(Node::Core),
                     Some(settled) => ends[i] = self.minimum(&settled, cancel).map(Node::Minimum),
                     None => waiting.push((i, Start { at, ..starts[i] })),
                 }
