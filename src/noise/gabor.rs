@@ -220,6 +220,11 @@ impl Basis for Gabor {
         scatter::local(&self.scatter, &self.wave(), lattice, ball, self.bounds(), self.rounding())
     }
 
+    fn locals(&self, lattice: &Lattice, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [Local]) {
+        let (balls, limits) = ((order, at, radius), (self.bounds(), self.rounding()));
+        scatter::locals(&self.scatter, &self.wave(), lattice, balls, limits, out);
+    }
+
     /// As for [`Sparse`](super::Sparse); a phase is off by the offset, which the next derivative
     /// bounds, and by its own four roundoffs of up to `F` turns, which are `8 pi F` roundoffs of the
     /// amplitude and less than 4 of the next derivative; a cosine by 4 roundoffs.

@@ -114,6 +114,14 @@ impl Basis for Sparse {
         }
     }
 
+    fn locals(&self, lattice: &Lattice, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [Local]) {
+        let (balls, limits) = ((order, at, radius), (self.bounds(), self.rounding()));
+        match self.lewis {
+            false => scatter::locals(&self.scatter, &Quintic, lattice, balls, limits, out),
+            true => scatter::locals(&self.scatter, &Lewis, lattice, balls, limits, out),
+        }
+    }
+
     /// An offset to a node is off by up to 3 roundoffs on each axis, hence less than 6 in length, a
     /// distance by 3 more of its own, and a spot by as many as it has operations, which
     /// [`Scatter::roundoffs`] counts together with those of the sums. The Hessian of Lewis' kernel

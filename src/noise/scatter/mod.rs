@@ -39,9 +39,11 @@ mod bulk;
 mod near;
 #[cfg(test)]
 mod tests;
+mod together;
 
 pub(super) use bulk::jets;
 pub(super) use near::{jet, local};
+pub(super) use together::locals;
 
 use super::lattice::{Lattice, hash};
 use super::parameter::{Allowed, Parameter, Settings};

@@ -1,4 +1,4 @@
-//! Sums of spots at one point, and bounds in a ball around it: the lanes are cells.
+//! Sums of spots at one point, and bounds in a ball around it: the lanes are cells, then nodes.
 
 use super::{BEYOND, Draw, Node, Scatter, Spot};
 use crate::noise::bulk::{GRADIENT, HESSIAN, VALUE};
@@ -9,7 +9,7 @@ use crate::num::{Bounds, Local, Order, Point, widest};
 const CELLS: usize = 64;
 
 /// Largest radius of a ball whose nodes are looked at one by one.
-const LARGEST: f64 = 0.5;
+pub(super) const LARGEST: f64 = 0.5;
 
 /// The cells in reach of a ball, in the order of their numbers.
 struct Cells {
@@ -67,7 +67,7 @@ impl Cells {
 }
 
 /// Nodes a step of a single point, as lanes.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// The nodes in reach of a ball, of one number in all cells. Most cells in reach have theirs somewhere else.
 struct Near {
@@ -120,6 +120,9 @@ impl Near {
     }
 }
 
+/// Parts of what is summed up: value, gradient and Hessian, then bounds on the derivatives of order 0 to 3.
+pub(super) const PARTS: usize = 14;
+
 /// Sums over the nodes of some cells: the jet at the centre, and bounds on the derivatives of order 0
 /// to 3 within `radius` of it if that is asked for.
 #[inline(always)]
@@ -128,40 +131,50 @@ fn sums<const ORDER: u8, const SIZES: bool, S: Spot>(
     spot: &S,
     cells: &Cells,
     radius: f64,
-) -> (Point, [f64; 4]) {
-    let parts = [1, 4, 10][usize::from(ORDER)];
-    let mut sum = [cells.start; 10];
-    sum[parts..].fill(0.0);
-    let mut sizes = [[0.0; LANES]; 4];
+) -> [f64; PARTS] {
+    let mut sum = [0.0; PARTS];
+    sum[..[1, 4, 10][usize::from(ORDER)]].fill(cells.start);
     for slot in 0..draw.slots {
         let near = Near::of(draw, cells, slot, radius);
         for first in (0..near.count).step_by(LANES) {
-            let mut terms = [[0.0; LANES]; 10];
-            lanes::<ORDER, SIZES, S>(spot, &near, (first, radius), &mut terms, &mut sizes);
-            for i in 0..LANES.min(near.count - first) {
-                for k in 0..parts {
-                    sum[k] += terms[k][i];
-                }
-            }
+            let nodes = Nodes {
+                d: near.d.each_ref().map(|d| part(d, first)),
+                weight: part(&near.weight, first),
+                word: part(&near.word, first),
+            };
+            add::<ORDER, SIZES, S>(spot, &nodes, near.count - first, radius, &mut sum);
         }
     }
-    let [value, x, y, z, xx, yy, zz, xy, xz, yz] = sum;
-    (Point { value, grad: [x, y, z], hess: [xx, yy, zz, xy, xz, yz] }, sizes.map(|s| s.iter().sum()))
+    sum
 }
 
-/// The loop that the compiler vectorises: some nodes.
+/// A few of many.
 #[inline(always)]
-fn lanes<const ORDER: u8, const SIZES: bool, S: Spot>(
+fn part<T: Copy + Default>(all: &[T; CELLS], first: usize) -> [T; LANES] {
+    std::array::from_fn(|i| all[first + i])
+}
+
+/// Nodes as lanes.
+pub(super) struct Nodes {
+    pub d: [[f64; LANES]; 3],
+    pub weight: [f64; LANES],
+    pub word: [u32; LANES],
+}
+
+/// Adds what the first `count` of some nodes contribute, one after the other, so that nodes out of reach in between make
+/// no difference. The compiler vectorises the first loop.
+#[inline(always)]
+pub(super) fn add<const ORDER: u8, const SIZES: bool, S: Spot>(
     spot: &S,
-    near: &Near,
-    (first, radius): (usize, f64),
-    terms: &mut [[f64; LANES]; 10],
-    sizes: &mut [[f64; LANES]; 4],
+    nodes: &Nodes,
+    count: usize,
+    radius: f64,
+    sum: &mut [f64; PARTS],
 ) {
+    let mut terms = [[0.0; LANES]; PARTS];
     for i in 0..LANES {
-        let at = first + i;
-        let d = [near.d[0][at], near.d[1][at], near.d[2][at]];
-        let node = Node { d, weight: near.weight[at], word: near.word[at] };
+        let d = [nodes.d[0][i], nodes.d[1][i], nodes.d[2][i]];
+        let node = Node { d, weight: nodes.weight[i], word: nodes.word[i] };
         let p = spot.jet::<ORDER>(&node);
         terms[0][i] = p.value;
         if ORDER >= GRADIENT {
@@ -182,10 +195,22 @@ fn lanes<const ORDER: u8, const SIZES: bool, S: Spot>(
             let counts = close < 1.0 && weight > 0.0;
             let own = spot.sizes(if counts { close } else { 0.0 }, r + radius);
             for k in 0..4 {
-                sizes[k][i] += if counts { weight * own[k] } else { 0.0 };
+                terms[10 + k][i] = if counts { weight * own[k] } else { 0.0 };
             }
         }
     }
+    let parts = [1, 4, 10][usize::from(ORDER)];
+    for i in 0..LANES.min(count) {
+        for k in (0..parts).chain(if SIZES { 10..PARTS } else { 0..0 }) {
+            sum[k] += terms[k][i];
+        }
+    }
+}
+
+/// The jet of sums.
+#[inline(always)]
+fn jet_of([value, x, y, z, xx, yy, zz, xy, xz, yz, ..]: [f64; PARTS]) -> Point {
+    Point { value, grad: [x, y, z], hess: [xx, yy, zz, xy, xz, yz] }
 }
 
 /// [`Basis::jet`](crate::noise::Basis::jet) for spots.
@@ -202,9 +227,9 @@ pub(in crate::noise) fn jet<S: Spot>(
         || {
             let cells = Cells::around(&draw, lattice, at, 0.0);
             match order {
-                Order::Value => sums::<VALUE, false, S>(&draw, spot, &cells, 0.0).0,
-                Order::Gradient => sums::<GRADIENT, false, S>(&draw, spot, &cells, 0.0).0,
-                Order::Hessian => sums::<HESSIAN, false, S>(&draw, spot, &cells, 0.0).0,
+                Order::Value => jet_of(sums::<VALUE, false, S>(&draw, spot, &cells, 0.0)),
+                Order::Gradient => jet_of(sums::<GRADIENT, false, S>(&draw, spot, &cells, 0.0)),
+                Order::Hessian => jet_of(sums::<HESSIAN, false, S>(&draw, spot, &cells, 0.0)),
             }
         },
     )
@@ -219,19 +244,29 @@ pub(in crate::noise) fn local<S: Spot>(
     global: Bounds,
     rounding: [f64; 3],
 ) -> Local {
-    // Rounding moves a node by less than 1e-14, and sums by less than a part in 1e12.
-    let wide = radius * (1.0 + 1e-12) + 1e-14;
+    let wide = widened(radius);
     if wide > LARGEST || wide.is_nan() {
         return Local::uniform(jet(scatter, spot, lattice, order, at), global);
     }
     let draw = scatter.draw(lattice);
-    let (jet, sizes) = widest(
+    let sums = widest(
         #[inline(always)]
         || {
             let cells = Cells::around(&draw, lattice, at, wide);
             sums::<HESSIAN, true, S>(&draw, spot, &cells, wide)
         },
     );
+    known(sums, wide, global, rounding)
+}
+
+/// Rounding moves a node by less than 1e-14, and sums by less than a part in 1e12.
+pub(super) fn widened(radius: f64) -> f64 {
+    radius * (1.0 + 1e-12) + 1e-14
+}
+
+/// What the sums of a ball of a radius tell.
+pub(super) fn known(sums: [f64; PARTS], wide: f64, global: Bounds, rounding: [f64; 3]) -> Local {
+    let (jet, sizes) = (jet_of(sums), &sums[10..]);
     if !jet.value.is_finite() {
         return Local::uniform(jet, global);
     }

@@ -31,7 +31,14 @@ fn balls_together_are_as_balls_alone() {
         for noise in lattices(kind, 6) {
             let noise = Noise { frequency: 1.7, ..noise };
             let points: [Vec<f64>; 3] = {
-                let points: Vec<[f64; 3]> = (0..75).map(|_| random.point(40.0)).collect();
+                // Alone, or next to others.
+                let mut points: Vec<[f64; 3]> = (0..75).map(|_| random.point(40.0)).collect();
+                for i in (0..75).filter(|i| i % 20 != 0) {
+                    let (from, aside) = (points[i / 20 * 20], random.point(0.3));
+                    if i / 20 < 3 {
+                        points[i] = [0, 1, 2].map(|axis| from[axis] + aside[axis]);
+                    }
+                }
                 [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect())
             };
             let radius: Vec<f64> = (0..75).map(|i| [1e-9, 1e-4, 0.01, 0.05, 0.2, 1.0][i % 6]).collect();
