@@ -5,8 +5,9 @@
 //! nothing else. A shard that is full drops the half that was not used for longest. What was not used for
 //! [`AGE`] pictures is dropped when the next begins.
 
+use ahash::RandomState;
 use std::collections::HashMap;
-use std::hash::{BuildHasher, Hash, RandomState};
+use std::hash::Hash;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -29,7 +30,7 @@ pub struct Cache<K, V> {
 
 #[derive(Debug)]
 struct Shard<K, V> {
-    entries: HashMap<K, Entry<V>>,
+    entries: HashMap<K, Entry<V>, RandomState>,
     /// Counts uses.
     clock: u64,
     picture: u64,
@@ -46,7 +47,7 @@ struct Entry<V> {
 impl<K: Hash + Eq + Clone, V: Clone> Cache<K, V> {
     /// A table of so many entries at most.
     pub fn new(capacity: usize) -> Cache<K, V> {
-        let shard = || Mutex::new(Shard { entries: HashMap::new(), clock: 0, picture: 0 });
+        let shard = || Mutex::new(Shard { entries: HashMap::default(), clock: 0, picture: 0 });
         Cache {
             shards: (0..SHARDS).map(|_| shard()).collect(),
             hasher: RandomState::new(),

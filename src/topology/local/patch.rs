@@ -22,8 +22,9 @@ use super::cache::Cache;
 use super::grid::{Grid, Voxel};
 use super::{Answer, Core};
 use crate::num::Taylor;
+use ahash::RandomState;
 use glam::DVec3;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 /// The size of a cell as a share of its ball, and how far the disc is from the middle.
 const SHARE: f64 = 0.4;
@@ -34,6 +35,9 @@ const LEVELS: [u32; 2] = [2, 6];
 
 /// Which cell: how often voxels are halved for it, and where it is.
 type Key = (u32, Voxel);
+
+/// What is known of cells near some places that are asked about together: most of them come to the same ones.
+type Memo = HashMap<Key, Patch, RandomState>;
 
 /// What is known of a cell.
 #[derive(Clone, Copy, Debug)]
@@ -94,14 +98,15 @@ impl Patches {
         let start = |(index, at): (usize, &DVec3)| Chase { index, at: *at, trail: Vec::new() };
         let mut active: Vec<Chase> = points.iter().enumerate().map(start).collect();
         let mut ended: Vec<Chase> = Vec::new();
+        let mut memo = Memo::default();
         while !active.is_empty() {
             let mut wanted = BTreeSet::new();
             let mut next = Vec::with_capacity(active.len());
             for mut chase in active {
-                match self.look(core, &mut chase) {
+                match self.look(core, &mut chase, &mut memo) {
                     Look::Answer(answer) => {
                         answers[chase.index] = answer;
-                        self.learn(&chase.trail, answer);
+                        self.learn(&chase.trail, answer, &mut memo);
                     }
                     Look::End => ended.push(chase),
                     Look::Ask(key) => {
@@ -121,21 +126,21 @@ impl Patches {
         for (group, answer) in groups.into_iter().zip(found) {
             for chase in group {
                 answers[chase.index] = answer;
-                self.learn(&chase.trail, answer);
+                self.learn(&chase.trail, answer, &mut memo);
             }
         }
         answers
     }
 
     /// Follows a chain as far as it is known.
-    fn look(&self, core: &Core, chase: &mut Chase) -> Look {
+    fn look(&self, core: &Core, chase: &mut Chase, memo: &mut Memo) -> Look {
         'chain: loop {
             if core.holds(chase.at) {
                 return Look::Answer(Answer::Joined);
             }
             for level in LEVELS[0]..=LEVELS[1] {
                 let key = (level, self.grid(level).voxel(chase.at));
-                match self.cells.get(&key) {
+                match self.known(key, memo) {
                     None => return Look::Ask(key),
                     Some(Patch::Rough) => {}
                     Some(Patch::Known(answer)) => return Look::Answer(answer),
@@ -167,8 +172,20 @@ impl Patches {
         }
     }
 
-    fn learn(&self, trail: &[Key], answer: Answer) {
-        trail.iter().for_each(|key| self.cells.insert(*key, Patch::Known(answer)));
+    fn learn(&self, trail: &[Key], answer: Answer, memo: &mut Memo) {
+        for key in trail {
+            self.cells.insert(*key, Patch::Known(answer));
+            memo.insert(*key, Patch::Known(answer));
+        }
+    }
+
+    fn known(&self, key: Key, memo: &mut Memo) -> Option<Patch> {
+        if let Some(patch) = memo.get(&key) {
+            return Some(*patch);
+        }
+        let patch = self.cells.get(&key)?;
+        memo.insert(key, patch);
+        Some(patch)
     }
 
     fn grid(&self, level: u32) -> Grid {
