@@ -67,6 +67,12 @@ impl Grid {
         self.stratum(voxel.0, [true; 3])
     }
 
+    /// A ball that holds a voxel, however its corners are rounded.
+    pub fn ball(&self, voxel: Voxel) -> (DVec3, f64) {
+        let cell = self.cell(voxel);
+        (cell.centre, cell.radius() + 16.0 * f64::EPSILON * cell.centre.abs().max_element())
+    }
+
     /// The part of a lattice cell that is as long as a voxel along free axes, and flat along others.
     fn stratum(&self, node: [i64; 3], free: [bool; 3]) -> Cell {
         let next = |axis: usize| if free[axis] { node[axis] + 1 } else { node[axis] };

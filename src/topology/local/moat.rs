@@ -6,7 +6,6 @@
 //!
 //! The cells next to the core come first, so that what is joined with it is soon seen to reach down for too far.
 
-use super::super::cell::Cell;
 use super::super::search::LANES;
 use super::core::Core;
 use super::counters::Count;
@@ -14,6 +13,7 @@ use super::grid::{Grid, Voxel};
 use super::voxel::Looker;
 use glam::DVec3;
 use std::collections::{BTreeSet, HashSet};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Cells to a voxel along each axis, as powers of two, and how far towards the core crumbs may reach in voxels: where gaps
@@ -27,17 +27,18 @@ const CELLS: usize = 1 << 14;
 impl Looker {
     /// Cells of one of the [`LEVELS`] that hold all that a place inside is joined with, and a moat around it. From all places
     /// of a component these are the same.
-    pub fn moat(&mut self, at: DVec3) -> Option<(u32, Vec<Voxel>)> {
+    pub fn moat(&mut self, at: DVec3, cancel: &AtomicBool) -> Option<(u32, Vec<Voxel>)> {
         let start = Instant::now();
         let found = LEVELS.into_iter().find_map(|(level, deep)| {
-            let cells = self.within_moat(self.local.cells(level), deep * self.local.grid.size(), at)?;
+            let cells =
+                self.within_moat(self.local.cells(level), deep * self.local.grid.size(), at, cancel)?;
             Some((level, cells))
         });
         self.local.counters.add_time(Count::Locating, start);
         found
     }
 
-    fn within_moat(&mut self, grid: Grid, deep: f64, at: DVec3) -> Option<Vec<Voxel>> {
+    fn within_moat(&mut self, grid: Grid, deep: f64, at: DVec3, cancel: &AtomicBool) -> Option<Vec<Voxel>> {
         let (core, region) = (self.local.core, self.local.region);
         let first = grid.voxel(at);
         let (mut known, mut waiting) =
@@ -46,16 +47,19 @@ impl Looker {
         let mut within = Vec::new();
         while !waiting.is_empty() {
             let batch: Vec<Voxel> = (0..LANES).map_while(|_| waiting.pop_first()).map(|(_, v)| v).collect();
-            let cells: Vec<Cell> = batch.iter().map(|&voxel| grid.cell(voxel)).collect();
-            let values = self.paths.eval(cells.iter().map(|cell| (cell.centre, cell.radius())));
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            let balls: Vec<(DVec3, f64)> = batch.iter().map(|&voxel| grid.ball(voxel)).collect();
+            let values = self.paths.eval(balls.iter().copied());
             let is_empty: Vec<bool> = (0..batch.len()).map(|i| values.lane(i).range.lo > 0.0).collect();
-            for ((voxel, cell), _) in
-                batch.into_iter().zip(cells).zip(is_empty).filter(|(_, is_empty)| !is_empty)
+            for ((voxel, (centre, reach)), _) in
+                batch.into_iter().zip(balls).zip(is_empty).filter(|(_, is_empty)| !is_empty)
             {
-                let (distance, reach) = (cell.centre.distance(core.centre), cell.radius());
+                let distance = centre.distance(core.centre);
                 (lowest, highest) = (lowest.min(distance), highest.max(distance));
-                let is_inside = (cell.centre - reach).cmpge(region.min).all()
-                    && (cell.centre + reach).cmple(region.max).all();
+                let is_inside =
+                    (centre - reach).cmpge(region.min).all() && (centre + reach).cmple(region.max).all();
                 let is_core = distance < core.radius + reach;
                 if is_core || !is_inside || highest - lowest > deep || known.len() > CELLS {
                     return None;
@@ -65,7 +69,8 @@ impl Looker {
                 waiting.extend(beside.map(|voxel| by_depth(&grid, &core, voxel)));
             }
         }
-        Some(within)
+        // A place in a cell without anything is not inside: of it nothing is known.
+        (!within.is_empty() && known.len() <= CELLS).then_some(within)
     }
 }
 

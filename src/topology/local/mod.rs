@@ -257,12 +257,28 @@ fn one_by_one(looker: &mut Looker, points: &[DVec3], cancel: &AtomicBool) -> Vec
     let radius = 0.1 * looker.local.grid.size();
     let starts: Vec<Start> = hidden.iter().map(|&i| Start { at: points[i], radius }).collect();
     for (&i, end) in hidden.iter().zip(looker.descend(&starts, cancel)) {
-        answers[i] = end.map_or(Answer::Unknown, |node| status(looker, node, cancel));
+        answers[i] = match end {
+            Some(node) => status(looker, node, cancel),
+            // What others may have found out must not make a difference.
+            None if is_parted(looker, points[i], cancel) => Answer::Parted,
+            None => Answer::Unknown,
+        };
     }
     let counters = &looker.local.counters;
     counters.add(Count::Looked, points.len());
     counters.add(Count::Quick, open.len() - hidden.len());
     answers
+}
+
+/// Whether there is a moat around what holds a place; remembers it.
+fn is_parted(looker: &mut Looker, at: DVec3, cancel: &AtomicBool) -> bool {
+    if looker.local.is_parted(at) {
+        return true;
+    }
+    let Some((level, cells)) = looker.moat(at, cancel) else { return false };
+    cells.into_iter().for_each(|cell| looker.local.moats.insert((level, cell), ()));
+    looker.local.counters.add(Count::Moats, 1);
+    true
 }
 
 /// What is known of a minimum, from now on at least.
@@ -303,9 +319,7 @@ impl Exhaustion {
         if let Some(answer) = self.activate(looker, vec![Node::Minimum(first)], cancel) {
             return answer;
         }
-        if let Some((level, cells)) = looker.position(first, cancel).and_then(|at| looker.moat(at)) {
-            cells.into_iter().for_each(|cell| looker.local.moats.insert((level, cell), ()));
-            looker.local.counters.add(Count::Moats, 1);
+        if looker.position(first, cancel).is_some_and(|at| is_parted(looker, at, cancel)) {
             return Answer::Parted;
         }
         while let Some((_, voxel)) = self.waiting.pop_first() {

@@ -151,7 +151,11 @@ impl Patches {
                     }
                     Some(Patch::Leads(at)) => {
                         if let Some(first) = chase.trail.iter().position(|k| *k == key) {
-                            chase.at = self.first_of(&chase.trail[first..]).unwrap_or(at);
+                            match first_of(&chase.trail[first..], memo) {
+                                Some(Patch::Known(answer)) => return Look::Answer(answer),
+                                Some(Patch::Leads(at) | Patch::Thick(at)) => chase.at = at,
+                                Some(Patch::Rough) | None => chase.at = at,
+                            }
                             return Look::End;
                         }
                         chase.trail.push(key);
@@ -161,14 +165,6 @@ impl Patches {
                 }
             }
             return Look::End;
-        }
-    }
-
-    /// Where the first cell of a ring leads to: the same wherever the ring was entered.
-    fn first_of(&self, ring: &[Key]) -> Option<DVec3> {
-        match self.cells.get(ring.iter().min()?)? {
-            Patch::Leads(at) | Patch::Thick(at) => Some(at),
-            Patch::Rough | Patch::Known(_) => None,
         }
     }
 
@@ -197,8 +193,8 @@ impl Patches {
         let wanted: Vec<Key> = wanted.into_iter().collect();
         for keys in wanted.chunks(LANES) {
             let ball = |&(level, cell): &Key| {
-                let cell = self.grid(level).cell(cell);
-                (cell.centre, cell.radius() / SHARE)
+                let (centre, radius) = self.grid(level).ball(cell);
+                (centre, radius / SHARE)
             };
             let values = *field.eval(keys.iter().map(ball));
             for (i, key) in keys.iter().enumerate() {
@@ -212,6 +208,11 @@ impl Patches {
             }
         }
     }
+}
+
+/// What is known of the first cell of a ring: the same wherever the ring was entered.
+fn first_of(ring: &[Key], memo: &Memo) -> Option<Patch> {
+    memo.get(ring.iter().min()?).copied()
 }
 
 /// Where all of a cell leads to, in units of its ball, and whether the ball is all inside.

@@ -34,8 +34,7 @@ impl Looker {
         if let Some(known) = self.local.ways.get(&voxel) {
             return known;
         }
-        let cell = grid.cell(voxel);
-        let (centre, radius) = (cell.centre, cell.radius());
+        let (centre, radius) = grid.ball(voxel);
         let is_full = self.paths.eval([(centre, radius)].into_iter()).lane(0).range.hi < 0.0
             && self.paths.is_defined_around(centre, radius);
         let found = is_full && self.finds_way(centre);
