@@ -81,6 +81,9 @@ fn order(caster: Kind) -> Order {
 
 #[test]
 fn every_picture_on_the_way_shows_all_of_the_solid() {
+    // On one thread, since rough tiles are not shown where a finished one is already, and with several a slow thread's
+    // may come so late: then fewer are seen than there would be.
+    let alone = |way| Order { threads: NonZeroUsize::new(1), ..order(way) };
     for (surface, ways) in [
         (ROCK, &[Kind::Beam, Kind::Speculative][..]),
         (RIDGES, &[Kind::Beam]),
@@ -92,7 +95,7 @@ fn every_picture_on_the_way_shows_all_of_the_solid() {
         {
             let scene = scene(surface, camera, film);
             for &way in ways {
-                let (last, snapshots) = refined(&scene, &order(way), &Steering::down_to(1));
+                let (last, snapshots) = refined(&scene, &alone(way), &Steering::down_to(1));
                 let seen = last.pixels.iter().filter(is_solid).count();
                 let mut before = usize::MAX;
                 for side in Steering::SIDES {
