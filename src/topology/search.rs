@@ -228,7 +228,7 @@ impl Part {
                         part.stats.single += 1;
                         single.push(*cell);
                     }
-                    Verdict::Open => {
+                    Verdict::Open(zeros) => {
                         let size = cell.radius();
                         small += u64::from(size < SMALL * diagonal);
                         crowded |= small > CROWD;
@@ -237,7 +237,7 @@ impl Part {
                         } else {
                             let unit = cell.unit();
                             let open = cell.places().filter(|(off, part)| {
-                                !is_free(&f, part.half * unit, *off * unit, search.solid)
+                                !is_free(&f, &zeros, (part.half * unit, *off * unit), search.solid)
                             });
                             stack.extend(open.map(|(_, part)| part));
                         }

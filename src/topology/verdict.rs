@@ -29,8 +29,26 @@ pub enum Verdict {
     Critical,
     /// The gradient vanishes at most once in the ball around it.
     Single,
-    /// Nothing.
-    Open,
+    /// Nothing, but that zeros of the gradient are here, if anywhere.
+    Open(Zeros),
+}
+
+/// A box that holds all zeros of the gradient in a ball, in units of the ball: E3 without its comparison.
+#[derive(Clone, Copy, Debug)]
+pub struct Zeros {
+    middle: DVec3,
+    half: DVec3,
+}
+
+impl Zeros {
+    /// Where nothing is known.
+    const ANYWHERE: Zeros = Zeros { middle: DVec3::ZERO, half: DVec3::INFINITY };
+
+    /// Whether it is apart from a part of the cell, by the part's middle and half its extents.
+    fn are_apart_from(&self, middle: DVec3, share: DVec3) -> bool {
+        let between = (self.middle - middle).abs() * (1.0 - 1e-12);
+        between.cmpgt(share + self.half + 1e-12 * middle.abs()).any()
+    }
 }
 
 /// What is certain of a cell with these half extents in units of the ball. Values are of interest below zero
@@ -51,15 +69,15 @@ pub fn judge(f: &Taylor, share: DVec3, solid: bool) -> Verdict {
     if (g.abs() * (1.0 - 1e-12)).cmpgt(rows * share + f.turn[1]).any() {
         return Verdict::Regular;
     }
-    let Some((y, least, defect)) = inverse(&h) else { return Verdict::Open };
+    let Some((y, least, defect)) = inverse(&h) else { return Verdict::Open(Zeros::ANYWHERE) };
     let step = y * g;
     let rounding = defect + 16.0 * f64::EPSILON * spectral(&y) * g.length();
     let row = |axis: usize| y.row(axis).length() * f.turn[1] + rounding;
-    let reach = share + DVec3::new(row(0), row(1), row(2));
-    if (step.abs() * (1.0 - 1e-12)).cmpgt(reach).any() {
+    let zeros = Zeros { middle: -step, half: DVec3::new(row(0), row(1), row(2)) };
+    if zeros.are_apart_from(DVec3::ZERO, share) {
         return Verdict::Regular;
     }
-    if least > f.twist { Verdict::Single } else { Verdict::Open }
+    if least > f.twist { Verdict::Single } else { Verdict::Open(zeros) }
 }
 
 /// Whether the values in the cell are positive.
@@ -77,9 +95,12 @@ pub fn is_outside(f: &Taylor, share: DVec3) -> bool {
 }
 
 /// Whether a part of a cell is outside of the solid, or free of critical points, by what is known of the whole cell: E0
-/// and E2 with the expansion about the part's middle. It costs little beside an evaluation, and often saves one.
+/// and E2 with the expansion about the part's middle, and E3. It costs little beside an evaluation, and often saves one.
 /// `share` are half the extents of the part, and `middle` is where it lies, in units of the ball.
-pub fn is_free(f: &Taylor, share: DVec3, middle: DVec3, solid: bool) -> bool {
+pub fn is_free(f: &Taylor, zeros: &Zeros, (share, middle): (DVec3, DVec3), solid: bool) -> bool {
+    if zeros.are_apart_from(middle, share) {
+        return true;
+    }
     let h = matrix(f.hess);
     let bent = h * middle;
     let g = DVec3::from_array(f.grad) + bent;
