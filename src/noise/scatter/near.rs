@@ -162,15 +162,31 @@ pub(super) struct Nodes {
 }
 
 /// Adds what the first `count` of some nodes contribute, one after the other, so that nodes out of reach in between make
-/// no difference. The compiler vectorises the first loop.
+/// no difference.
 #[inline(always)]
-pub(super) fn add<const ORDER: u8, const SIZES: bool, S: Spot>(
+fn add<const ORDER: u8, const SIZES: bool, S: Spot>(
     spot: &S,
     nodes: &Nodes,
     count: usize,
     radius: f64,
     sum: &mut [f64; PARTS],
 ) {
+    let terms = terms::<ORDER, SIZES, S>(spot, nodes, &[radius; LANES]);
+    let parts = [1, 4, 10][usize::from(ORDER)];
+    for i in 0..LANES.min(count) {
+        for k in (0..parts).chain(if SIZES { 10..PARTS } else { 0..0 }) {
+            sum[k] += terms[k][i];
+        }
+    }
+}
+
+/// What each node contributes, with a radius of its own. The compiler vectorises the loop.
+#[inline(always)]
+pub(super) fn terms<const ORDER: u8, const SIZES: bool, S: Spot>(
+    spot: &S,
+    nodes: &Nodes,
+    radius: &[f64; LANES],
+) -> [[f64; LANES]; PARTS] {
     let mut terms = [[0.0; LANES]; PARTS];
     for i in 0..LANES {
         let d = [nodes.d[0][i], nodes.d[1][i], nodes.d[2][i]];
@@ -189,7 +205,7 @@ pub(super) fn add<const ORDER: u8, const SIZES: bool, S: Spot>(
         }
         if SIZES {
             let [x, y, z] = d;
-            let r = (x * x + y * y + z * z).sqrt();
+            let (r, radius) = ((x * x + y * y + z * z).sqrt(), radius[i]);
             let close = if r > radius { r - radius } else { 0.0 };
             let weight = node.weight.abs();
             let counts = close < 1.0 && weight > 0.0;
@@ -199,12 +215,7 @@ pub(super) fn add<const ORDER: u8, const SIZES: bool, S: Spot>(
             }
         }
     }
-    let parts = [1, 4, 10][usize::from(ORDER)];
-    for i in 0..LANES.min(count) {
-        for k in (0..parts).chain(if SIZES { 10..PARTS } else { 0..0 }) {
-            sum[k] += terms[k][i];
-        }
-    }
+    terms
 }
 
 /// The jet of sums.

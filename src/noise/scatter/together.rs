@@ -5,8 +5,8 @@
 //! found once, and each ball sums up all of them, in the order in which it would have found its own: those beyond its reach
 //! add exact zeros.
 
-use super::near::{LANES, LARGEST, Nodes, PARTS, add, known, local, widened};
-use super::{Draw, Scatter, Spot};
+use super::near::{LANES, LARGEST, Nodes, PARTS, known, local, terms, widened};
+use super::{Draw, Node, Scatter, Spot};
 use crate::noise::bulk::HESSIAN;
 use crate::noise::lattice::{Lattice, STEP, split};
 use crate::num::{Bounds, Local, Order, widest};
@@ -127,41 +127,94 @@ impl Reached {
         let zero = [[0.0; CELLS]; 3];
         let mut found = Reached { count: 0, cell: zero, place: zero, weight: [0.0; CELLS], word: [0; CELLS] };
         let reach = 1.0 + balls.widest + SLACK;
-        for i in 0..cells.count {
-            let node = draw.node(cells.words[i], slot, [0.0; 3]);
-            let distance = |axis: usize| {
-                let at = cells.at[axis][i] + draw.margin - node.d[axis];
-                let out = f64::max(at - balls.high[axis], balls.low[axis] - at).max(0.0);
-                out * out
-            };
-            let is_there = draw.tail.is_none_or(|tail| draw.count(cells.words[i]) < tail[slot]);
-            let n = found.count;
-            for axis in 0..3 {
-                found.cell[axis][n] = cells.at[axis][i];
-                // Exact, as is the place of a node seen from where nodes may be.
-                found.place[axis][n] = -node.d[axis];
+        // Drawn side by side, which the compiler vectorises; then those in reach are kept.
+        for first in (0..cells.count).step_by(LANES) {
+            let (mut place, mut weight, mut word) = ([[0.0; LANES]; 3], [0.0; LANES], [0; LANES]);
+            let mut is_near = [false; LANES];
+            for i in 0..LANES {
+                let node = draw.node(cells.words[first + i], slot, [0.0; 3]);
+                let distance = |axis: usize| {
+                    let at = cells.at[axis][first + i] + draw.margin - node.d[axis];
+                    let (below, above) = (balls.low[axis] - at, at - balls.high[axis]);
+                    let out = if below > above { below } else { above };
+                    if out > 0.0 { out * out } else { 0.0 }
+                };
+                is_near[i] = distance(0) + distance(1) + distance(2) < reach * reach;
+                for axis in 0..3 {
+                    // Exact, as is the place of a node seen from where nodes may be.
+                    place[axis][i] = -node.d[axis];
+                }
+                (weight[i], word[i]) = (node.weight, node.word);
             }
-            (found.weight[n], found.word[n]) = (node.weight, node.word);
-            let is_near = distance(0) + distance(1) + distance(2) < reach * reach;
-            found.count = n + usize::from(is_near && is_there);
+            if let Some(tail) = draw.tail {
+                for i in 0..LANES {
+                    is_near[i] &= draw.count(cells.words[first + i]) < tail[slot];
+                }
+            }
+            for i in (0..LANES.min(cells.count - first)).filter(|&i| is_near[i]) {
+                let n = found.count;
+                for axis in 0..3 {
+                    found.cell[axis][n] = cells.at[axis][first + i];
+                    found.place[axis][n] = place[axis][i];
+                }
+                (found.weight[n], found.word[n]) = (weight[i], word[i]);
+                found.count = n + 1;
+            }
         }
         found
     }
 
-    /// Some of them as seen from a place; what is beyond the last is far away.
+    /// One of them.
     #[inline(always)]
-    fn seen(&self, draw: &Draw, first: usize, base: &[Place; 3], at: &[Place; 3]) -> Nodes {
-        let mut nodes = Nodes { d: [[8.0; LANES]; 3], weight: [0.0; LANES], word: [0; LANES] };
-        for i in 0..LANES.min(self.count - first) {
-            let n = first + i;
+    fn node(&self, n: usize) -> ([f64; 3], Node) {
+        let at = |all: &[[f64; CELLS]; 3]| [all[0][n], all[1][n], all[2][n]];
+        (at(&self.cell), Node { d: at(&self.place), weight: self.weight[n], word: self.word[n] })
+    }
+}
+
+/// Balls as lanes, and what they sum up.
+#[derive(Clone, Copy)]
+struct Block {
+    /// Cells of the middles, seen from the first ball's, and the places in them.
+    cell: [[f64; LANES]; 3],
+    place: [[f64; LANES]; 3],
+    wide: [f64; LANES],
+    sum: [[f64; LANES]; PARTS],
+}
+
+impl Block {
+    /// Some balls, from one of them on; lanes beyond the last hold that of the first.
+    fn of(balls: &Balls, first: usize) -> Block {
+        let zero = [[0.0; LANES]; 3];
+        let mut block = Block { cell: zero, place: zero, wide: [0.0; LANES], sum: [[0.0; LANES]; PARTS] };
+        for i in 0..LANES {
+            let ball = if first + i < balls.count { first + i } else { 0 };
             for axis in 0..3 {
-                let cell = self.cell[axis][n] - from(base[axis].0, at[axis].0);
-                // The operations of a ball that is alone.
-                nodes.d[axis][i] = at[axis].1 - cell - draw.margin - self.place[axis][n];
+                let (cell, place) = balls.at[ball][axis];
+                block.cell[axis][i] = from(balls.at[0][axis].0, cell);
+                block.place[axis][i] = place;
             }
-            (nodes.weight[i], nodes.word[i]) = (self.weight[n], self.word[n]);
+            block.wide[i] = balls.wide[ball];
         }
-        nodes
+        block
+    }
+
+    /// Adds what a node contributes, by the operations of a ball that is alone.
+    #[inline(always)]
+    fn add<S: Spot>(&mut self, draw: &Draw, spot: &S, (cell, node): ([f64; 3], Node)) {
+        let mut seen = Nodes { d: [[0.0; LANES]; 3], weight: [node.weight; LANES], word: [node.word; LANES] };
+        for axis in 0..3 {
+            for i in 0..LANES {
+                let cell = cell[axis] - self.cell[axis][i];
+                seen.d[axis][i] = self.place[axis][i] - cell - draw.margin - node.d[axis];
+            }
+        }
+        let terms = terms::<HESSIAN, true, S>(spot, &seen, &self.wide);
+        for k in 0..PARTS {
+            for i in 0..LANES {
+                self.sum[k][i] += terms[k][i];
+            }
+        }
     }
 }
 
@@ -198,16 +251,15 @@ pub(in crate::noise) fn locals<S: Spot>(
 
 #[inline(always)]
 fn sums<S: Spot>(draw: &Draw, spot: &S, lattice: &Lattice, balls: &Balls) -> [[f64; PARTS]; BALLS] {
-    let mut sums = [[0.0; PARTS]; BALLS];
     let cells = Cells::around(draw, lattice, balls);
+    let mut blocks: [Block; BALLS / LANES] = std::array::from_fn(|i| Block::of(balls, i * LANES));
     for slot in 0..draw.slots {
         let reached = Reached::of(draw, &cells, slot, balls);
-        for (ball, sum) in sums[..balls.count].iter_mut().enumerate() {
-            for first in (0..reached.count).step_by(LANES) {
-                let nodes = reached.seen(draw, first, &balls.at[0], &balls.at[ball]);
-                add::<HESSIAN, true, S>(spot, &nodes, reached.count - first, balls.wide[ball], sum);
+        for block in &mut blocks[..balls.count.div_ceil(LANES)] {
+            for n in 0..reached.count {
+                block.add(draw, spot, reached.node(n));
             }
         }
     }
-    sums
+    std::array::from_fn(|ball| blocks[ball / LANES].sum.map(|part| part[ball % LANES]))
 }
