@@ -175,12 +175,36 @@ pub(crate) fn batch<'a>(out: &'a mut Jets<'_>, start: usize) -> Jets<'a> {
     }
 }
 
+/// Asks about balls batch by batch, by where `place` puts their centres and by their radii there; `ask` is also told the
+/// number of the first one.
+fn balls(
+    at: [&[f64]; 3],
+    radius: &[f64],
+    place: impl Fn([f64; 3], f64) -> ([f64; 3], f64),
+    mut ask: impl FnMut(usize, [&[f64]; 3], &[f64]),
+) {
+    for first in (0..radius.len()).step_by(BATCH) {
+        let (mut centres, mut reach) = ([[0.0; BATCH]; 3], [0.0; BATCH]);
+        let many = BATCH.min(radius.len() - first);
+        for i in 0..many {
+            let (centre, own) = place(at.map(|at| at[first + i]), radius[first + i]);
+            (0..3).for_each(|axis| centres[axis][i] = centre[axis]);
+            reach[i] = own;
+        }
+        ask(first, centres.each_ref().map(|x| &x[..many]), &reach[..many]);
+    }
+}
+
+/// The largest coordinate.
+fn largest(at: [f64; 3]) -> f64 {
+    at.iter().fold(0.0, |size: f64, x| size.max(x.abs()))
+}
+
 impl Noise {
     /// A ball in units of the lattice. The scaled centre is off by a roundoff of its size, and a kind may move it further.
     fn reached(&self, at: [f64; 3], radius: f64) -> ([f64; 3], f64) {
         let centre = at.map(|x| x * self.frequency);
-        let size = centre.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let off = (2.0 + self.kind.displacement()) * ROUNDOFF * size;
+        let off = (2.0 + self.kind.displacement()) * ROUNDOFF * largest(centre);
         (centre, radius * self.frequency * (1.0 + 8.0 * ROUNDOFF) + off)
     }
 
@@ -258,7 +282,7 @@ impl Kernel for Noise {
 
     fn locals(&self, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [(Local, [f64; 3])]) {
         let ball = |i: usize| (at.map(|at| at[i]), radius[i]);
-        let error = |at: [f64; 3]| self.error(at.iter().fold(0.0, |size: f64, x| size.max(x.abs())));
+        let error = |at: [f64; 3]| self.error(largest(at));
         if let Part::Slope(axis) = self.part {
             let (whole, step) = (self.whole(), self.step());
             let slope = Slope::new(&whole, axis, step);
@@ -269,23 +293,16 @@ impl Kernel for Noise {
             return;
         }
         count(out.len());
-        for (batch, out) in out.chunks_mut(BATCH).enumerate() {
-            let (mut centres, mut reach) = ([[0.0; BATCH]; 3], [0.0; BATCH]);
-            let (first, many) = (batch * BATCH, out.len());
-            for i in 0..many {
-                let (at, radius) = ball(first + i);
-                let (centre, own) = self.reached(at, radius);
-                (0..3).for_each(|axis| centres[axis][i] = centre[axis]);
-                reach[i] = own;
-            }
+        let place = |at, radius| self.reached(at, radius);
+        balls(at, radius, place, |first, centres, reach| {
             let mut locals = [Local::UNKNOWN.0; BATCH];
-            let centres = centres.each_ref().map(|x| &x[..many]);
-            self.kind.locals(&self.lattice, order, centres, &reach[..many], &mut locals[..many]);
-            for (i, out) in out.iter_mut().enumerate() {
+            let locals = &mut locals[..reach.len()];
+            self.kind.locals(&self.lattice, order, centres, reach, locals);
+            for (i, local) in locals.iter().enumerate() {
                 let (at, radius) = ball(first + i);
-                *out = (self.placed(locals[i], radius, reach[i]), error(at));
+                out[first + i] = (self.placed(*local, radius, reach[i]), error(at));
             }
-        }
+        });
     }
 
     #[inline]

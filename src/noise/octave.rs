@@ -10,7 +10,7 @@
 //! the bounds of a kernel are the same in every direction.
 
 use super::slope::Slope;
-use super::{BATCH, Noise, Part, batch, creased, gather};
+use super::{BATCH, Noise, Part, balls, batch, creased, gather, largest};
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, mix, uniform, widest};
 
 /// A rotated, scaled and shifted noise.
@@ -118,6 +118,22 @@ impl Octave {
         Noise { frequency: 1.0, ..self.noise }
     }
 
+    /// The centre of a ball as the noise sees it, and its radius there: a ball stays a ball when it is turned. (It grows by
+    /// the rounding of the matrix.)
+    fn reached(&self, placement: &Placement, at: [f64; 3], radius: f64) -> ([f64; 3], f64) {
+        let k = self.noise.frequency;
+        let reach = radius * k * (1.0 + 32.0 * ROUNDOFF) + 32.0 * ROUNDOFF * (k * largest(at) + REACH);
+        (placement.place(k, at), reach)
+    }
+
+    /// What is known of a ball from what the noise knows of where it is [placed](Octave::reached).
+    fn placed(&self, placement: &Placement, order: Order, local: &Local, radius: f64, reach: f64) -> Local {
+        let k = self.noise.frequency;
+        let bounds = creased(local.bounds, &self.noise.kind.bounds(), radius * k, reach);
+        let sag = local.sag * k * k;
+        Local { jet: placement.turned(k, order, local.jet), bounds: bounds.at_frequency(k), sag, ..*local }
+    }
+
     /// The octave of which this one is the slope along an axis in space, and that axis. Where it is
     /// not turned, the noise knows its slopes itself.
     fn slope_of(&self) -> Option<(Octave, u8)> {
@@ -182,20 +198,36 @@ impl Kernel for Octave {
         self.noise.is_uniform()
     }
 
-    /// A ball stays a ball when it is turned. (It grows by the rounding of the matrix.)
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
         let Some(placement) = &self.placement else { return self.noise.local(order, at, radius) };
         if let Some((of, axis)) = self.slope_of() {
             return Slope::new(&of, axis, self.noise.step()).local(order, at, radius);
         }
-        let k = self.noise.frequency;
-        let centre = placement.place(k, at);
-        let size = at.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let reach = radius * k * (1.0 + 32.0 * ROUNDOFF) + 32.0 * ROUNDOFF * (k * size + REACH);
+        let (centre, reach) = self.reached(placement, at, radius);
         let local = self.unit().local(order, centre, reach);
-        let bounds = creased(local.bounds, &self.noise.kind.bounds(), radius * k, reach);
-        let sag = local.sag * k * k;
-        Local { jet: placement.turned(k, order, local.jet), bounds: bounds.at_frequency(k), sag, ..local }
+        self.placed(placement, order, &local, radius, reach)
+    }
+
+    fn locals(&self, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [(Local, [f64; 3])]) {
+        let Some(placement) = &self.placement else { return self.noise.locals(order, at, radius, out) };
+        let ball = |i: usize| (at.map(|at| at[i]), radius[i]);
+        let error = |at: [f64; 3]| self.error(largest(at));
+        if self.slope_of().is_some() {
+            for (i, out) in out.iter_mut().enumerate() {
+                let (at, radius) = ball(i);
+                *out = (self.local(order, at, radius), error(at));
+            }
+            return;
+        }
+        let place = |at, radius| self.reached(placement, at, radius);
+        balls(at, radius, place, |first, centres, reach| {
+            let out = &mut out[first..first + reach.len()];
+            self.unit().locals(order, centres, reach, out);
+            for (i, out) in out.iter_mut().enumerate() {
+                let (at, radius) = ball(first + i);
+                *out = (self.placed(placement, order, &out.0, radius, reach[i]), error(at));
+            }
+        });
     }
 
     /// As for any kernel, with the error of `M x + t` in place of that of `k x`: a row of three

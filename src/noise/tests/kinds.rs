@@ -1,6 +1,7 @@
 //! What kinds of noise owe, over the whole list with every choice and flag.
 
 use super::fractals::recipe;
+use super::octave::{Octave, Placement};
 use super::*;
 
 /// Every kind of noise as it is unless told otherwise, and with each of its choices and flags.
@@ -30,6 +31,8 @@ fn balls_together_are_as_balls_alone() {
     for (name, kind) in kinds() {
         for noise in lattices(kind, 6) {
             let noise = Noise { frequency: 1.7, ..noise };
+            let turned = Octave { noise, placement: Some(Placement::random(5)) };
+            let slope = Octave { noise: Noise { part: Part::Slope(1), ..noise }, ..turned };
             let points: [Vec<f64>; 3] = {
                 // Alone, or next to others.
                 let mut points: Vec<[f64; 3]> = (0..75).map(|_| random.point(40.0)).collect();
@@ -42,15 +45,17 @@ fn balls_together_are_as_balls_alone() {
                 [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect())
             };
             let radius: Vec<f64> = (0..75).map(|i| [1e-9, 1e-4, 0.01, 0.05, 0.2, 1.0][i % 6]).collect();
-            let mut together = vec![Local::UNKNOWN; 75];
             let at = points.each_ref().map(|x| &x[..]);
-            noise.locals(Order::Gradient, at, &radius, &mut together);
-            for (i, (own, error)) in together.iter().enumerate() {
-                let at = at.map(|x| x[i]);
-                let alone = noise.local(Order::Gradient, at, radius[i]);
-                assert_eq!(format!("{own:?}"), format!("{alone:?}"), "{name} {at:?} {}", radius[i]);
-                let size = at.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-                assert_eq!(*error, noise.error(size), "{name}");
+            let kernels: [&dyn Kernel; 3] = [&noise, &turned, &slope];
+            for kernel in kernels.iter().take(if kind.class() >= Class::C1 { 3 } else { 2 }) {
+                let mut together = vec![Local::UNKNOWN; 75];
+                kernel.locals(Order::Gradient, at, &radius, &mut together);
+                for (i, (own, error)) in together.iter().enumerate() {
+                    let at = at.map(|x| x[i]);
+                    let alone = kernel.local(Order::Gradient, at, radius[i]);
+                    assert_eq!(format!("{own:?}"), format!("{alone:?}"), "{name} {at:?} {}", radius[i]);
+                    assert_eq!(*error, kernel.error(largest(at)), "{name}");
+                }
             }
         }
     }
