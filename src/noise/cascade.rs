@@ -66,7 +66,11 @@ pub(super) fn cascade<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
 
 /// How far an octave is from its mean, faded to zero where it is too fine; decided lane by lane.
 fn signal<T: Number>(f: &Fractal, term: &Term, given: &Given<'_, T>) -> T {
-    let whole = || f.deviation(T::kernel(&term.octave, given.point));
+    let whole = || {
+        let mut noise = T::kernel(&term.octave, given.point);
+        f.deviate(&mut noise);
+        noise
+    };
     match term.weight(given.footprint) {
         Weight::Gone => T::constant(0.0),
         Weight::Whole => whole(),

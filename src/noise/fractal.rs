@@ -178,11 +178,13 @@ impl Fractal {
         }
     }
 
-    /// How far the signal of an octave is from its mean.
+    /// Makes the noise of an octave how far its signal is from its mean.
     #[inline]
-    pub(super) fn deviation<T: Number>(&self, noise: T) -> T {
-        let signal = self.recipe.model.signal.of(noise);
-        if self.mean == 0.0 { signal } else { signal.shift(-self.mean) }
+    pub(super) fn deviate<T: Number>(&self, noise: &mut T) {
+        self.recipe.model.signal.apply(noise);
+        if self.mean != 0.0 {
+            *noise = noise.shift(-self.mean);
+        }
     }
 
     /// Continuity class, where the footprint does not vary in space. One that does leaves C1 at most.

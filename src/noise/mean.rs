@@ -55,7 +55,9 @@ fn sample(kind: &Kind) -> [f64; 3] {
         for noise in value {
             squares += noise * noise;
             for (sum, signal) in sums.iter_mut().zip(Signal::ALL) {
-                *sum += signal.of(noise);
+                let mut value = noise;
+                signal.apply(&mut value);
+                *sum += value;
             }
         }
     }

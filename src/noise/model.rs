@@ -34,13 +34,13 @@ impl Signal {
         }
     }
 
-    /// The signal of a noise.
+    /// Makes a noise its signal.
     #[inline]
-    pub(super) fn of<T: Number>(self, noise: T) -> T {
+    pub(super) fn apply<T: Number>(self, noise: &mut T) {
         match self {
-            Signal::Plain => noise,
-            Signal::Turbulent => T::lift(&Fold, [&noise]),
-            Signal::Ridged => T::lift(&Ridge, [&noise]),
+            Signal::Plain => {}
+            Signal::Turbulent => *noise = T::lift(&Fold, [noise]),
+            Signal::Ridged => *noise = T::lift(&Ridge, [noise]),
         }
     }
 

@@ -22,6 +22,7 @@ pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
     let means = if hurst.is_none() { f.mean * amplitudes(&f.terms) } else { 0.0 };
     let reach = p.map(|p| p.range().rad()).into_iter().fold(0.0, f64::max);
     let mut total = T::constant(means);
+    let mut noise = total.clone();
     let mut ended: Option<Ended<T>> = None;
     for (i, term) in f.terms.iter().enumerate() {
         let weight = term.weight(footprint);
@@ -44,20 +45,18 @@ pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
             }
             ended = Some(now);
         }
-        let signal = f.deviation(T::kernel(&term.octave, p));
-        total = match weight {
+        T::kernel_to(&term.octave, p, &mut noise);
+        f.deviate(&mut noise);
+        match weight {
             Weight::Share(w) => {
-                let faded = T::lift(&Modulate::PRODUCT, [&w, &signal]);
-                let present = T::choose(&w, is_one, &signal, &faded);
-                T::choose(
-                    &w,
-                    is_zero,
-                    &without(f, term, &total, hurst),
-                    &with(f, term, &total, &present, hurst),
-                )
+                let faded = T::lift(&Modulate::PRODUCT, [&w, &noise]);
+                let present = T::choose(&w, is_one, &noise, &faded);
+                let without = without(f, term, &total, hurst);
+                add(f, term, &mut total, &present, hurst);
+                total = T::choose(&w, is_zero, &without, &total);
             }
-            _ => with(f, term, &total, &signal, hurst),
-        };
+            _ => add(f, term, &mut total, &noise, hurst),
+        }
     }
     match ended {
         Some(ended) => T::choose(&ended.over, is_one, &ended.total, &total),
@@ -65,13 +64,13 @@ pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
     }
 }
 
-/// The sum with an octave, of which the deviation from the mean is given. The means of octaves whose
-/// amplitudes are numbers are in the sum from the start.
-fn with<T: Number>(f: &Fractal, term: &Term, total: &T, deviation: &T, hurst: Option<&T>) -> T {
+/// Adds an octave, of which the deviation from the mean is given. The means of octaves whose amplitudes are numbers are in
+/// the sum from the start.
+fn add<T: Number>(f: &Fractal, term: &Term, total: &mut T, deviation: &T, hurst: Option<&T>) {
     match hurst {
-        None => total.add(&deviation.scale(term.amplitude)),
-        Some(_) if f.mean == 0.0 => total.add(&term.amplified(deviation, hurst)),
-        Some(_) => total.add(&term.amplified(&deviation.shift(f.mean), hurst)),
+        None => total.add_scaled(deviation, term.amplitude),
+        Some(_) if f.mean == 0.0 => *total = total.add(&term.amplified(deviation, hurst)),
+        Some(_) => *total = total.add(&term.amplified(&deviation.shift(f.mean), hurst)),
     }
 }
 

@@ -215,6 +215,12 @@ pub trait Number: Clone + Send + Sync + 'static {
         *out = Self::lift(f, x);
     }
 
+    /// Adds `k * other`.
+    #[inline(always)]
+    fn add_scaled(&mut self, other: &Self, k: f64) {
+        *self = self.add(&other.scale(k));
+    }
+
     /// Writes `k * self` to `out`.
     #[inline(always)]
     fn scale_to(&self, k: f64, out: &mut Self) {
@@ -235,6 +241,12 @@ pub trait Number: Clone + Send + Sync + 'static {
 
     /// The image of a point under a kernel.
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self;
+
+    /// Writes the image of a point under a kernel to `out`.
+    #[inline(always)]
+    fn kernel_to<K: Kernel + ?Sized>(k: &K, p: [&Self; 3], out: &mut Self) {
+        *out = Self::kernel(k, p);
+    }
 
     /// The image under a function that is known at points only, of a point and, if it takes one, a
     /// further number. Kinds that stand for sets of points cannot say.

@@ -201,10 +201,10 @@ fn interpret<T: Number>(instr: &Instr, home: &[u32], i: usize, registers: &mut [
         Instr::Scale(a, k) => at(*a).scale_to(*k, out),
         Instr::Shift(a, c) => at(*a).shift_to(*c, out),
         Instr::Op(op, args) => op.apply_to(|i| at(args[i]), out),
-        Instr::Noise(noise, p) => *out = T::kernel(&**noise, p.map(at)),
-        Instr::Grid(grid, p) => *out = T::kernel(&**grid, p.map(at)),
-        Instr::Shape(shape, p) => *out = T::kernel(shape.body(), p.map(at)),
-        Instr::Flow(flowed, p) => *out = T::kernel(&**flowed, p.map(at)),
+        Instr::Noise(noise, p) => T::kernel_to(&**noise, p.map(at), out),
+        Instr::Grid(grid, p) => T::kernel_to(&**grid, p.map(at), out),
+        Instr::Shape(shape, p) => T::kernel_to(shape.body(), p.map(at), out),
+        Instr::Flow(flowed, p) => T::kernel_to(&**flowed, p.map(at), out),
         Instr::Fractal(fractal, p, further) => {
             let [footprint, hurst] = further.map(|a| a.map(at));
             *out = fractal.eval_given(&Given { point: p.map(at), footprint, hurst });

@@ -47,7 +47,7 @@ fn is_free(field: &mut Balls, face: Cell, cancel: &AtomicBool) -> bool {
         let values = field.eval(batch.iter().map(|cell| (cell.centre, cell.radius())));
         for (i, cell) in batch.iter().enumerate() {
             let f = values.lane(i).on(cell.free_axes());
-            if is_outside(&f, cell.share()) {
+            if is_outside(&f, cell.share().to_array()) {
                 continue;
             }
             // There is no need to look any further where the solid is met.

@@ -13,9 +13,9 @@ use super::defined::Defined;
 use super::isolated::isolated;
 use super::point::CriticalPoint;
 use super::polish::polish;
-use super::verdict::{Verdict, is_free, judge};
+use super::verdict::{self, Verdict, Zeros, free_parts, judge, sift};
 use crate::field::Watch;
-use crate::num::{Number, Taylors};
+use crate::num::{Number, Taylor, Taylors};
 use crate::scene::Aabb;
 use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
@@ -218,7 +218,18 @@ impl Part {
             let batch: Vec<Cell> = stack.drain(from..).collect();
             let values = field.eval(batch.iter().map(|cell| (cell.centre, cell.radius())));
             part.stats.cells += batch.len() as u64;
+            let mut shares = [[0.0; LANES]; 3];
             for (i, cell) in batch.iter().enumerate() {
+                let share = cell.share();
+                (0..3).for_each(|axis| shares[axis][i] = share[axis]);
+            }
+            let sifted = sift(values, &shares, search.solid);
+            for (i, cell) in batch.iter().enumerate() {
+                if sifted[i].outside || sifted[i].regular {
+                    part.stats.outside += u64::from(sifted[i].outside);
+                    part.stats.regular += u64::from(!sifted[i].outside);
+                    continue;
+                }
                 let f = values.lane(i).on(cell.free_axes());
                 match judge(&f, cell.share(), search.solid) {
                     Verdict::Critical => part.open.push(Place { bounds: bounds(cell), crowded }),
@@ -235,11 +246,7 @@ impl Part {
                         if size < smallest || crowded {
                             part.open.push(Place { bounds: bounds(cell), crowded });
                         } else {
-                            let unit = cell.unit();
-                            let open = cell.places().filter(|(off, part)| {
-                                !is_free(&f, &zeros, (part.half * unit, *off * unit), search.solid)
-                            });
-                            stack.extend(open.map(|(_, part)| part));
+                            cut(cell, (&f, &zeros), search.solid, &mut stack);
                         }
                     }
                 }
@@ -271,6 +278,18 @@ impl Part {
             }
         }
     }
+}
+
+/// The parts of a cell that may hold critical points, by what is known of it.
+fn cut(cell: &Cell, (f, zeros): (&Taylor, &Zeros), solid: bool, stack: &mut Vec<Cell>) {
+    let (unit, mut share, mut middles) = (cell.unit(), DVec3::ZERO, [[0.0; verdict::PARTS]; 3]);
+    for (i, (off, part)) in cell.places().enumerate() {
+        (0..3).for_each(|axis| middles[axis][i] = off[axis] * unit);
+        share = part.half * unit;
+    }
+    let free = free_parts(f, zeros, (share.to_array(), &middles), solid);
+    let open = cell.places().zip(free).filter(|(_, free)| !free);
+    stack.extend(open.map(|((_, part), _)| part));
 }
 
 /// A field to be evaluated over balls, with the memory for a batch of them.

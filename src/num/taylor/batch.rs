@@ -153,6 +153,17 @@ impl<const B: usize> Number for Taylors<B> {
             |i| self.lane(i).plus(&other.lane(i).negated()),
         );
     }
+    fn add_scaled(&mut self, other: &Self, k: f64) {
+        widest(
+            #[inline(always)]
+            || {
+                for i in 0..B {
+                    let sum = self.lane(i).plus(&other.lane(i).times(k));
+                    self.set(i, &sum);
+                }
+            },
+        );
+    }
     fn scale_to(&self, k: f64, out: &mut Self) {
         out.fill_widest(
             #[inline(always)]
@@ -169,7 +180,10 @@ impl<const B: usize> Number for Taylors<B> {
         Self::lifted(f, &x, out);
     }
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
-        Self::image(k, p)
+        Self::written(|out| Self::image(k, p, out))
+    }
+    fn kernel_to<K: Kernel + ?Sized>(k: &K, p: [&Self; 3], out: &mut Self) {
+        Self::image(k, p, out);
     }
     fn choose(by: &Self, test: impl Fn(Interval) -> bool, yes: &Self, no: &Self) -> Self {
         let mut out = *no;

@@ -133,12 +133,12 @@ impl Known {
 }
 
 impl<const B: usize> Taylors<B> {
-    /// The image of a point under a kernel.
-    pub(super) fn image<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
+    /// Writes the image of a point under a kernel to `out`.
+    pub(super) fn image<K: Kernel + ?Sized>(k: &K, p: [&Self; 3], out: &mut Self) {
         if k.is_uniform() || Self::are_blind(&k.bounds(), p) {
-            Self::uniform(k, p)
+            out.uniform(k, p);
         } else {
-            Self::local(k, p)
+            out.local(k, p);
         }
     }
 
@@ -154,7 +154,7 @@ impl<const B: usize> Taylors<B> {
     }
 
     /// The image under a kernel of which the jets and the bounds are all there is to say.
-    fn uniform<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
+    fn uniform<K: Kernel + ?Sized>(&mut self, k: &K, p: [&Self; 3]) {
         let bounds = k.bounds();
         let (mut value, mut grad, mut hess) = ([0.0; B], [[0.0; B]; 3], [[0.0; B]; 6]);
         if !Self::are_blind(&bounds, p) {
@@ -167,21 +167,19 @@ impl<const B: usize> Taylors<B> {
             k.jets([&p[0].value, &p[1].value, &p[2].value], out);
         }
         let error = Growing::new(k);
-        Self::written(|out| {
-            out.fill_widest(
-                #[inline(always)]
-                |i| {
-                    let x = Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
-                    let mut jet =
-                        Point { value: value[i], grad: [grad[0][i], grad[1][i], grad[2][i]], hess: [0.0; 6] };
-                    for k in 0..6 {
-                        jet.hess[k] = hess[k][i];
-                    }
-                    let error = error.at(size(&x));
-                    Taylor::composed(&Known::new(&Local::uniform(jet, bounds), error, x.far), &x)
-                },
-            );
-        })
+        self.fill_widest(
+            #[inline(always)]
+            |i| {
+                let x = Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
+                let mut jet =
+                    Point { value: value[i], grad: [grad[0][i], grad[1][i], grad[2][i]], hess: [0.0; 6] };
+                for k in 0..6 {
+                    jet.hess[k] = hess[k][i];
+                }
+                let error = error.at(size(&x));
+                Taylor::composed(&Known::new(&Local::uniform(jet, bounds), error, x.far), &x)
+            },
+        );
     }
 
     /// The image of three numbers under a function that knows as much of a ball as a kernel does; says whether it is
@@ -212,7 +210,7 @@ impl<const B: usize> Taylors<B> {
     }
 
     /// The image under a kernel that knows more about a small ball than about all of space.
-    fn local<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
+    fn local<K: Kernel + ?Sized>(&mut self, k: &K, p: [&Self; 3]) {
         let lane = |i: usize| Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
         let far: [f64; B] = std::array::from_fn(|i| lane(i).far);
         let mut locals = [Local::UNKNOWN; B];
@@ -221,12 +219,10 @@ impl<const B: usize> Taylors<B> {
             let (local, error) = &locals[i];
             Known::new(local, *error, far[i])
         });
-        Self::written(|out| {
-            out.fill_widest(
-                #[inline(always)]
-                |i| Taylor::composed(&known[i], &lane(i)),
-            );
-        })
+        self.fill_widest(
+            #[inline(always)]
+            |i| Taylor::composed(&known[i], &lane(i)),
+        );
     }
 }
 
