@@ -318,7 +318,9 @@ fn where_nothing_flows_the_field_is_left_alone() {
 fn meshed(script: &str, resolution: u32) -> orogen::mesh::Meshed {
     let scene = compile(&Request::text(with_modules(script))).scene.expect("a scene");
     let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
-    polygonise(&scene, &Fineness { resolution: Some(resolution), tolerance: None }, &watch).expect("a mesh")
+    polygonise(&scene, &Fineness { resolution: Some(resolution), tolerance: None }, &watch)
+        .expect("a mesh")
+        .meshed
 }
 
 /// On meshes, so by flows that leave nothing thinner than their cells; of stronger ones `maps_do_not_fold` says as much.

@@ -4,8 +4,9 @@ use orogen::field::Field;
 use orogen::field::Watch;
 use orogen::mesh::{Fineness, Meshed};
 use orogen::script::{Request, compile};
-use orogen::session::polygonise;
-use orogen::shape::Census;
+use orogen::session::topology::LeftOut;
+use orogen::session::{Solidified, polygonise};
+use orogen::shape::{Census, Parts};
 use std::sync::atomic::AtomicBool;
 
 fn watched<T>(job: impl FnOnce(&Watch<'_>) -> T) -> T {
@@ -13,7 +14,12 @@ fn watched<T>(job: impl FnOnce(&Watch<'_>) -> T) -> T {
 }
 
 fn meshed(script: &str, resolution: Option<u32>, tolerance: Option<f64>) -> Meshed {
-    let scene = compile(&Request::text(script)).scene.expect("a scene");
+    solidified(script, resolution, tolerance).meshed
+}
+
+fn solidified(script: &str, resolution: Option<u32>, tolerance: Option<f64>) -> Solidified {
+    let compiled = compile(&Request::text(script));
+    let scene = compiled.scene.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics));
     watched(|watch| polygonise(&scene, &Fineness { resolution, tolerance }, watch)).expect("a mesh")
 }
 
@@ -42,7 +48,7 @@ fn known_topology() {
         ("sphere(1.0)", 1, 2),
         ("torus(1.0, 0.4)", 1, 0),
         ("box([2, 1, 1])", 1, 2),
-        ("union(sphere(1.0), sphere(0.5).translate([2, 0, 0]))", 2, 4),
+        ("union(sphere(1.0), sphere(0.5).translated([2, 0, 0]))", 2, 4),
         ("shell(sphere(1.0), 0.3)", 2, 4),
         ("difference(box(2.0), cylinder(0.5, 3.0))", 1, 0),
         ("union(torus(1.0, 0.2), torus(1.0, 0.2).rotate([1, 0, 0], 90))", 1, -4),
@@ -174,7 +180,7 @@ fn what_may_be_missed_is_said() {
     assert_eq!(meshed("sphere(1.0)", Some(32), None).doubtful, 0);
     assert_eq!(meshed("box([2, 1, 1]).rotate([1, 2, 3], 40)", Some(32), None).doubtful, 0);
     // Smaller than a cell, and no corner in it.
-    let crumb = "union(sphere(1.0), sphere(0.003).translate([1.2345, 0.123, 0.321]))";
+    let crumb = "union(sphere(1.0), sphere(0.003).translated([1.2345, 0.123, 0.321]))";
     let m = meshed(crumb, Some(32), None);
     let doubt = m.doubt.expect("a doubt");
     assert_eq!(Census::of(&m.mesh).parts, 1);
@@ -212,4 +218,56 @@ fn jobs_stop() {
     let watch = Watch { cancel: &AtomicBool::new(true), progress: &|_| () };
     let fineness = Fineness { resolution: Some(64), tolerance: None };
     assert!(polygonise(&scene, &fineness, &watch).is_err());
+}
+
+/// What a mesh leaves out is what the scene does not keep, and nothing of the rest moves.
+#[test]
+fn meshes_hold_what_is_kept() {
+    let rock = "sphere(1.0) + 0.8 * gradient(7).scaled(4.0)";
+    let whole = meshed(rock, Some(96), None).mesh;
+    let made = solidified(&format!("largest_component({rock})"), Some(96), None);
+    let (parts, kept) = (Parts::of(&whole), Parts::of(&made.meshed.mesh));
+    assert!(made.left_out.parts > 40 && made.left_out.joined == 0, "{:?}", made.left_out);
+    assert_eq!(kept.count() + made.left_out.parts, parts.count());
+    let bodies = kept.volumes(&made.meshed.mesh).iter().filter(|volume| **volume > 0.0).count();
+    assert_eq!(bodies, 1 + made.left_out.parted);
+    assert!(made.warnings.is_empty(), "{:?}", made.warnings);
+    let volumes = parts.volumes(&whole);
+    let largest = volumes.iter().copied().fold(0.0, f64::max);
+    let main = kept.volumes(&made.meshed.mesh).into_iter().fold(0.0, f64::max);
+    assert_eq!(main, largest);
+    let points = |mesh: &orogen::shape::Mesh| -> std::collections::BTreeSet<[u64; 3]> {
+        mesh.points.iter().map(|p| p.to_array().map(f64::to_bits)).collect()
+    };
+    assert!(points(&made.meshed.mesh).is_subset(&points(&whole)));
+}
+
+#[test]
+fn meshes_say_what_they_are_too_coarse_for() {
+    let left_out = |script: &str, resolution: u32| solidified(script, Some(resolution), None).left_out;
+    let none = LeftOut::default();
+    // A large ball with a small one beside it: either is kept.
+    let two = "min(sphere(1.0), sphere(0.3).translated([1.6, 0, 0]))";
+    for (keep, volume) in [("largest_component(f)", 4.18), ("component_of(f, [1.6, 0, 0])", 0.113)] {
+        let made = solidified(&format!("let f = {two}; {keep}"), Some(64), None);
+        assert_eq!(made.left_out, LeftOut { parts: 1, ..none }, "{keep}");
+        let found = Parts::of(&made.meshed.mesh).volumes(&made.meshed.mesh);
+        assert!(found.len() == 1 && (found[0] / volume - 1.0).abs() < 0.02, "{keep} {found:?}");
+    }
+    // One within the other: its void stays.
+    let shell = "let f = min(abs(sphere(1.0)) - 0.1, sphere(0.3)); largest_component(f)";
+    let made = solidified(shell, Some(64), None);
+    assert_eq!(made.left_out, LeftOut { parts: 1, ..none });
+    assert_eq!(Parts::of(&made.meshed.mesh).count(), 2);
+    // A thin neck.
+    let neck =
+        "largest_component(min(min(sphere(0.5).translated([-1, 0, 0]), sphere(0.5).translated([1, 0, 0])),
+                                      max(abs(x) - 1.0, length(vec3(0, y + 0.013, z + 0.017)) - 0.02)))";
+    assert_eq!(left_out(neck, 20), LeftOut { parted: 1, ..none });
+    assert_eq!(left_out(neck, 160), none);
+    // A thin gap.
+    let gap =
+        "largest_component(min(sphere(1.0), max(sphere(0.5).translated([1.0, 0, 0]), 1.03 - sphere(0.0))))";
+    assert_eq!(left_out(gap, 24), LeftOut { joined: 1, ..none });
+    assert_eq!(left_out(gap, 200), LeftOut { parts: 1, ..none });
 }

@@ -1,7 +1,7 @@
 //! `orogen grid`: a field sampled on a volume, for other programs.
 
 use super::options::{self, ScriptOptions};
-use super::report::{Failure, Outcome, Terminal, err, plural, seconds};
+use super::report::{Failure, Outcome, Terminal, count, err, plural, seconds};
 use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::exchange::{grid as file, image};
@@ -20,7 +20,8 @@ use std::time::Instant;
 ///
 /// Writes the values of the field (negative inside) at the points of a lattice that fills the bounds of the solid. A
 /// .json is a header beside a .raw with 32-bit numbers, x first, then y, then z; `load_grid` reads it again. An .exr
-/// becomes one picture for each level of y, seen from above: cloud.0000.exr and so on.
+/// becomes one picture for each level of y, seen from above: cloud.0000.exr and so on. Inside of components that the script
+/// leaves out, values have the other sign.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   orogen grid cloud.rhai -o cloud.json              64 samples along the longest edge
@@ -60,20 +61,27 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     form.check(&args.output, 1)?;
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
-    work::warn_of_components(&scene, &loaded, terminal);
     let lattice = Lattice::over(&scene, args.size).map_err(|e| work::failure(e, &loaded, terminal))?;
     let [x, y, z] = lattice.frame().size;
     form.check(&args.output, y)?;
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let samples = session::on_threads(args.threads, || lattice.sample(&watch));
-    let written = samples.and_then(|s| s).map_err(Failure::Error).and_then(|samples| {
-        progress.restart(&format!("files of {}", args.output.display()));
-        form.write(&samples, &args.output, &watch)
-    });
+    let sampled = samples.and_then(|s| s).map_err(|error| {
+        progress.finish();
+        work::failure(error, &loaded, terminal)
+    })?;
+    progress
+        .aside(|| sampled.warnings.iter().for_each(|warning| terminal.diagnostic(warning, &loaded.sources)));
+    progress.restart(&format!("files of {}", args.output.display()));
+    let written = form.write(&sampled.samples, &args.output, &watch);
     progress.finish();
     let files = written?;
+    let left_out = match sampled.left_out {
+        0 => String::new(),
+        n => format!(", {} inside of what is left out", count(n)),
+    };
     err(format_args!(
-        "{}: {x} x {y} x {z} samples in {}, {}",
+        "{}: {x} x {y} x {z} samples in {}{left_out}, {}",
         args.output.display(),
         plural(files, "file"),
         seconds(start.elapsed().as_secs_f64())

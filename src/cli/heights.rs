@@ -113,12 +113,11 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     }
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
-    work::warn_of_components(&scene, &loaded, terminal);
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let mapped = session::on_threads(args.threads, || map_heights(&scene, &mapping, &args.output, &watch));
     progress.finish();
     let mapped = mapped.and_then(|m| m).map_err(|error| work::failure(error, &loaded, terminal))?;
-    for warning in warnings(&mapped, &mapping) {
+    for warning in mapped.warnings.iter().cloned().chain(warnings(&mapped, &mapping)) {
         terminal.diagnostic(&warning, &loaded.sources);
     }
     err(summary(args, &mapping, &mapped, start.elapsed().as_secs_f64()));

@@ -7,7 +7,8 @@ use crate::diag::Diagnostic;
 use crate::exchange::mesh::{self as file, Format};
 use crate::field::Watch;
 use crate::mesh::{FINEST, Fineness, Meshed};
-use crate::session;
+use crate::session::topology::LeftOut;
+use crate::session::{self, Solidified};
 use crate::shape::{Census, creased};
 use crate::world::atomic;
 use std::num::NonZeroUsize;
@@ -19,7 +20,7 @@ use std::time::Instant;
 /// Writes the surface as triangles that close up: every edge has two of them, no two parts touch, and sharp
 /// edges stay sharp. The file is written whole or not at all, in the format that its ending says: .glb (glTF) and
 /// .ply hold normals and colours, .obj too, .stl holds triangles alone. A solid without an end is cut off at the
-/// bounds of the scene.
+/// bounds of the scene. Components that the script leaves out are left out.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   orogen mesh rock.rhai -o rock.glb                    128 cells along the longest edge
@@ -81,12 +82,15 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let start = Instant::now();
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
-    work::warn_of_components(&scene, &loaded, terminal);
     let fineness = Fineness { resolution: args.resolution, tolerance: args.tolerance };
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
-    let meshed = session::on_threads(args.threads, || session::polygonise(&scene, &fineness, &watch));
+    let made = session::on_threads(args.threads, || session::polygonise(&scene, &fineness, &watch));
     progress.finish();
-    let meshed = meshed.and_then(|m| m).map_err(|error| work::failure(error, &loaded, terminal))?;
+    let made = made.and_then(|m| m).map_err(|error| work::failure(error, &loaded, terminal))?;
+    let Solidified { meshed, left_out, warnings } = &made;
+    for warning in warnings.iter().cloned().chain(doubts(left_out)) {
+        terminal.diagnostic(&warning, &loaded.sources);
+    }
     if meshed.mesh.triangles.is_empty() {
         let hint = "the solid may be smaller than a cell; try a larger --resolution";
         return Err(Failure::error("there are no triangles, so no file was written", hint));
@@ -97,18 +101,43 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     };
     atomic::write(&args.output, |out| file::write(format, shown, out))
         .map_err(|e| Diagnostic::error(e.to_string()))?;
-    err(summary(&args.output, &meshed, start.elapsed().as_secs_f64()));
-    err(judgement(&meshed, args.tolerance));
+    err(summary(&args.output, &made, start.elapsed().as_secs_f64()));
+    err(judgement(meshed, args.tolerance));
     Ok(())
 }
 
-/// `rock.glb: 1 234 triangles, 619 points, 1 part, 0 handles, closed, 1.2 s`
-fn summary(file: &Path, meshed: &Meshed, elapsed: f64) -> String {
+/// That the mesh is too coarse to show what is joined and what is not.
+fn doubts(left_out: &LeftOut) -> impl Iterator<Item = Diagnostic> {
+    let of_mesh = |n: usize| match n {
+        1 => "a part of the mesh".to_owned(),
+        n => format!("{n} parts of the mesh"),
+    };
+    let LeftOut { joined, parted, .. } = *left_out;
+    let joined = (joined > 0).then(|| {
+        let holds = if joined == 1 { "holds" } else { "hold" };
+        let message = format!("{} {holds} what should be left out, too", of_mesh(joined));
+        Diagnostic::warning(message).hint("gaps are thinner than a cell there; try a larger --resolution")
+    });
+    let parted = (parted > 0).then(|| {
+        let floats = if parted == 1 { "floats" } else { "float" };
+        let message = format!("{} {floats} beside the rest, which the solid does not", of_mesh(parted));
+        Diagnostic::warning(message).hint("necks are thinner than a cell there; try a larger --resolution")
+    });
+    [joined, parted].into_iter().flatten()
+}
+
+/// `rock.glb: 1 234 triangles, 619 points, 1 part, 0 handles, closed, 66 parts left out, 1.2 s`
+fn summary(file: &Path, made: &Solidified, elapsed: f64) -> String {
+    let Solidified { meshed, left_out, .. } = made;
+    let without = match left_out.parts {
+        0 => String::new(),
+        n => format!(", {} left out", plural(n as u64, "part")),
+    };
     let census = Census::of(&meshed.mesh);
     let handles = census.parts as i64 - census.euler_characteristic() / 2;
     let kind = if census.is_closed_manifold() { "closed" } else { "not closed" };
     format!(
-        "{}: {}, {}, {}, {}, {kind}, {}",
+        "{}: {}, {}, {}, {}, {kind}{without}, {}",
         file.display(),
         plural(census.triangles as u64, "triangle"),
         plural(census.points as u64, "point"),

@@ -217,12 +217,3 @@ impl<'a> Statistics<'a> {
         }
     }
 }
-
-/// Warns that a file will show components that the script wants left out.
-pub fn warn_of_components(scene: &Scene, loaded: &Loaded, terminal: &Terminal) {
-    if scene.surface.keep.is_some() {
-        let warning = Diagnostic::warning("all components of the solid are in the file");
-        let warning = warning.hint("only pictures, and orogen topology, leave some out so far");
-        terminal.diagnostic(&warning, &loaded.sources);
-    }
-}

@@ -35,8 +35,8 @@ pub use ledger::Line;
 pub use plane::{Plane, along};
 pub use preview::{COARSENESS, preview};
 pub use recipe::Digests;
-pub use samples::Lattice;
-pub use solid::polygonise;
+pub use samples::{Lattice, Sampled};
+pub use solid::{Solidified, polygonise};
 pub use stage::{Order, bounds, on_threads, refine, render, settings, stopped};
 
 use crate::diag::{Diagnostic, Place, Sources};

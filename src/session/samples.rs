@@ -1,13 +1,15 @@
 //! From a scene to samples of its field on a lattice of cubes.
 
 use super::stage;
+use super::topology::Sieve;
 use crate::diag::Diagnostic;
 use crate::field::Field;
 use crate::field::Watch;
 use crate::grid::{Edge, Frame, Samples};
 use crate::num::Many;
-use crate::scene::{Aabb, Scene, Spacing};
+use crate::scene::{Aabb, Scene, Spacing, Surface};
 use crate::tape::{Evaluator, Tape};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,7 +22,23 @@ const LANES: usize = 32;
 pub struct Lattice {
     frame: Frame,
     tape: Arc<Tape>,
+    /// The scene with its detail limited likewise.
+    limited: Scene,
 }
+
+/// Samples of what a scene keeps of its solid.
+#[derive(Clone, Debug)]
+pub struct Sampled {
+    /// The values of the field, negative inside. Inside of what is not kept they have the other sign.
+    pub samples: Samples,
+    /// How many of them that are.
+    pub left_out: u64,
+    /// What is not proven about what is kept.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Share of the work that it is to find out what is kept, about.
+const CORRECTION: f64 = 0.8;
 
 impl Lattice {
     /// A lattice over the box that the scene gives, or that is found around its solid, with `size` points along
@@ -41,7 +59,9 @@ impl Lattice {
         // Octaves that are finer than the lattice can show fade out.
         let (graph, roots) =
             Spacing::Even(step).limit(&scene.graph, &[root]).map_err(|e| Diagnostic::error(e.to_string()))?;
-        Ok(Lattice { frame, tape: Arc::new(Tape::new(&graph, &roots)) })
+        let tape = Arc::new(Tape::new(&graph, &roots));
+        let surface = Surface { field: roots[0], ..scene.surface.clone() };
+        Ok(Lattice { frame, tape, limited: Scene { graph, surface, ..scene.clone() } })
     }
 
     /// Where the samples lie.
@@ -49,11 +69,30 @@ impl Lattice {
         &self.frame
     }
 
-    /// The values of the field.
+    /// Samples of what the scene keeps of its solid. What that is, is decided of the solid with its detail limited.
     ///
     /// # Errors
-    /// A diagnostic if the job was stopped.
-    pub fn sample(&self, watch: &Watch<'_>) -> Result<Samples, Box<Diagnostic>> {
+    /// A diagnostic if the job was stopped, or it is not known what is kept.
+    pub fn sample(&self, watch: &Watch<'_>) -> Result<Sampled, Box<Diagnostic>> {
+        let begun = if self.limited.surface.keep.is_some() { CORRECTION } else { 0.0 };
+        let sieve = watch.part(0.0, begun, |watch| Sieve::of(&self.limited, watch))?;
+        let mut samples = watch.part(begun, 1.0, |watch| self.values(watch))?;
+        let (mut left_out, mut warnings) = (0, Vec::new());
+        if let Some(sieve) = sieve {
+            let inside: Vec<usize> = (0..samples.values.len()).filter(|&i| samples.values[i] < 0.0).collect();
+            let points: Vec<DVec3> = inside.iter().map(|&i| self.frame.place(i).into()).collect();
+            let rulings = sieve.rule(&points, watch)?;
+            for (i, _) in inside.into_iter().zip(rulings).filter(|(_, ruling)| !ruling.kept) {
+                samples.values[i] = -samples.values[i];
+                left_out += 1;
+            }
+            warnings = sieve.warnings();
+        }
+        Ok(Sampled { samples, left_out, warnings })
+    }
+
+    /// The values of the field.
+    fn values(&self, watch: &Watch<'_>) -> Result<Samples, Box<Diagnostic>> {
         let frame = self.frame;
         let [width, rows] = [frame.size[0], frame.count() / frame.size[0]];
         let along: Vec<f64> = (0..width).map(|i| frame.place(i)[0]).collect();
@@ -95,7 +134,7 @@ mod tests {
             },
         };
         let lattice = Lattice::over(&scene, 21).unwrap();
-        let samples = lattice.sample(&watch).unwrap();
+        let samples = lattice.sample(&watch).unwrap().samples;
         let mut field = Field::new(&scene.graph, scene.surface.field);
         for (i, value) in samples.values.iter().enumerate() {
             assert_eq!(*value, field.value(samples.frame.place(i).into()));
@@ -103,6 +142,29 @@ mod tests {
         assert_eq!(samples.frame.size.iter().max(), Some(&21));
         assert_eq!(told.load(Ordering::Relaxed), samples.values.len() / samples.frame.size[0]);
         assert!(lattice.sample(&Watch { cancel: &AtomicBool::new(true), ..watch }).is_err());
+    }
+
+    /// Inside of what is not kept, values have the other sign; all others are as they were.
+    #[test]
+    fn what_is_not_kept_is_outside() {
+        let two = "min(sphere(1.0), sphere(0.3).translated([1.6, 0, 0]))";
+        let sampled = |text: &str| {
+            let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+            Lattice::over(&scene(text), 40).unwrap().sample(&watch).unwrap()
+        };
+        let whole = sampled(two);
+        assert_eq!((whole.left_out, whole.warnings.len()), (0, 0));
+        for (keep, sign) in [("largest_component(f)", 1.0), ("component_of(f, [1.6, 0, 0])", -1.0)] {
+            let kept = sampled(&format!("let f = {two}; {keep}"));
+            let mut count = 0;
+            for (i, value) in whole.samples.values.iter().enumerate() {
+                let is_lost = *value < 0.0 && (1.15 - kept.samples.frame.place(i)[0]) * sign < 0.0;
+                count += u64::from(is_lost);
+                assert_eq!(kept.samples.values[i], if is_lost { -value } else { *value }, "{keep}");
+            }
+            assert_eq!(kept.left_out, count);
+            assert!(count > 0, "{keep}");
+        }
     }
 
     #[test]
@@ -118,7 +180,7 @@ mod tests {
         };
         let values = |octaves: u32| {
             let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
-            Lattice::over(&scene(&text(octaves)), 17).unwrap().sample(&watch).unwrap().values
+            Lattice::over(&scene(&text(octaves)), 17).unwrap().sample(&watch).unwrap().samples.values
         };
         assert_eq!(values(9), values(12));
         assert_ne!(values(1), values(9));

@@ -1,27 +1,57 @@
 //! From a scene to a mesh of it: finds the region, limits detail to the mesh's, and clips what goes on for ever.
 
 use super::stage;
+use super::topology::{LeftOut, Sieve};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId, TooLarge};
 use crate::field::Watch;
 use crate::field::{self, Extent, Field};
 use crate::mesh::{self, Fineness, Meshed, Solid};
 use crate::op::{Abs, Max, Op, Sub};
-use crate::scene::{Aabb, Scene, Spacing};
+use crate::scene::{Aabb, Scene, Spacing, Surface};
 use crate::tape::Tape;
 use std::sync::Arc;
 
-/// A mesh of a scene's solid, or why there is none.
-///
-/// # Errors
-/// A diagnostic if there is no solid, its expression is too large, or the job was stopped.
-pub fn polygonise(scene: &Scene, fineness: &Fineness, watch: &Watch<'_>) -> Result<Meshed, Box<Diagnostic>> {
-    let solid = solid(scene, fineness)?;
-    mesh::polygonise(&solid, fineness, watch).map_err(|e| Box::new(Diagnostic::error(e.to_string())))
+/// A mesh of what a scene keeps of its solid.
+#[derive(Clone, Debug)]
+pub struct Solidified {
+    /// The mesh, and how far it is to be trusted.
+    pub meshed: Meshed,
+    /// What the scene does not keep.
+    pub left_out: LeftOut,
+    /// What is not proven about what it keeps.
+    pub warnings: Vec<Diagnostic>,
 }
 
-/// The solid of a scene, in the box that the scene gives or that is found around it.
-fn solid(scene: &Scene, fineness: &Fineness) -> Result<Solid, Box<Diagnostic>> {
+/// Share of the work that it is to find out what is kept, about.
+const CORRECTION: f64 = 0.5;
+
+/// A mesh of a scene's solid, or why there is none. What is kept of the solid is decided of it as the mesh shows it, with
+/// its detail limited.
+///
+/// # Errors
+/// A diagnostic if there is no solid, its expression is too large, it is not known what of it is kept, or the job was
+/// stopped.
+pub fn polygonise(
+    scene: &Scene,
+    fineness: &Fineness,
+    watch: &Watch<'_>,
+) -> Result<Solidified, Box<Diagnostic>> {
+    let (limited, solid) = solid(scene, fineness)?;
+    let begun = if scene.surface.keep.is_some() { CORRECTION } else { 0.0 };
+    let sieve = watch.part(0.0, begun, |watch| Sieve::of(&limited, watch))?;
+    let meshed = watch.part(begun, 1.0, |watch| mesh::polygonise(&solid, fineness, watch));
+    let mut meshed = meshed.map_err(|e| Box::new(Diagnostic::error(e.to_string())))?;
+    let (mut left_out, mut warnings) = (LeftOut::default(), Vec::new());
+    if let Some(sieve) = sieve {
+        left_out = sieve.leave_out(&mut meshed, &solid.tape, watch)?;
+        warnings = sieve.warnings();
+    }
+    Ok(Solidified { meshed, left_out, warnings })
+}
+
+/// The solid of a scene, in the box that the scene gives or that is found around it, and the scene with as much detail.
+fn solid(scene: &Scene, fineness: &Fineness) -> Result<(Scene, Solid), Box<Diagnostic>> {
     let too_large = |e: TooLarge| Box::new(Diagnostic::error(e.to_string()));
     let whole = scene.surface.field;
     let found = stage::region(scene, &mut Field::new(&scene.graph, whole));
@@ -31,6 +61,8 @@ fn solid(scene: &Scene, fineness: &Fineness) -> Result<Solid, Box<Diagnostic>> {
     let (mut graph, roots) =
         Spacing::Even(spacing).limit(&scene.graph, &scene.surface.roots()).map_err(too_large)?;
     let mut field = roots[0];
+    let limited =
+        Scene { graph: graph.clone(), surface: Surface { field, ..scene.surface.clone() }, ..scene.clone() };
     let grown = Aabb { min: found.min - 0.01 * size, max: found.max + 0.01 * size };
     let region = match field::extent(&Field::new(&graph, field), &grown) {
         Extent::Within(region) => region,
@@ -46,7 +78,7 @@ fn solid(scene: &Scene, fineness: &Fineness) -> Result<Solid, Box<Diagnostic>> {
     };
     let tape = Arc::new(Tape::new(&graph, &[field]));
     let color = (roots.len() > 1).then(|| Arc::new(Tape::new(&graph, &roots[1..])));
-    Ok(Solid { tape, color, region })
+    Ok((limited, Solid { tape, color, region }))
 }
 
 /// What of a solid is in a box.

@@ -4,7 +4,7 @@
 //! The triangles around a point make a *fan* if each begins with the edge that another ends with, round to the
 //! first again. A mesh in which all points have one fan each is a closed and oriented manifold.
 
-use super::Mesh;
+use super::{Mesh, Parts};
 use rayon::prelude::*;
 
 /// What is known of a mesh as a surface.
@@ -48,7 +48,7 @@ impl Census {
             points: (0..mesh.points.len() as u32).filter(|p| !around(*p).is_empty()).count(),
             edges: (corners.len() + open_edges) / 2,
             triangles: mesh.triangles.len(),
-            parts: parts(mesh),
+            parts: Parts::of(mesh).count(),
             open_edges,
             flawed_points: flaws.iter().filter(|flawed| **flawed).count(),
             flaws,
@@ -77,29 +77,6 @@ fn is_fan(corners: &[Corner]) -> bool {
         steps += 1;
     }
     !is_repeated && at == first[1] && steps == corners.len()
-}
-
-/// Number of parts that hang together by edges or points.
-fn parts(mesh: &Mesh) -> usize {
-    let mut above: Vec<u32> = (0..mesh.points.len() as u32).collect();
-    let mut is_used = vec![false; mesh.points.len()];
-    for [a, b, c] in &mesh.triangles {
-        [a, b, c].into_iter().for_each(|i| is_used[*i as usize] = true);
-        for other in [b, c] {
-            let (x, y) = (root(&mut above, *a), root(&mut above, *other));
-            above[x.max(y) as usize] = x.min(y);
-        }
-    }
-    (0..above.len()).filter(|&i| is_used[i] && above[i] as usize == i).count()
-}
-
-/// The least point that hangs together with one; paths are halved on the way.
-fn root(above: &mut [u32], mut at: u32) -> u32 {
-    while above[at as usize] != at {
-        above[at as usize] = above[above[at as usize] as usize];
-        at = above[at as usize];
-    }
-    at
 }
 
 #[cfg(test)]

@@ -24,6 +24,7 @@ mod lanes;
 mod laws;
 mod mesh;
 pub mod outline;
+mod parts;
 mod strand;
 pub mod tetrahedra;
 
@@ -31,6 +32,7 @@ pub use census::Census;
 pub use crease::creased;
 pub use distance::{Distance, Unfit};
 pub use mesh::{Flaw, Mesh};
+pub use parts::Parts;
 
 pub use crate::num::Digest;
 use crate::num::Kernel;

@@ -113,6 +113,19 @@ fn hills_are_as_high_as_they_are() {
 }
 
 #[test]
+fn what_floats_above_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.exr");
+    let mapping = mapping(Projection::Cube, 33);
+    let map = |text: &str| mapped(text, &mapping, &path);
+    let islands = "let f = min(sphere(1.0), sphere(0.3).translated([1.6, 0, 0]));";
+    let kept = map(&format!("{islands} largest_component(f)"));
+    assert!(heights(&mapping, &path, &kept).iter().all(|h| h.abs() < 1e-7));
+    assert_eq!((kept.tally.cast.uncertified, kept.warnings.len()), (0, 0));
+    assert!(map(&format!("{islands} f")).heights.1 > 0.89);
+}
+
+#[test]
 fn another_sphere_and_another_centre() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.exr");

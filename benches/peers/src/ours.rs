@@ -50,7 +50,7 @@ impl Model {
         let fineness = Fineness { resolution: Some(1 << depth), tolerance: None };
         let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
         let meshed = on_threads(NonZeroUsize::new(1), || polygonise(&self.scene, &fineness, &watch));
-        meshed.expect("a thread").expect("a mesh that nobody cancels").mesh.triangles.len()
+        meshed.expect("a thread").expect("a mesh that nobody cancels").meshed.mesh.triangles.len()
     }
 
     /// Which pixels the model covers, row by row from the top, from nothing to all hits, and normals if

@@ -16,6 +16,7 @@ pub use chart::{Chart, Projection};
 pub use sounding::Tally;
 
 use super::stage;
+use super::topology::Sieve;
 use crate::diag::Diagnostic;
 use crate::exchange::image::{self, Rows, Sheet};
 use crate::field::Watch;
@@ -50,7 +51,7 @@ pub struct Mapping {
 }
 
 /// A map that is written.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Mapped {
     /// What was found.
     pub tally: Tally,
@@ -60,7 +61,12 @@ pub struct Mapped {
     pub range: Option<(f64, f64)>,
     /// Pixels of which the height is beyond them.
     pub beyond: u64,
+    /// What is not proven about what the scene keeps of its solid.
+    pub warnings: Vec<Diagnostic>,
 }
+
+/// Share of the work that it is to find out what is kept, about.
+const CORRECTION: f64 = 0.5;
 
 /// Steps of grey in a PNG, from black to white.
 const STEPS: f64 = 65535.0;
@@ -81,8 +87,11 @@ pub fn map_heights(
     for file in mapping.chart.files(path) {
         atomic::check(&file).map_err(|e| failed(e.to_string()))?;
     }
-    let mut sounder = Sounder::new(scene, mapping.chart, mapping.globe)?;
-    let written = measure(&mut sounder, mapping, path, format, watch);
+    let begun = if scene.surface.keep.is_some() { CORRECTION } else { 0.0 };
+    let sieve = watch.part(0.0, begun, |watch| Sieve::of(scene, watch))?;
+    let what = (mapping.chart, mapping.globe);
+    let mut sounder = Sounder::new(scene, sieve.as_ref(), what, watch.cancel)?;
+    let written = watch.part(begun, 1.0, |watch| measure(&mut sounder, mapping, path, format, watch));
     if watch.cancel.load(Ordering::Relaxed) {
         return Err(stage::stopped());
     }
@@ -93,7 +102,8 @@ pub fn map_heights(
         return Err(Box::new(error.hint("check the sign of the field (negative is inside), and the centre")));
     }
     files.commit().map_err(|e| failed(e.to_string()))?;
-    Ok(Mapped { tally, heights: rounded(&tally, sounder.precision()), range, beyond })
+    let warnings = sieve.map_or_else(Vec::new, |sieve| sieve.warnings());
+    Ok(Mapped { tally, heights: rounded(&tally, sounder.precision()), range, beyond, warnings })
 }
 
 /// Measures a map and encodes it; where its range is still unknown, heights are kept in between.

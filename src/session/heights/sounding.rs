@@ -6,18 +6,20 @@
 
 use super::chart::Chart;
 use super::{Globe, go_on};
-use crate::cast::{self, CastStats, Caster, Hit, Kind, Ray, Tolerance};
+use crate::cast::{self, CastStats, Caster, Hit, Kind, Ray, Sifted, Tolerance};
 use crate::diag::Diagnostic;
 use crate::field::Field;
 use crate::field::Watch;
 use crate::render::{self, Rect, RenderError};
 use crate::scene::{Aabb, Scene, Spacing};
 use crate::session::stage;
+use crate::session::topology::Sieve;
+use crate::tape::Cells;
 use rayon::prelude::*;
 use std::io;
 use std::ops::AddAssign;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// How far a hit may lie above the surface, as a share of how far anything is from the origin: less than a
 /// millimetre on the Earth. Roundings are far below, and so is what 32 bits can tell of its mountains.
@@ -83,11 +85,16 @@ struct Worker {
 }
 
 impl Sounder {
-    /// Prepares a scene, for the threads of the current pool.
+    /// Prepares a scene, of whose solid a sieve says what is kept, for the threads of the current pool.
     ///
     /// # Errors
-    /// A diagnostic if its expression is too large, or its bounds are empty.
-    pub(super) fn new(scene: &Scene, chart: Chart, globe: Globe) -> Result<Sounder, Box<Diagnostic>> {
+    /// A diagnostic if its expression is too large, its bounds are empty, or the job was stopped.
+    pub(super) fn new(
+        scene: &Scene,
+        sieve: Option<&Sieve>,
+        (chart, globe): (Chart, Globe),
+        cancel: &AtomicBool,
+    ) -> Result<Sounder, Box<Diagnostic>> {
         // Octaves that are finer than a pixel fade out.
         let spacing = Spacing::Angle { from: globe.center, angle: chart.pixel() };
         let (graph, roots) = spacing
@@ -101,8 +108,12 @@ impl Sounder {
         }
         let reach = min.abs().max(max.abs()).max(globe.center.abs()).max_element();
         let line = Line { chart, globe, bounds, tolerance: Tolerance::fixed(PRECISION * reach) };
-        let caster = cast::caster(Kind::Auto, &field, &bounds, &line.typical_rays())
+        let cells = Arc::new(Cells::new(field.tape().clone(), &bounds.intervals()));
+        let mut caster = cast::caster_in(Kind::Auto, &field, &bounds, &cells, &line.typical_rays(), cancel)
             .map_err(|e| Diagnostic::error(e.to_string()))?;
+        if let Some(sieve) = sieve {
+            caster = Box::new(Sifted::new(caster, &cells, &bounds, sieve.judge()));
+        }
         let workers = (0..rayon::current_num_threads()).map(|_| Worker::new(caster.clone_box())).collect();
         Ok(Sounder { line, workers, done: 0 })
     }

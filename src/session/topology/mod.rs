@@ -7,6 +7,7 @@ mod local;
 mod parts;
 mod picture;
 mod rulings;
+mod sieve;
 mod store;
 
 pub use carried::origin;
@@ -16,6 +17,7 @@ pub use local::{doubts, local};
 pub use parts::Part;
 pub use picture::{ARCS, COLORS, Show, local_picture, picture};
 pub use rulings::{kept, unproven};
+pub use sieve::{LeftOut, Sieve};
 
 use super::stage;
 use crate::diag::{Diagnostic, Place};
