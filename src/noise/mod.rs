@@ -175,6 +175,9 @@ pub(crate) fn batch<'a>(out: &'a mut Jets<'_>, start: usize) -> Jets<'a> {
     }
 }
 
+/// Balls that a kernel is asked about at once.
+const BALLS: usize = 16;
+
 /// Asks about balls batch by batch, by where `place` puts their centres and by their radii there; `ask` is also told the
 /// number of the first one.
 fn balls(
@@ -183,9 +186,9 @@ fn balls(
     place: impl Fn([f64; 3], f64) -> ([f64; 3], f64),
     mut ask: impl FnMut(usize, [&[f64]; 3], &[f64]),
 ) {
-    for first in (0..radius.len()).step_by(BATCH) {
-        let (mut centres, mut reach) = ([[0.0; BATCH]; 3], [0.0; BATCH]);
-        let many = BATCH.min(radius.len() - first);
+    for first in (0..radius.len()).step_by(BALLS) {
+        let (mut centres, mut reach) = ([[0.0; BALLS]; 3], [0.0; BALLS]);
+        let many = BALLS.min(radius.len() - first);
         for i in 0..many {
             let (centre, own) = place(at.map(|at| at[first + i]), radius[first + i]);
             (0..3).for_each(|axis| centres[axis][i] = centre[axis]);
@@ -295,7 +298,7 @@ impl Kernel for Noise {
         count(out.len());
         let place = |at, radius| self.reached(at, radius);
         balls(at, radius, place, |first, centres, reach| {
-            let mut locals = [Local::UNKNOWN.0; BATCH];
+            let mut locals = [Local::UNKNOWN.0; BALLS];
             let locals = &mut locals[..reach.len()];
             self.kind.locals(&self.lattice, order, centres, reach, locals);
             for (i, local) in locals.iter().enumerate() {

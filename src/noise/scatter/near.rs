@@ -267,7 +267,7 @@ pub(in crate::noise) fn local<S: Spot>(
             sums::<HESSIAN, true, S>(&draw, spot, &cells, wide)
         },
     );
-    known(sums, wide, global, rounding)
+    known(sums, limits(&sums, wide, global, rounding), global)
 }
 
 /// Rounding moves a node by less than 1e-14, and sums by less than a part in 1e12.
@@ -275,24 +275,37 @@ pub(super) fn widened(radius: f64) -> f64 {
     radius * (1.0 + 1e-12) + 1e-14
 }
 
-/// What the sums of a ball of a radius tell.
-pub(super) fn known(sums: [f64; PARTS], wide: f64, global: Bounds, rounding: [f64; 3]) -> Local {
-    let (jet, sizes) = (jet_of(sums), &sums[10..]);
-    if !jet.value.is_finite() {
-        return Local::uniform(jet, global);
-    }
-    let up = |x: f64| x * (1.0 + 1e-9) + 1e-9;
-    let norm = |parts: &[f64], error: f64| {
-        parts.iter().map(|p| p * p).sum::<f64>().sqrt() + parts.len() as f64 * error
-    };
-    let [xx, yy, zz, xy, xz, yz] = jet.hess;
-    let third = up(sizes[3]).min(global.third);
+/// What the sums of a ball tell, and the bounds that follow from them.
+pub(super) fn known(sums: [f64; PARTS], bounds: Bounds, global: Bounds) -> Local {
+    let jet = jet_of(sums);
+    Local::uniform(jet, if jet.value.is_finite() { bounds } else { global })
+}
+
+/// Covers the rounding of bounds.
+#[inline(always)]
+fn up(bound: f64) -> f64 {
+    bound * (1.0 + 1e-9) + 1e-9
+}
+
+#[inline(always)]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// Bounds in a ball, from its sums.
+#[inline(always)]
+pub(super) fn limits(sums: &[f64; PARTS], wide: f64, global: Bounds, rounding: [f64; 3]) -> Bounds {
+    let [value, x, y, z, xx, yy, zz, xy, xz, yz, sizes @ ..] = *sums;
     // The Frobenius norm of the Hessian at the centre, and what can be gained on the way.
-    let bent = norm(&[xx, yy, zz, xy, xy, xz, xz, yz, yz], rounding[2]) + third * wide;
-    let hessian = up(sizes[2]).min(up(bent)).min(global.hessian);
-    let lipschitz = up(sizes[1]).min(up(norm(&jet.grad, rounding[1]) + hessian * wide)).min(global.lipschitz);
-    let range = up(sizes[0]).min(up(jet.value.abs() + rounding[0] + lipschitz * wide)).min(global.range);
-    Local::uniform(jet, Bounds { range, lipschitz, hessian, third })
+    let squares = xx * xx + yy * yy + zz * zz + xy * xy + xy * xy + xz * xz + xz * xz + yz * yz + yz * yz;
+    let third = least(up(sizes[3]), global.third);
+    let bent = squares.sqrt() + 9.0 * rounding[2] + third * wide;
+    let hessian = least(least(up(sizes[2]), up(bent)), global.hessian);
+    let steep = (x * x + y * y + z * z).sqrt() + 3.0 * rounding[1] + hessian * wide;
+    let lipschitz = least(least(up(sizes[1]), up(steep)), global.lipschitz);
+    let far = value.abs() + rounding[0] + lipschitz * wide;
+    let range = least(least(up(sizes[0]), up(far)), global.range);
+    Bounds { range, lipschitz, hessian, third }
 }
 
 #[cfg(test)]

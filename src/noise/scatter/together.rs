@@ -5,7 +5,7 @@
 //! found once, and each ball sums up all of them, in the order in which it would have found its own: those beyond its reach
 //! add exact zeros.
 
-use super::near::{LANES, LARGEST, Nodes, PARTS, known, local, terms, widened};
+use super::near::{LANES, LARGEST, Nodes, PARTS, known, limits, local, terms, widened};
 use super::{Draw, Node, Scatter, Spot};
 use crate::noise::bulk::HESSIAN;
 use crate::noise::lattice::{Lattice, STEP, split};
@@ -80,9 +80,10 @@ struct Cells {
 }
 
 impl Cells {
+    /// Finds those of some balls.
     #[inline(always)]
-    fn around(draw: &Draw, lattice: &Lattice, balls: &Balls) -> Cells {
-        let mut cells = Cells { count: 0, words: [0; CELLS], at: [[0.0; CELLS]; 3] };
+    fn find(&mut self, draw: &Draw, lattice: &Lattice, balls: &Balls) {
+        self.count = 0;
         let reach = 1.0 + balls.widest + SLACK;
         // The cells along an axis that may have nodes in reach, and how far these are at least.
         let along = |axis: usize| {
@@ -101,74 +102,68 @@ impl Cells {
         for w in &z {
             for v in &y {
                 for u in x.iter().filter(|u| u.2 + (v.2 + w.2) < reach * reach) {
-                    let n = cells.count;
-                    cells.words[n] = u.0 ^ v.0 ^ w.0;
-                    (cells.at[0][n], cells.at[1][n], cells.at[2][n]) = (u.1, v.1, w.1);
-                    cells.count = n + 1;
+                    let n = self.count;
+                    self.words[n] = u.0 ^ v.0 ^ w.0;
+                    (self.at[0][n], self.at[1][n], self.at[2][n]) = (u.1, v.1, w.1);
+                    self.count = n + 1;
                 }
             }
         }
-        cells
     }
 }
 
-/// Nodes in reach of some balls, one of each cell: which cell, and the place in it.
-struct Reached {
-    count: usize,
-    cell: [[f64; CELLS]; 3],
-    place: [[f64; CELLS]; 3],
-    weight: [f64; CELLS],
-    word: [u32; CELLS],
+/// Nodes of one number of some cells next to one another in order, drawn side by side.
+struct Drawn {
+    cell: [[f64; LANES]; 3],
+    place: [[f64; LANES]; 3],
+    weight: [f64; LANES],
+    word: [u32; LANES],
+    /// Which are in reach of some balls.
+    is_near: [bool; LANES],
 }
 
-impl Reached {
+impl Drawn {
     #[inline(always)]
-    fn of(draw: &Draw, cells: &Cells, slot: usize, balls: &Balls) -> Reached {
-        let zero = [[0.0; CELLS]; 3];
-        let mut found = Reached { count: 0, cell: zero, place: zero, weight: [0.0; CELLS], word: [0; CELLS] };
+    fn of(draw: &Draw, (cells, first): (&Cells, usize), slot: usize, balls: &Balls) -> Drawn {
         let reach = 1.0 + balls.widest + SLACK;
-        // Drawn side by side, which the compiler vectorises; then those in reach are kept.
-        for first in (0..cells.count).step_by(LANES) {
-            let (mut place, mut weight, mut word) = ([[0.0; LANES]; 3], [0.0; LANES], [0; LANES]);
-            let mut is_near = [false; LANES];
+        let zero = [[0.0; LANES]; 3];
+        let mut drawn = Drawn {
+            cell: zero,
+            place: zero,
+            weight: [0.0; LANES],
+            word: [0; LANES],
+            is_near: [false; LANES],
+        };
+        for i in 0..LANES {
+            let node = draw.node(cells.words[first + i], slot, [0.0; 3]);
+            for axis in 0..3 {
+                drawn.cell[axis][i] = cells.at[axis][first + i];
+                // Exact, as is the place of a node seen from where nodes may be.
+                drawn.place[axis][i] = -node.d[axis];
+            }
+            (drawn.weight[i], drawn.word[i]) = (node.weight, node.word);
+            let mut distance = 0.0;
+            for axis in 0..3 {
+                let at = drawn.cell[axis][i] + draw.margin + drawn.place[axis][i];
+                let (below, above) = (balls.low[axis] - at, at - balls.high[axis]);
+                let out = if below > above { below } else { above };
+                distance += if out > 0.0 { out * out } else { 0.0 };
+            }
+            drawn.is_near[i] = distance < reach * reach;
+        }
+        if let Some(tail) = draw.tail {
             for i in 0..LANES {
-                let node = draw.node(cells.words[first + i], slot, [0.0; 3]);
-                let distance = |axis: usize| {
-                    let at = cells.at[axis][first + i] + draw.margin - node.d[axis];
-                    let (below, above) = (balls.low[axis] - at, at - balls.high[axis]);
-                    let out = if below > above { below } else { above };
-                    if out > 0.0 { out * out } else { 0.0 }
-                };
-                is_near[i] = distance(0) + distance(1) + distance(2) < reach * reach;
-                for axis in 0..3 {
-                    // Exact, as is the place of a node seen from where nodes may be.
-                    place[axis][i] = -node.d[axis];
-                }
-                (weight[i], word[i]) = (node.weight, node.word);
-            }
-            if let Some(tail) = draw.tail {
-                for i in 0..LANES {
-                    is_near[i] &= draw.count(cells.words[first + i]) < tail[slot];
-                }
-            }
-            for i in (0..LANES.min(cells.count - first)).filter(|&i| is_near[i]) {
-                let n = found.count;
-                for axis in 0..3 {
-                    found.cell[axis][n] = cells.at[axis][first + i];
-                    found.place[axis][n] = place[axis][i];
-                }
-                (found.weight[n], found.word[n]) = (weight[i], word[i]);
-                found.count = n + 1;
+                drawn.is_near[i] &= draw.count(cells.words[first + i]) < tail[slot];
             }
         }
-        found
+        drawn
     }
 
-    /// One of them.
+    /// One of them, and its cell.
     #[inline(always)]
-    fn node(&self, n: usize) -> ([f64; 3], Node) {
-        let at = |all: &[[f64; CELLS]; 3]| [all[0][n], all[1][n], all[2][n]];
-        (at(&self.cell), Node { d: at(&self.place), weight: self.weight[n], word: self.word[n] })
+    fn node(&self, i: usize) -> ([f64; 3], Node) {
+        let at = |all: &[[f64; LANES]; 3]| [all[0][i], all[1][i], all[2][i]];
+        (at(&self.cell), Node { d: at(&self.place), weight: self.weight[i], word: self.word[i] })
     }
 }
 
@@ -180,13 +175,20 @@ struct Block {
     place: [[f64; LANES]; 3],
     wide: [f64; LANES],
     sum: [[f64; LANES]; PARTS],
+    bounds: [[f64; LANES]; 4],
 }
 
 impl Block {
     /// Some balls, from one of them on; lanes beyond the last hold that of the first.
     fn of(balls: &Balls, first: usize) -> Block {
         let zero = [[0.0; LANES]; 3];
-        let mut block = Block { cell: zero, place: zero, wide: [0.0; LANES], sum: [[0.0; LANES]; PARTS] };
+        let mut block = Block {
+            cell: zero,
+            place: zero,
+            wide: [0.0; LANES],
+            sum: [[0.0; LANES]; PARTS],
+            bounds: [[0.0; LANES]; 4],
+        };
         for i in 0..LANES {
             let ball = if first + i < balls.count { first + i } else { 0 };
             for axis in 0..3 {
@@ -216,6 +218,31 @@ impl Block {
             }
         }
     }
+
+    /// Bounds, when all is summed up.
+    #[inline(always)]
+    fn limit(&mut self, global: Bounds, rounding: [f64; 3]) {
+        for i in 0..LANES {
+            let own = limits(&self.sums(i), self.wide[i], global, rounding);
+            [self.bounds[0][i], self.bounds[1][i]] = [own.range, own.lipschitz];
+            [self.bounds[2][i], self.bounds[3][i]] = [own.hessian, own.third];
+        }
+    }
+
+    #[inline(always)]
+    fn sums(&self, i: usize) -> [f64; PARTS] {
+        let mut sums = [0.0; PARTS];
+        for k in 0..PARTS {
+            sums[k] = self.sum[k][i];
+        }
+        sums
+    }
+
+    /// What is known of one of the balls.
+    fn ball(&self, i: usize, global: Bounds) -> Local {
+        let [range, lipschitz, hessian, third] = [0, 1, 2, 3].map(|k| self.bounds[k][i]);
+        known(self.sums(i), Bounds { range, lipschitz, hessian, third }, global)
+    }
 }
 
 /// [`Basis::locals`](crate::noise::Basis::locals) for spots; other arguments as of [`local`].
@@ -229,6 +256,7 @@ pub(in crate::noise) fn locals<S: Spot>(
 ) {
     let draw = scatter.draw(lattice);
     let ball = |i: usize| (at.map(|at| at[i]), radius[i]);
+    let mut cells = Cells { count: 0, words: [0; CELLS], at: [[0.0; CELLS]; 3] };
     let mut first = 0;
     while first < out.len() {
         let balls = Balls::first_of((first..out.len()).map(ball));
@@ -238,28 +266,33 @@ pub(in crate::noise) fn locals<S: Spot>(
             first += 1;
             continue;
         }
-        let sums = widest(
+        let mut blocks: [Block; BALLS / LANES] = std::array::from_fn(|i| Block::of(&balls, i * LANES));
+        let blocks = &mut blocks[..balls.count.div_ceil(LANES)];
+        widest(
             #[inline(always)]
-            || sums(&draw, spot, lattice, &balls),
+            || {
+                cells.find(&draw, lattice, &balls);
+                for slot in 0..draw.slots {
+                    for begin in (0..cells.count).step_by(LANES) {
+                        let drawn = Drawn::of(&draw, (&cells, begin), slot, &balls);
+                        for i in (0..LANES.min(cells.count - begin)).filter(|&i| drawn.is_near[i]) {
+                            let node = drawn.node(i);
+                            blocks.iter_mut().for_each(
+                                #[inline(always)]
+                                |block| block.add(&draw, spot, node),
+                            );
+                        }
+                    }
+                }
+                blocks.iter_mut().for_each(
+                    #[inline(always)]
+                    |block| block.limit(global, rounding),
+                );
+            },
         );
         for i in 0..balls.count {
-            out[first + i] = known(sums[i], balls.wide[i], global, rounding);
+            out[first + i] = blocks[i / LANES].ball(i % LANES, global);
         }
         first += balls.count;
     }
-}
-
-#[inline(always)]
-fn sums<S: Spot>(draw: &Draw, spot: &S, lattice: &Lattice, balls: &Balls) -> [[f64; PARTS]; BALLS] {
-    let cells = Cells::around(draw, lattice, balls);
-    let mut blocks: [Block; BALLS / LANES] = std::array::from_fn(|i| Block::of(balls, i * LANES));
-    for slot in 0..draw.slots {
-        let reached = Reached::of(draw, &cells, slot, balls);
-        for block in &mut blocks[..balls.count.div_ceil(LANES)] {
-            for n in 0..reached.count {
-                block.add(draw, spot, reached.node(n));
-            }
-        }
-    }
-    std::array::from_fn(|ball| blocks[ball / LANES].sum.map(|part| part[ball % LANES]))
 }

@@ -19,6 +19,7 @@ use super::{ROUND_UP, Taylor, least, length, spectral};
 use crate::num::interval::choose;
 use crate::num::jet::matrix;
 use crate::num::number::{Growing, Jets};
+use crate::num::simd::widest;
 use crate::num::{Bounds, Function, Interval, Kernel, Local, Order, PAIRS, Point, ROUNDOFF};
 
 /// Covers the rounding of sums of up to thirty products of four, whose sizes add up to at most nine times the
@@ -43,6 +44,12 @@ struct Argument {
 }
 
 impl Argument {
+    /// Of a lane.
+    #[inline(always)]
+    fn at<const B: usize>(p: [&Taylors<B>; 3], i: usize) -> Argument {
+        Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)])
+    }
+
     #[inline(always)]
     fn new(x: [Taylor; 3]) -> Argument {
         let slope = jacobian(&x);
@@ -170,7 +177,7 @@ impl<const B: usize> Taylors<B> {
         self.fill_widest(
             #[inline(always)]
             |i| {
-                let x = Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
+                let x = Argument::at(p, i);
                 let mut jet =
                     Point { value: value[i], grad: [grad[0][i], grad[1][i], grad[2][i]], hess: [0.0; 6] };
                 for k in 0..6 {
@@ -193,7 +200,7 @@ impl<const B: usize> Taylors<B> {
         out.fill(
             #[inline(always)]
             |i| {
-                let argument = Argument::new([a.lane(i), b.lane(i), c.lane(i)]);
+                let argument = Argument::at([a, b, c], i);
                 let mut at = [0.0; N];
                 for k in 0..N {
                     at[k] = x[k].value[i];
@@ -211,17 +218,23 @@ impl<const B: usize> Taylors<B> {
 
     /// The image under a kernel that knows more about a small ball than about all of space.
     fn local<K: Kernel + ?Sized>(&mut self, k: &K, p: [&Self; 3]) {
-        let lane = |i: usize| Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)]);
-        let far: [f64; B] = std::array::from_fn(|i| lane(i).far);
+        let mut far = [0.0; B];
+        widest(
+            #[inline(always)]
+            || {
+                for i in 0..B {
+                    far[i] = Argument::at(p, i).far;
+                }
+            },
+        );
         let mut locals = [Local::UNKNOWN; B];
         k.locals(Order::Hessian, [&p[0].value, &p[1].value, &p[2].value], &far, &mut locals);
-        let known: [Known; B] = std::array::from_fn(|i| {
-            let (local, error) = &locals[i];
-            Known::new(local, *error, far[i])
-        });
         self.fill_widest(
             #[inline(always)]
-            |i| Taylor::composed(&known[i], &lane(i)),
+            |i| {
+                let (local, error) = &locals[i];
+                Taylor::composed(&Known::new(local, *error, far[i]), &Argument::at(p, i))
+            },
         );
     }
 }
