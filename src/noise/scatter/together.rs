@@ -38,31 +38,34 @@ struct Balls {
 }
 
 impl Balls {
-    /// As many as go together.
-    fn first_of(balls: impl Iterator<Item = ([f64; 3], f64)>) -> Balls {
-        let mut all = Balls {
-            count: 0,
-            at: [[(0, 0.0); 3]; BALLS],
-            wide: [0.0; BALLS],
-            low: [f64::INFINITY; 3],
-            high: [f64::NEG_INFINITY; 3],
-            widest: 0.0,
-        };
+    const NONE: Balls = Balls {
+        count: 0,
+        at: [[(0, 0.0); 3]; BALLS],
+        wide: [0.0; BALLS],
+        low: [f64::INFINITY; 3],
+        high: [f64::NEG_INFINITY; 3],
+        widest: 0.0,
+    };
+
+    /// Takes as many, from the first one on, as go together.
+    fn take(&mut self, balls: impl Iterator<Item = ([f64; 3], f64)>) {
+        (self.count, self.widest) = (0, 0.0);
+        (self.low, self.high) = (Balls::NONE.low, Balls::NONE.high);
         for (at, radius) in balls.take(BALLS) {
             let (places, wide) = (at.map(split), widened(radius));
-            let base = if all.count == 0 { places } else { all.at[0] };
+            let base = if self.count == 0 { places } else { self.at[0] };
             let seen: [f64; 3] =
                 std::array::from_fn(|axis| from(base[axis].0, places[axis].0) + places[axis].1);
-            let low: [f64; 3] = std::array::from_fn(|axis| all.low[axis].min(seen[axis]));
-            let high: [f64; 3] = std::array::from_fn(|axis| all.high[axis].max(seen[axis]));
+            let low: [f64; 3] = std::array::from_fn(|axis| self.low[axis].min(seen[axis]));
+            let high: [f64; 3] = std::array::from_fn(|axis| self.high[axis].max(seen[axis]));
             let fits = (0..3).all(|axis| high[axis] - low[axis] <= EDGE) && wide <= LARGEST;
             if !fits || seen.iter().any(|x| x.is_nan()) {
                 break;
             }
-            (all.at[all.count], all.wide[all.count]) = (places, wide);
-            all = Balls { count: all.count + 1, low, high, widest: all.widest.max(wide), ..all };
+            (self.at[self.count], self.wide[self.count]) = (places, wide);
+            (self.low, self.high, self.widest) = (low, high, self.widest.max(wide));
+            self.count += 1;
         }
-        all
     }
 }
 
@@ -179,29 +182,31 @@ struct Block {
 }
 
 impl Block {
-    /// Some balls, from one of them on; lanes beyond the last hold that of the first.
-    fn of(balls: &Balls, first: usize) -> Block {
-        let zero = [[0.0; LANES]; 3];
-        let mut block = Block {
-            cell: zero,
-            place: zero,
-            wide: [0.0; LANES],
-            sum: [[0.0; LANES]; PARTS],
-            bounds: [[0.0; LANES]; 4],
-        };
+    const NONE: Block = Block {
+        cell: [[0.0; LANES]; 3],
+        place: [[0.0; LANES]; 3],
+        wide: [0.0; LANES],
+        sum: [[0.0; LANES]; PARTS],
+        bounds: [[0.0; LANES]; 4],
+    };
+
+    /// Begins with some balls, from one of them on; lanes beyond the last hold that one, too.
+    #[inline(always)]
+    fn begin(&mut self, balls: &Balls, first: usize) {
+        self.sum = [[0.0; LANES]; PARTS];
         for i in 0..LANES {
-            let ball = if first + i < balls.count { first + i } else { 0 };
+            let ball = if first + i < balls.count { first + i } else { first };
             for axis in 0..3 {
                 let (cell, place) = balls.at[ball][axis];
-                block.cell[axis][i] = from(balls.at[0][axis].0, cell);
-                block.place[axis][i] = place;
+                self.cell[axis][i] = from(balls.at[0][axis].0, cell);
+                self.place[axis][i] = place;
             }
-            block.wide[i] = balls.wide[ball];
+            self.wide[i] = balls.wide[ball];
         }
-        block
     }
 
-    /// Adds what a node contributes, by the operations of a ball that is alone.
+    /// Adds what a node contributes, by the operations of a ball that is alone. Of one that no ball reaches, that is exactly
+    /// nothing.
     #[inline(always)]
     fn add<S: Spot>(&mut self, draw: &Draw, spot: &S, (cell, node): ([f64; 3], Node)) {
         let mut seen = Nodes { d: [[0.0; LANES]; 3], weight: [node.weight; LANES], word: [node.word; LANES] };
@@ -210,6 +215,15 @@ impl Block {
                 let cell = cell[axis] - self.cell[axis][i];
                 seen.d[axis][i] = self.place[axis][i] - cell - draw.margin - node.d[axis];
             }
+        }
+        let mut is_near = false;
+        for i in 0..LANES {
+            let [x, y, z] = [seen.d[0][i], seen.d[1][i], seen.d[2][i]];
+            let reach = 1.0 + self.wide[i] + SLACK;
+            is_near |= x * x + y * y + z * z < reach * reach;
+        }
+        if !is_near {
+            return;
         }
         let terms = terms::<HESSIAN, true, S>(spot, &seen, &self.wide);
         for k in 0..PARTS {
@@ -256,22 +270,26 @@ pub(in crate::noise) fn locals<S: Spot>(
 ) {
     let draw = scatter.draw(lattice);
     let ball = |i: usize| (at.map(|at| at[i]), radius[i]);
+    let mut balls = Balls::NONE;
     let mut cells = Cells { count: 0, words: [0; CELLS], at: [[0.0; CELLS]; 3] };
+    let mut blocks = [Block::NONE; BALLS / LANES];
     let mut first = 0;
     while first < out.len() {
-        let balls = Balls::first_of((first..out.len()).map(ball));
+        balls.take((first..out.len()).map(ball));
         if balls.count < 2 {
             let (at, radius) = ball(first);
             out[first] = local(scatter, spot, lattice, (order, at, radius), global, rounding);
             first += 1;
             continue;
         }
-        let mut blocks: [Block; BALLS / LANES] = std::array::from_fn(|i| Block::of(&balls, i * LANES));
         let blocks = &mut blocks[..balls.count.div_ceil(LANES)];
         widest(
             #[inline(always)]
             || {
                 cells.find(&draw, lattice, &balls);
+                for (i, block) in blocks.iter_mut().enumerate() {
+                    block.begin(&balls, i * LANES);
+                }
                 for slot in 0..draw.slots {
                     for begin in (0..cells.count).step_by(LANES) {
                         let drawn = Drawn::of(&draw, (&cells, begin), slot, &balls);
