@@ -86,7 +86,7 @@ pub struct Complex {
 }
 
 /// Paths that a thread follows together.
-const PATHS: usize = 512;
+const PATHS: usize = 128;
 
 impl Complex {
     /// Joins the critical points of a tape's first output that a search has found; nothing if it was cancelled.

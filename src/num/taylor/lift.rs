@@ -218,8 +218,8 @@ impl<const B: usize> Taylors<B> {
         }
         let (partials, lost);
         // Functions of the mathematical library work lane by lane anyway; to compile all of them for every
-        // instruction set would take minutes.
-        if f.is_quadratic() {
+        // instruction set would take minutes. Those with few roundoffs are not of that kind.
+        if f.is_quadratic() || f.roundoffs().is_some() {
             partials = widest(
                 #[inline(always)]
                 || Partials::new(f, x),

@@ -11,8 +11,9 @@ use super::core::Core;
 use super::counters::Count;
 use super::grid::{Grid, Voxel};
 use super::voxel::Looker;
+use ahash::HashSet;
 use glam::DVec3;
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -42,7 +43,7 @@ impl Looker {
         let (core, region) = (self.local.core, self.local.region);
         let first = grid.voxel(at);
         let (mut known, mut waiting) =
-            (HashSet::from([first]), BTreeSet::from([by_depth(&grid, &core, first)]));
+            (HashSet::from_iter([first]), BTreeSet::from([by_depth(&grid, &core, first)]));
         let (mut lowest, mut highest) = (f64::INFINITY, 0.0_f64);
         let mut within = Vec::new();
         while !waiting.is_empty() {
