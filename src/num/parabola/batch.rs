@@ -132,6 +132,17 @@ impl<const B: usize, const K: usize> Number for Parabolas<B, K> {
             },
         );
     }
+    fn add_scaled(&mut self, other: &Self, k: f64) {
+        widest(
+            #[inline(always)]
+            || {
+                for i in 0..B {
+                    let sum = self.lane(i).plus(&other.lane(i).times(k));
+                    self.set(i, &sum.narrowed(sum.range));
+                }
+            },
+        );
+    }
     fn scale_to(&self, k: f64, out: &mut Self) {
         out.fill_widest(
             #[inline(always)]
@@ -148,7 +159,10 @@ impl<const B: usize, const K: usize> Number for Parabolas<B, K> {
         Self::lifted(f, &x, out);
     }
     fn kernel<K2: Kernel + ?Sized>(k: &K2, p: [&Self; 3]) -> Self {
-        Self::image(k, p)
+        Self::written(|out| Self::image(k, p, out))
+    }
+    fn kernel_to<K2: Kernel + ?Sized>(k: &K2, p: [&Self; 3], out: &mut Self) {
+        Self::image(k, p, out);
     }
     fn somewhere(range: Interval) -> Option<Self> {
         Some(Self::all(Parabola::constant(range)))

@@ -67,8 +67,8 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         [p[0].lane(i), p[1].lane(i), p[2].lane(i)]
     }
 
-    /// The image of a point under a kernel.
-    pub(super) fn image<K2: Kernel + ?Sized>(k: &K2, p: [&Self; 3]) -> Self {
+    /// Writes the image of a point under a kernel to `out`.
+    pub(super) fn image<K2: Kernel + ?Sized>(k: &K2, p: [&Self; 3], out: &mut Self) {
         let bounds = k.bounds();
         let mut reaches = [Reach { along: 0.0, beside: 0.0 }; B];
         let (mut along, mut beside) = ([0.0; B], [0.0; B]);
@@ -90,30 +90,22 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             blind[i] = bounds.drown(reaches[i].whole());
         }
         let nothing = Parabola::constant(Interval::radius(bounds.range));
-        if blind == [true; B] {
-            return Self::all(nothing);
+        if blind != [true; B] {
+            if k.is_uniform() {
+                out.uniform(k, p, &reaches);
+            } else {
+                out.local(k, p, &reaches, &blind);
+            }
         }
-        if !k.is_uniform() {
-            return Self::local(k, p, &reaches, &blind, &nothing);
-        }
-        let mut out = Self::uniform(k, p, &reaches);
         for i in 0..B {
             if blind[i] {
                 out.set(i, &nothing);
             }
         }
-        out
     }
 
-    /// The image under a kernel that knows more about a small ball than about all of space.
-    fn local<K2: Kernel + ?Sized>(
-        k: &K2,
-        p: [&Self; 3],
-        reach: &[Reach; B],
-        blind: &[bool; B],
-        nothing: &Parabola<K>,
-    ) -> Self {
-        let mut out = Self::all(*nothing);
+    /// The image under a kernel that knows more about a small ball than about all of space; of lanes that are blind, anything.
+    fn local<K2: Kernel + ?Sized>(&mut self, k: &K2, p: [&Self; 3], reach: &[Reach; B], blind: &[bool; B]) {
         // The balls that lanes are about, side by side; lanes to spare are about the same one as the first.
         let (mut about, mut count) = ([0; B], 0);
         let (mut at, mut radius) = ([[0.0; B]; 3], [0.0; B]);
@@ -133,33 +125,33 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             &radius[..count],
             &mut known[..count],
         );
-        for i in (0..B).filter(|&i| !blind[i]) {
-            let (local, error) = &known[about[i]];
-            out.set(i, &Parabola::expand(local, *error, reach[i], &Self::place(&p, i)));
-        }
-        out
+        self.fill_widest(
+            #[inline(always)]
+            |i| {
+                let (local, error) = &known[about[i]];
+                Parabola::expand(local, *error, reach[i], &Self::place(&p, i))
+            },
+        );
     }
 
     /// The image under a kernel of which the jets and the bounds are all there is to say.
-    fn uniform<K2: Kernel + ?Sized>(k: &K2, p: [&Self; 3], reach: &[Reach; B]) -> Self {
+    fn uniform<K2: Kernel + ?Sized>(&mut self, k: &K2, p: [&Self; 3], reach: &[Reach; B]) {
         let bounds = k.bounds();
         let (mut value, mut grad) = ([0.0; B], [[0.0; B]; 3]);
         let [gx, gy, gz] = &mut grad;
         let at = [&p[0].mid[0][..], &p[1].mid[0][..], &p[2].mid[0][..]];
         k.jets(at, Jets { value: &mut value, grad: Some([gx, gy, gz]), hess: None });
         let error = Growing::new(k);
-        Self::written(|out| {
-            out.fill_widest(
-                #[inline(always)]
-                |i| {
-                    let at = [p[0].mid[0][i], p[1].mid[0][i], p[2].mid[0][i]];
-                    let grad = [grad[0][i], grad[1][i], grad[2][i]];
-                    let jet = Point { value: value[i], grad, hess: [0.0; 6] };
-                    let local = Local::uniform(jet, bounds);
-                    Parabola::expand(&local, error.at(size(at)), reach[i], &Self::place(&p, i))
-                },
-            );
-        })
+        self.fill_widest(
+            #[inline(always)]
+            |i| {
+                let at = [p[0].mid[0][i], p[1].mid[0][i], p[2].mid[0][i]];
+                let grad = [grad[0][i], grad[1][i], grad[2][i]];
+                let jet = Point { value: value[i], grad, hess: [0.0; 6] };
+                let local = Local::uniform(jet, bounds);
+                Parabola::expand(&local, error.at(size(at)), reach[i], &Self::place(&p, i))
+            },
+        );
     }
 }
 
