@@ -81,10 +81,9 @@ impl Function<2> for Norm {
     }
     /// Grows with the size of either.
     #[inline(always)]
-    fn range(&self, x: [Interval; 2]) -> Interval {
-        let [near, far] =
-            [Interval::mig, Interval::mag].map(|end| self.value(x.map(|x| Interval::point(end(x)))));
-        near.hull(far)
+    fn range(&self, [x, y]: [Interval; 2]) -> Interval {
+        let near = self.value([Interval::point(x.mig()), Interval::point(y.mig())]);
+        near.hull(self.value([Interval::point(x.mag()), Interval::point(y.mag())]))
     }
     /// The slopes are a unit vector of the dual norm, whose length is at most 1 where `p` is 2 or more,
     /// and else at most that of `(1, 1)` over its dual norm, `2^(1/p - 1/2)`.
@@ -173,7 +172,7 @@ impl Function<1> for Ramp {
     /// Rising, so its ends bound it.
     #[inline(always)]
     fn range(&self, [x]: [Interval; 1]) -> Interval {
-        let [low, high] = [x.lo, x.hi].map(|end| self.value([Interval::point(end)]));
+        let (low, high) = (self.value([Interval::point(x.lo)]), self.value([Interval::point(x.hi)]));
         Interval { lo: low.lo.max(0.0), hi: high.hi }
     }
     fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
@@ -248,8 +247,8 @@ impl Function<2> for Melt {
     /// Grows with either, so its corners bound it.
     #[inline(always)]
     fn range(&self, [x, y]: [Interval; 2]) -> Interval {
-        let [low, high] =
-            [(x.lo, y.lo), (x.hi, y.hi)].map(|(x, y)| self.value([Interval::point(x), Interval::point(y)]));
+        let low = self.value([Interval::point(x.lo), Interval::point(y.lo)]);
+        let high = self.value([Interval::point(x.hi), Interval::point(y.hi)]);
         Interval { lo: low.lo, hi: high.hi }
     }
     /// A mean of two gradients is no longer than the longer one.

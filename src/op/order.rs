@@ -341,8 +341,8 @@ impl Function<1> for Smoothstep {
     /// Rising, so its ends bound it; beyond 0 and 1 it is a number, and nothing is rounded.
     #[inline(always)]
     fn range(&self, [x]: [Interval; 1]) -> Interval {
-        let ends = [x.lo, x.hi].map(|e| self.value([Interval::point(e)]));
-        let Interval { lo, hi } = ends[0].hull(ends[1]).meet(Interval::UNIT);
+        let (low, high) = (self.value([Interval::point(x.lo)]), self.value([Interval::point(x.hi)]));
+        let Interval { lo, hi } = low.hull(high).meet(Interval::UNIT);
         Interval { lo: if x.lo >= 1.0 { 1.0 } else { lo }, hi: if x.hi <= 0.0 { 0.0 } else { hi } }
     }
     fn form(&self, x: &[Interval; 1], _: Combine<'_, 1>) -> Form<1> {
@@ -388,7 +388,7 @@ impl Function<1> for Smootherstep {
     /// are rounded by up to `1e-14` of them.
     #[inline(always)]
     fn range(&self, [x]: [Interval; 1]) -> Interval {
-        let [low, high] = [x.lo, x.hi].map(|e| self.value([Interval::point(e)]));
+        let (low, high) = (self.value([Interval::point(x.lo)]), self.value([Interval::point(x.hi)]));
         let lo = if x.lo >= 1.0 { 1.0 } else { (low.lo * (1.0 - 1e-14)).max(0.0) };
         let hi = if x.hi <= 0.0 { 0.0 } else { (high.hi * (1.0 + 1e-14)).min(1.0) };
         Interval { lo, hi }

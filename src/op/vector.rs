@@ -139,9 +139,9 @@ impl Function<2> for Corner {
     }
     /// It rises with both.
     #[inline(always)]
-    fn range(&self, x: [Interval; 2]) -> Interval {
-        let [lo, hi] = [x.map(|x| x.lo), x.map(|x| x.hi)].map(|end| self.value(end.map(Interval::point)));
-        lo.hull(hi)
+    fn range(&self, [x, y]: [Interval; 2]) -> Interval {
+        let low = self.value([Interval::point(x.lo), Interval::point(y.lo)]);
+        low.hull(self.value([Interval::point(x.hi), Interval::point(y.hi)]))
     }
     fn steepness(&self, _: &[Interval; 2], _: &[f64; 2], jacobian: f64) -> f64 {
         // The partial derivatives are a unit vector.
