@@ -251,6 +251,32 @@ fn fields_become_volumes_and_volumes_fields() {
 }
 
 #[test]
+fn files_hold_what_the_script_keeps() {
+    let two = "let f = min(sphere(1.0), sphere(0.3).translated([1.6, 0, 0]));";
+    let bench = Bench::new(&[
+        ("a.rhai", &format!("{two} largest_component(f)")),
+        ("off.rhai", &format!("{two} component_of(f, [0, 3, 0])")),
+        (
+            "neck.rhai",
+            "let ball = |x| sphere(0.5).translated([x, 0, 0]);
+             let neck = max(abs(x) - 1.0, length(vec3(0, y + 0.013, z + 0.017)) - 0.02);
+             largest_component(min(min(ball.call(-1), ball.call(1)), neck))",
+        ),
+    ]);
+    let said = stderr(&bench.run("mesh a.rhai -o a.stl --resolution 32").success());
+    has(&said, &["1 part, 0 handles, closed, 1 part left out"]);
+    let said = stderr(&bench.run("grid a.rhai -o a.json --size 32").success());
+    has(&said, &["samples in 2 files", "inside of what is left out"]);
+    has(&stderr(&bench.run("heights a.rhai -o a.png --size 16").success()), &["heights within 0..0,"]);
+    let said = stderr(&bench.run("mesh neck.rhai -o neck.stl --resolution 20").success());
+    has(&said, &["a part of the mesh floats beside the rest", "larger --resolution"]);
+    for command in ["mesh off.rhai -o b.stl", "grid off.rhai -o b.json", "heights off.rhai -o b.png"] {
+        has(&stderr(&bench.run(command).code(1)), &["is not certain to be inside", "off.rhai"]);
+    }
+    assert!(["b.stl", "b.json", "b.raw", "b.png"].iter().all(|name| !bench.path(name).exists()));
+}
+
+#[test]
 fn grids_say_what_they_cannot_write_before_they_begin() {
     let bench =
         Bench::new(&[("a.rhai", "loop { }"), ("b.rhai", BALL), ("c.raw/x", ""), ("d.0000.exr/x", "")]);

@@ -45,7 +45,7 @@ impl Parts {
     pub fn points(&self) -> Vec<Vec<u32>> {
         let mut points = vec![Vec::new(); self.count];
         for (i, part) in self.of.iter().enumerate() {
-            part.into_iter().for_each(|part| points[*part as usize].push(i as u32));
+            part.iter().for_each(|part| points[*part as usize].push(i as u32));
         }
         points
     }
