@@ -230,7 +230,9 @@ fn meshes_hold_what_is_kept() {
     assert!(made.left_out.parts > 40 && made.left_out.joined == 0, "{:?}", made.left_out);
     assert_eq!(kept.count() + made.left_out.parts, parts.count());
     let bodies = kept.volumes(&made.meshed.mesh).iter().filter(|volume| **volume > 0.0).count();
-    assert_eq!(bodies, 1 + made.left_out.parted);
+    assert!(bodies > 1 && bodies == 1 + made.left_out.parted, "{:?}", made.left_out);
+    let fine = solidified(&format!("largest_component({rock})"), Some(256), None);
+    assert_eq!(fine.left_out, LeftOut { parts: 48, parted: 1, ..LeftOut::default() });
     assert!(made.warnings.is_empty(), "{:?}", made.warnings);
     let volumes = parts.volumes(&whole);
     let largest = volumes.iter().copied().fold(0.0, f64::max);
@@ -265,6 +267,10 @@ fn meshes_say_what_they_are_too_coarse_for() {
                                       max(abs(x) - 1.0, length(vec3(0, y + 0.013, z + 0.017)) - 0.02)))";
     assert_eq!(left_out(neck, 20), LeftOut { parted: 1, ..none });
     assert_eq!(left_out(neck, 160), none);
+    // A crumb that is joined with something a thousand times as large.
+    let crumb =
+        "largest_component(min(sphere(1.0), max(sphere(0.06).translated([1.0, 0, 0]), 1.01 - sphere(0.0))))";
+    assert_eq!(left_out(crumb, 80), LeftOut { joined: 1, ..none });
     // A thin gap.
     let gap =
         "largest_component(min(sphere(1.0), max(sphere(0.5).translated([1.0, 0, 0]), 1.03 - sphere(0.0))))";

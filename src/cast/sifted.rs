@@ -52,9 +52,9 @@ pub struct Ruling {
 
 /// Says which parts of a solid count.
 pub trait Judge: Send {
-    /// Rules for each point whether what it belongs to is kept. Points are inside the solid, at most four
-    /// tolerances behind its surface; where a ray only grazes the solid, they may be outside by less than the
-    /// tolerance. There are as many rulings as there are points; what they are once the job is cancelled is of
+    /// Rules for each point whether what it belongs to is kept. Points are inside the solid, those that casters ask
+    /// about at most four tolerances behind its surface; where a ray only grazes the solid, they may be outside by less
+    /// than the tolerance. There are as many rulings as there are points; what they are once the job is cancelled is of
     /// no interest.
     fn judge(&mut self, points: &[DVec3], rulings: &mut [Ruling], cancel: &AtomicBool);
 

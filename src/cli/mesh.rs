@@ -92,7 +92,12 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         terminal.diagnostic(&warning, &loaded.sources);
     }
     if meshed.mesh.triangles.is_empty() {
-        let hint = "the solid may be smaller than a cell; try a larger --resolution";
+        let hint = match left_out.parts {
+            0 => "the solid may be smaller than a cell; try a larger --resolution",
+            _ => {
+                "all that there is was left out; what is kept may be smaller than a cell: try a larger --resolution"
+            }
+        };
         return Err(Failure::error("there are no triangles, so no file was written", hint));
     }
     let shown = match format {
@@ -112,18 +117,31 @@ fn doubts(left_out: &LeftOut) -> impl Iterator<Item = Diagnostic> {
         1 => "a part of the mesh".to_owned(),
         n => format!("{n} parts of the mesh"),
     };
-    let LeftOut { joined, parted, .. } = *left_out;
-    let joined = (joined > 0).then(|| {
-        let holds = if joined == 1 { "holds" } else { "hold" };
-        let message = format!("{} {holds} what should be left out, too", of_mesh(joined));
-        Diagnostic::warning(message).hint("gaps are thinner than a cell there; try a larger --resolution")
-    });
-    let parted = (parted > 0).then(|| {
-        let floats = if parted == 1 { "floats" } else { "float" };
-        let message = format!("{} {floats} beside the rest, which the solid does not", of_mesh(parted));
-        Diagnostic::warning(message).hint("necks are thinner than a cell there; try a larger --resolution")
-    });
-    [joined, parted].into_iter().flatten()
+    let LeftOut { unproven, unknown, joined, parted, .. } = *left_out;
+    let warn = |n: usize, one: &str, many: &str, hint: &str| {
+        let message = format!("{} {}", of_mesh(n), if n == 1 { one } else { many });
+        (n > 0).then(|| Diagnostic::warning(message).hint(hint))
+    };
+    let finer = |what: &str| format!("{what} are thinner than a cell there; try a larger --resolution");
+    let topology = "orogen topology says what is not decided";
+    [
+        warn(unproven, "is left out without proof", "are left out without proof", topology),
+        warn(unknown, "is kept without proof", "are kept without proof", topology),
+        warn(
+            joined,
+            "holds what should be left out, too",
+            "hold what should be left out, too",
+            &finer("gaps"),
+        ),
+        warn(
+            parted,
+            "floats beside the rest, which the solid does not",
+            "float beside the rest, which the solid does not",
+            &finer("necks"),
+        ),
+    ]
+    .into_iter()
+    .flatten()
 }
 
 /// `rock.glb: 1 234 triangles, 619 points, 1 part, 0 handles, closed, 66 parts left out, 1.2 s`

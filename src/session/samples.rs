@@ -22,7 +22,8 @@ const LANES: usize = 32;
 pub struct Lattice {
     frame: Frame,
     tape: Arc<Tape>,
-    /// The scene with its detail limited likewise.
+    scene: Scene,
+    /// The scene with its detail limited likewise, and bounds that hold the lattice.
     limited: Scene,
 }
 
@@ -37,8 +38,8 @@ pub struct Sampled {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Share of the work that it is to find out what is kept, about.
-const CORRECTION: f64 = 0.8;
+/// Shares of the work at which it is known how to tell what is kept, and at which there are samples, about.
+const CORRECTION: [f64; 2] = [0.6, 0.8];
 
 impl Lattice {
     /// A lattice over the box that the scene gives, or that is found around its solid, with `size` points along
@@ -61,7 +62,11 @@ impl Lattice {
             Spacing::Even(step).limit(&scene.graph, &[root]).map_err(|e| Diagnostic::error(e.to_string()))?;
         let tape = Arc::new(Tape::new(&graph, &roots));
         let surface = Surface { field: roots[0], ..scene.surface.clone() };
-        Ok(Lattice { frame, tape, limited: Scene { graph, surface, ..scene.clone() } })
+        // Samples may lie beyond the box by up to a step.
+        let end = min + step * DVec3::from_array(count.map(|n| n as f64));
+        let bounds = Some(Aabb { min: min - step, max: end });
+        let limited = Scene { graph, surface, bounds, ..scene.clone() };
+        Ok(Lattice { frame, tape, scene: scene.clone(), limited })
     }
 
     /// Where the samples lie.
@@ -74,19 +79,25 @@ impl Lattice {
     /// # Errors
     /// A diagnostic if the job was stopped, or it is not known what is kept.
     pub fn sample(&self, watch: &Watch<'_>) -> Result<Sampled, Box<Diagnostic>> {
-        let begun = if self.limited.surface.keep.is_some() { CORRECTION } else { 0.0 };
-        let sieve = watch.part(0.0, begun, |watch| Sieve::of(&self.limited, watch))?;
-        let mut samples = watch.part(begun, 1.0, |watch| self.values(watch))?;
+        let [begun, done] = if self.scene.surface.keep.is_some() { CORRECTION } else { [0.0, 1.0] };
+        let sieve = watch.part(0.0, begun, |watch| Sieve::of(&self.limited, &self.scene, watch))?;
+        let mut samples = watch.part(begun, done, |watch| self.values(watch))?;
         let (mut left_out, mut warnings) = (0, Vec::new());
         if let Some(sieve) = sieve {
             let inside: Vec<usize> = (0..samples.values.len()).filter(|&i| samples.values[i] < 0.0).collect();
             let points: Vec<DVec3> = inside.iter().map(|&i| self.frame.place(i).into()).collect();
-            let rulings = sieve.rule(&points, watch)?;
+            let rulings = watch.part(done, 1.0, |watch| sieve.rule(&points, watch))?;
+            let unproven = rulings.iter().filter(|ruling| !ruling.proven).count();
             for (i, _) in inside.into_iter().zip(rulings).filter(|(_, ruling)| !ruling.kept) {
                 samples.values[i] = -samples.values[i];
                 left_out += 1;
             }
             warnings = sieve.warnings();
+            if unproven > 0 {
+                let of = points.len();
+                let message = format!("of {unproven} of {of} samples it is not proven whether they are kept");
+                warnings.push(Diagnostic::warning(message));
+            }
         }
         Ok(Sampled { samples, left_out, warnings })
     }

@@ -5,7 +5,7 @@ use super::topology::{LeftOut, Sieve};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId, TooLarge};
 use crate::field::Watch;
-use crate::field::{self, Extent, Field};
+use crate::field::{self, Extent, Field, Stopped};
 use crate::mesh::{self, Fineness, Meshed, Solid};
 use crate::op::{Abs, Max, Op, Sub};
 use crate::scene::{Aabb, Scene, Spacing, Surface};
@@ -23,8 +23,8 @@ pub struct Solidified {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Share of the work that it is to find out what is kept, about.
-const CORRECTION: f64 = 0.5;
+/// Shares of the work at which it is known how to tell what is kept, and at which there is a mesh, about.
+const CORRECTION: [f64; 2] = [0.4, 0.8];
 
 /// A mesh of a scene's solid, or why there is none. What is kept of the solid is decided of it as the mesh shows it, with
 /// its detail limited.
@@ -38,13 +38,13 @@ pub fn polygonise(
     watch: &Watch<'_>,
 ) -> Result<Solidified, Box<Diagnostic>> {
     let (limited, solid) = solid(scene, fineness)?;
-    let begun = if scene.surface.keep.is_some() { CORRECTION } else { 0.0 };
-    let sieve = watch.part(0.0, begun, |watch| Sieve::of(&limited, watch))?;
-    let meshed = watch.part(begun, 1.0, |watch| mesh::polygonise(&solid, fineness, watch));
-    let mut meshed = meshed.map_err(|e| Box::new(Diagnostic::error(e.to_string())))?;
+    let [begun, done] = if scene.surface.keep.is_some() { CORRECTION } else { [0.0, 1.0] };
+    let sieve = watch.part(0.0, begun, |watch| Sieve::of(&limited, scene, watch))?;
+    let made = watch.part(begun, done, |watch| mesh::polygonise(&solid, fineness, watch));
     let (mut left_out, mut warnings) = (LeftOut::default(), Vec::new());
+    let mut meshed = made.map_err(|_: Stopped| stage::stopped())?;
     if let Some(sieve) = sieve {
-        left_out = sieve.leave_out(&mut meshed, &solid.tape, watch)?;
+        left_out = watch.part(done, 1.0, |watch| sieve.leave_out(&mut meshed, &solid.tape, watch))?;
         warnings = sieve.warnings();
     }
     Ok(Solidified { meshed, left_out, warnings })

@@ -53,10 +53,13 @@ impl Parts {
     /// The volume within each part, below zero where its outside is within: the surface of a void.
     pub fn volumes(&self, mesh: &Mesh) -> Vec<f64> {
         let mut volumes = vec![0.0; self.count];
+        // Seen from a point of the part, since what is far from the origin would be lost in rounding.
+        let mut from = vec![None; self.count];
         for (i, [a, ..]) in mesh.triangles.iter().enumerate() {
             let [p, q, r] = mesh.corners(i);
             if let Some(part) = self.of[*a as usize] {
-                volumes[part as usize] += p.dot(q.cross(r)) / 6.0;
+                let from = *from[part as usize].get_or_insert(p);
+                volumes[part as usize] += (p - from).dot((q - from).cross(r - from)) / 6.0;
             }
         }
         volumes
@@ -121,6 +124,9 @@ mod tests {
         assert_eq!(Parts::of(&second).count(), 1);
         assert_eq!(Parts::of(&second).volumes(&corner(false)), [1.0 / 6.0]);
         assert_eq!(Parts::of(&second).volumes(&corner(true)), [-1.0 / 6.0]);
+        let mut far = corner(true);
+        far.points.iter_mut().for_each(|p| *p = 0.125 * *p + 6.0e9);
+        assert_eq!(Parts::of(&far).volumes(&far), [-1.0 / 6.0 / 512.0]);
         assert_eq!(parts.without(&mesh, &[true, true]), Mesh::default());
     }
 }

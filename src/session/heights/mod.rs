@@ -88,7 +88,7 @@ pub fn map_heights(
         atomic::check(&file).map_err(|e| failed(e.to_string()))?;
     }
     let begun = if scene.surface.keep.is_some() { CORRECTION } else { 0.0 };
-    let sieve = watch.part(0.0, begun, |watch| Sieve::of(scene, watch))?;
+    let sieve = watch.part(0.0, begun, |watch| Sieve::of(scene, scene, watch))?;
     let what = (mapping.chart, mapping.globe);
     let mut sounder = Sounder::new(scene, sieve.as_ref(), what, watch.cancel)?;
     let written = watch.part(begun, 1.0, |watch| measure(&mut sounder, mapping, path, format, watch));

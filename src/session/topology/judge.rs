@@ -41,7 +41,7 @@ impl Judge for Components {
     }
 }
 
-/// What a picture needs to show what a scene keeps of its solid.
+/// What pictures and files need to show what a scene keeps of its solid.
 pub struct Correction {
     /// Says what that is.
     pub judge: Box<dyn Judge>,
@@ -52,7 +52,7 @@ pub struct Correction {
 }
 
 impl Correction {
-    /// What is not proven about the pictures that were made with it.
+    /// What is not proven about what was made with it.
     pub fn warnings(&self) -> Vec<Diagnostic> {
         let found = self.local.as_ref().map(|local| doubts(&local.stats()));
         self.warnings.iter().cloned().chain(found.into_iter().flatten()).collect()

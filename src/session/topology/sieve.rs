@@ -1,8 +1,8 @@
 //! What a scene keeps of its solid, for what is no picture: meshes, volumes and maps of heights.
 //!
-//! A mesh and a volume show the solid with its detail limited to what they can hold. There what is connected is decided of
-//! that solid, so that what is written is one piece if one piece was asked for; in pictures, of which each pixel has a limit of
-//! its own, and in maps it is decided in full detail.
+//! A mesh and a volume show the solid with its detail limited to what they can hold, and there what is connected is decided
+//! of that solid: what they show is what was asked about. In pictures, of which each pixel has a limit of its own, and in maps
+//! it is decided in full detail.
 
 use super::judge::{Correction, correction};
 use crate::cast::{Judge, Ruling};
@@ -16,7 +16,7 @@ use crate::shape::Parts;
 use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Rules which points of a solid are kept.
@@ -27,34 +27,70 @@ pub struct Sieve {
 }
 
 /// Points that one thread asks about at once.
-const AT_ONCE: usize = 4096;
+const AT_ONCE: usize = 256;
 
-/// Places of a part of a mesh that are asked about, at most,
-const WITNESSES: usize = 64;
-
-/// and how far behind its points these are, in cells: the first that is inside.
+/// How far behind the points of a mesh a place is looked for that is inside, in cells.
 const DEPTHS: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
 
-/// What was left out of a mesh.
+/// What was left out of a mesh, and what of it is in doubt.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct LeftOut {
     /// Parts that the mesh would have had.
     pub parts: usize,
+    /// Of these, such as may be joined with what is kept: that they are not was not proven.
+    pub unproven: usize,
+    /// Parts of the mesh of which it is not proven that they are kept.
+    pub unknown: usize,
     /// Parts of it that hold something that should not be there, joined with what should.
     pub joined: usize,
     /// Parts of it that belong to one component with another part: what joins them is too thin for the mesh.
     pub parted: usize,
 }
 
+/// How many witnesses of a part of a mesh are ruled how.
+#[derive(Clone, Copy, Default)]
+struct Witnesses {
+    kept: usize,
+    /// Kept, but that may be for want of knowing better.
+    unknown: usize,
+    rejected: usize,
+    /// Of these, those of which that is proven.
+    proven: usize,
+}
+
+impl Witnesses {
+    fn add(&mut self, ruling: Ruling) {
+        self.kept += usize::from(ruling.kept && ruling.proven);
+        self.unknown += usize::from(ruling.kept && !ruling.proven);
+        self.rejected += usize::from(!ruling.kept);
+        self.proven += usize::from(!ruling.kept && ruling.proven);
+    }
+
+    /// Whether the part does not belong to what is kept: most say so, and none is known to.
+    fn are_against(&self) -> bool {
+        self.kept == 0 && self.rejected > self.unknown
+    }
+}
+
 impl Sieve {
-    /// What a scene keeps; none where that is all of it.
+    /// What a scene keeps; none where that is all of it. Where the scene has less detail than the one of the script, `whole`,
+    /// errors say so.
     ///
     /// # Errors
     /// As for [`correction`].
-    pub fn of(scene: &Scene, watch: &Watch<'_>) -> Result<Option<Sieve>, Box<Diagnostic>> {
+    pub fn of(scene: &Scene, whole: &Scene, watch: &Watch<'_>) -> Result<Option<Sieve>, Box<Diagnostic>> {
         let Some(keep) = &scene.surface.keep else { return Ok(None) };
         let is_one = !matches!(keep, Keep::Share(_));
-        correction(scene, keep, None, watch).map(|correction| Some(Sieve { correction, is_one }))
+        let found = correction(scene, keep, None, watch);
+        let is_limited = !Arc::ptr_eq(&scene.graph, &whole.graph) && !watch.cancel.load(Ordering::Relaxed);
+        let explained =
+            |error: Box<Diagnostic>| match is_limited {
+                true => Box::new(error.hint(
+                    "the solid is looked at with as much detail as the file can show; a finer one may do",
+                )),
+                false => error,
+            };
+        Ok(Some(Sieve { correction: found.map_err(explained)?, is_one }))
     }
 
     /// What is not proven about what it said so far.
@@ -74,11 +110,14 @@ impl Sieve {
     pub fn rule(&self, points: &[DVec3], watch: &Watch<'_>) -> Result<Vec<Ruling>, Box<Diagnostic>> {
         let judge = Mutex::new(self.judge());
         let own = || judge.lock().unwrap_or_else(PoisonError::into_inner).clone_box();
-        let rulings = points.par_chunks(AT_ONCE).map_init(own, |judge, points| {
-            let mut rulings = vec![Ruling { kept: true, proven: false }; points.len()];
+        let done = AtomicUsize::new(0);
+        let rulings = points.par_chunks(AT_ONCE).map_init(own, |judge, some| {
+            let mut rulings = vec![Ruling { kept: true, proven: false }; some.len()];
             if !watch.cancel.load(Ordering::Relaxed) {
-                judge.judge(points, &mut rulings, watch.cancel);
+                judge.judge(some, &mut rulings, watch.cancel);
             }
+            let done = done.fetch_add(some.len(), Ordering::Relaxed) + some.len();
+            (watch.progress)(done as f64 / points.len() as f64);
             rulings
         });
         let rulings = rulings.flatten_iter().collect();
@@ -86,8 +125,8 @@ impl Sieve {
         Ok(rulings)
     }
 
-    /// Leaves parts out of a mesh of the solid whose field is the tape. A part is left out if all of its witnesses are;
-    /// of what has none it is not known what it belongs to, and it is kept.
+    /// Leaves parts out of a mesh of the solid whose field is the tape. The witnesses of a part are places behind all of its
+    /// points; a part that has none is kept.
     ///
     /// # Errors
     /// If the job was stopped.
@@ -98,38 +137,44 @@ impl Sieve {
         watch: &Watch<'_>,
     ) -> Result<LeftOut, Box<Diagnostic>> {
         let parts = Parts::of(&meshed.mesh);
-        let mut field = Evaluator::new(tape.clone());
-        let (mut witnesses, mut owners) = (Vec::new(), Vec::new());
-        for (part, points) in parts.points().iter().enumerate() {
-            let at = |i: &u32| meshed.mesh.points[*i as usize];
-            let middle = points.iter().map(at).sum::<DVec3>() / points.len() as f64;
-            let step = points.len().div_ceil(WITNESSES);
-            let found = points.iter().step_by(step).filter_map(|point| {
-                let inward = -meshed.mesh.normals[*point as usize] * meshed.cell;
-                // A part of a few cells is mostly about its middle.
-                let aside = if step == 1 { middle - at(point) } else { inward };
-                behind(&mut field, at(point), inward).or_else(|| behind(&mut field, at(point), aside))
-            });
-            let before = witnesses.len();
-            witnesses.extend(found);
-            owners.resize(owners.len() + witnesses.len() - before, part);
+        let (places, owners): (Vec<DVec3>, Vec<usize>) = witnesses(meshed, &parts, tape).into_iter().unzip();
+        let mut said = vec![Witnesses::default(); parts.count()];
+        for (ruling, part) in self.rule(&places, watch)?.into_iter().zip(owners) {
+            said[part].add(ruling);
         }
-        // Rulings of each part: kept, and not.
-        let mut counts = vec![[0_usize; 2]; parts.count()];
-        for (ruling, part) in self.rule(&witnesses, watch)?.into_iter().zip(owners) {
-            counts[part][usize::from(!ruling.kept)] += 1;
-        }
-        let is_left_out: Vec<bool> = counts.iter().map(|[kept, not]| *kept == 0 && *not > 0).collect();
-        let volumes = parts.volumes(&meshed.mesh);
-        let bodies =
-            volumes.iter().zip(&is_left_out).filter(|(volume, out)| **volume > 0.0 && !**out).count();
+        let is_left_out: Vec<bool> = said.iter().map(Witnesses::are_against).collect();
+        let bodies = parts.volumes(&meshed.mesh).into_iter().zip(&said);
+        let bodies = bodies.filter(|(volume, said)| *volume > 0.0 && said.kept > 0).count();
         meshed.mesh = parts.without(&meshed.mesh, &is_left_out);
+        let count = |is_such: &dyn Fn(&Witnesses) -> bool| said.iter().filter(|said| is_such(said)).count();
         Ok(LeftOut {
-            parts: is_left_out.iter().filter(|out| **out).count(),
-            joined: counts.iter().filter(|[kept, not]| *kept > 0 && *not > 0).count(),
+            parts: count(&|said| said.are_against()),
+            unproven: count(&|said| said.are_against() && said.proven == 0),
+            unknown: count(&|said| !said.are_against() && said.kept == 0),
+            joined: count(&|said| said.kept > 0 && said.rejected > 0),
             parted: if self.is_one { bodies.saturating_sub(1) } else { 0 },
         })
     }
+}
+
+/// Places inside of the solid next to the points of a mesh, each with the part it is of.
+fn witnesses(meshed: &Meshed, parts: &Parts, tape: &Arc<Tape>) -> Vec<(DVec3, usize)> {
+    let mesh = &meshed.mesh;
+    let of_part = |(part, points): (usize, &Vec<u32>)| {
+        let at = |i: &u32| mesh.points[*i as usize];
+        let middle = points.iter().map(at).sum::<DVec3>() / points.len() as f64;
+        let found = points.par_iter().map_init(
+            || Evaluator::new(tape.clone()),
+            |field, point| {
+                let inward = -mesh.normals[*point as usize] * meshed.cell;
+                // A part of a few cells is mostly about its middle.
+                let aside = (middle - at(point)).clamp_length_max(2.0 * meshed.cell);
+                [inward, aside].into_iter().find_map(|way| behind(field, at(point), way))
+            },
+        );
+        found.flatten().map(|place| (place, part)).collect::<Vec<_>>()
+    };
+    parts.points().iter().enumerate().flat_map(of_part).collect()
 }
 
 /// A place inside of the solid, on the way from a point of its surface inwards.
