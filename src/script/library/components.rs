@@ -1,4 +1,4 @@
-//! Which components of a solid are kept: floating crumbs, and their shadows, vanish from pictures.
+//! Which components of a solid are kept: floating crumbs, and their shadows, vanish from pictures and files.
 
 use super::{Call, Library};
 use crate::scene::{Keep, Measure};

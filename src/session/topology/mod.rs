@@ -1,4 +1,4 @@
-//! What a scene's solid is connected with, and pictures without what floats beside it.
+//! What a scene's solid is connected with, and pictures and files without what floats beside it.
 
 mod carried;
 mod judge;
