@@ -4,7 +4,9 @@
 //! ```text
 //! point --straight line inside?--> the core                                                  joined
 //!   | no
-//!   path downhill --> minimum --status known? some straight lines inside?-->                 joined, apart
+//!   path downhill --> minimum --status known?-->                                             joined, apart
+//!                        | no
+//!                        small cells inside, then a straight line?-->                        joined
 //!                        | no
 //!                        empty cells all around?-->                                          parted
 //!                        | no
@@ -34,6 +36,7 @@
 //! asked before, but in a proof: it may only come to know more, where an earlier one has come upon the core by another
 //! way.
 
+mod blocks;
 mod cache;
 mod core;
 mod counters;
@@ -49,6 +52,7 @@ use super::search::Balls;
 use crate::scene::Aabb;
 use crate::tape::Tape;
 use ahash::{HashMap, HashSet};
+use blocks::Parts;
 use cache::Cache;
 use counters::{Count, Counters};
 use glam::DVec3;
@@ -90,6 +94,10 @@ const PATIENCE: usize = 4096;
 /// Voxels that are remembered, and minima.
 const REMEMBERED: usize = 1 << 19;
 
+/// Cells to a voxel along each axis, as powers of two, in which moats and ways are looked for: those after the first where
+/// gaps or necks are too narrow for its parts.
+const LEVELS: [u32; 2] = [3, 4];
+
 /// Cells of voxels that are remembered.
 const CELLS: usize = 1 << 21;
 
@@ -104,10 +112,10 @@ pub struct Local {
     points: Cache<Voxel, Arc<Points>>,
     links: Cache<Voxel, Arc<Links>>,
     statuses: Cache<Minimum, Answer>,
-    /// Whether a way of straight lines leads from a small cell to the core.
-    ways: Cache<Voxel, bool>,
-    /// Cells within moats, by how often voxels are halved for them.
-    moats: Cache<(u32, Voxel), ()>,
+    /// What moats and ways say of small cells.
+    around: Cache<Voxel, Answer>,
+    /// What of cells is within moats, by how often voxels are halved for them.
+    moats: Cache<(u32, Voxel), Parts>,
     patches: Patches,
     counters: Counters,
 }
@@ -158,7 +166,7 @@ impl Local {
             points: Cache::new(REMEMBERED),
             links: Cache::new(REMEMBERED),
             statuses: Cache::new(REMEMBERED),
-            ways: Cache::new(REMEMBERED),
+            around: Cache::new(REMEMBERED),
             moats: Cache::new(CELLS),
             patches: Patches::new(feature, CELLS),
             counters: Counters::default(),
@@ -170,7 +178,7 @@ impl Local {
         self.points.turn();
         self.links.turn();
         self.statuses.turn();
-        self.ways.turn();
+        self.around.turn();
         self.moats.turn();
         self.patches.turn();
         self.counters.clear();
@@ -183,8 +191,21 @@ impl Local {
 
     /// Whether a point inside is known to be within a moat.
     fn is_parted(&self, p: DVec3) -> bool {
-        let is_known = |level: u32| self.moats.get(&(level, self.cells(level).voxel(p))).is_some();
-        moat::LEVELS.into_iter().any(|(level, _)| is_known(level))
+        let is_known = |level: u32| {
+            let grid = self.cells(level);
+            let voxel = grid.voxel(p);
+            self.moats.get(&(level, voxel)).is_some_and(|within| Parts::of(&grid, voxel, p).and(within).any())
+        };
+        LEVELS.into_iter().any(is_known)
+    }
+
+    /// Remembers what is within a moat.
+    fn remember_moat(&self, level: u32, within: Vec<(Voxel, Parts)>) {
+        for (cell, parts) in within {
+            let others = self.moats.get(&(level, cell)).unwrap_or_default();
+            self.moats.insert((level, cell), parts.or(others));
+        }
+        self.counters.add(Count::Moats, 1);
     }
 
     /// What the work was since the picture began.
@@ -260,9 +281,7 @@ fn one_by_one(looker: &mut Looker, points: &[DVec3], cancel: &AtomicBool) -> Vec
     for (&i, end) in hidden.iter().zip(looker.descend(&starts, cancel)) {
         answers[i] = match end {
             Some(node) => status(looker, node, cancel),
-            // What others may have found out must not make a difference.
-            None if is_parted(looker, points[i], cancel) => Answer::Parted,
-            None => Answer::Unknown,
+            None => looker.moat_or_way(points[i], cancel),
         };
     }
     let counters = &looker.local.counters;
@@ -271,20 +290,13 @@ fn one_by_one(looker: &mut Looker, points: &[DVec3], cancel: &AtomicBool) -> Vec
     answers
 }
 
-/// Whether there is a moat around what holds a place; remembers it.
-fn is_parted(looker: &mut Looker, at: DVec3, cancel: &AtomicBool) -> bool {
-    if looker.local.is_parted(at) {
-        return true;
-    }
-    let Some((level, cells)) = looker.moat(at, cancel) else { return false };
-    cells.into_iter().for_each(|cell| looker.local.moats.insert((level, cell), ()));
-    looker.local.counters.add(Count::Moats, 1);
-    true
-}
-
 /// What is known of a minimum, from now on at least.
 fn status(looker: &mut Looker, node: Node, cancel: &AtomicBool) -> Answer {
-    let Node::Minimum(minimum) = node else { return Answer::Joined };
+    let minimum = match node {
+        Node::Core => return Answer::Joined,
+        Node::Parted => return Answer::Parted,
+        Node::Minimum(minimum) => minimum,
+    };
     if let Some(answer) = looker.local.statuses.get(&minimum) {
         return answer;
     }
@@ -319,9 +331,6 @@ impl Exhaustion {
     fn run(&mut self, looker: &mut Looker, first: Minimum, cancel: &AtomicBool) -> Answer {
         if let Some(answer) = self.activate(looker, vec![Node::Minimum(first)], cancel) {
             return answer;
-        }
-        if looker.position(first, cancel).is_some_and(|at| is_parted(looker, at, cancel)) {
-            return Answer::Parted;
         }
         while let Some((_, voxel)) = self.waiting.pop_first() {
             if !self.opened.insert(voxel) {
@@ -388,7 +397,11 @@ impl Exhaustion {
         while !joined.is_empty() {
             let mut fresh: Vec<Minimum> = Vec::new();
             for node in joined.drain(..) {
-                let Node::Minimum(minimum) = node else { return Some(Answer::Joined) };
+                let minimum = match node {
+                    Node::Core => return Some(Answer::Joined),
+                    Node::Parted => return Some(Answer::Parted),
+                    Node::Minimum(minimum) => minimum,
+                };
                 if self.active.insert(minimum) {
                     fresh.push(minimum);
                 }
@@ -400,8 +413,13 @@ impl Exhaustion {
             }
             let positions: Vec<DVec3> =
                 fresh.iter().filter_map(|minimum| looker.position(*minimum, cancel)).collect();
-            if looker.see(&positions).contains(&true) || positions.iter().any(|at| looker.has_way(*at)) {
+            if looker.see(&positions).contains(&true) {
                 return Some(Answer::Joined);
+            }
+            let known =
+                positions.iter().map(|at| looker.around(*at, cancel)).find(|answer| answer.is_proven());
+            if known.is_some() {
+                return known;
             }
             let local = looker.local.clone();
             for minimum in fresh {

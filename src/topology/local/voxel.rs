@@ -10,9 +10,9 @@ use super::super::complex::sides;
 use super::super::descent::{End, Place, Settled, Start, descend};
 use super::super::point::{CriticalPoint, Kind};
 use super::super::search::{Balls, LANES, Search, isolate, search_cells};
-use super::Local;
 use super::counters::Count;
 use super::grid::Voxel;
+use super::{Answer, Local};
 use crate::scene::Aabb;
 use glam::DVec3;
 use std::sync::Arc;
@@ -30,6 +30,8 @@ pub struct Minimum {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Node {
     Core,
+    /// In a moat.
+    Parted,
     Minimum(Minimum),
 }
 
@@ -115,8 +117,13 @@ impl Looker {
             for ((i, at, settled), seen) in stopped.into_iter().zip(seen) {
                 match settled {
                     _ if seen => ends[i] = Some(Node::Core),
-                    Some(_) if self.has_way(at) => ends[i] = Some(Node::Core),
-                    Some(settled) => ends[i] = self.minimum(&settled, cancel).map(Node::Minimum),
+                    Some(settled) => {
+                        ends[i] = match self.around(at, cancel) {
+                            Answer::Joined => Some(Node::Core),
+                            Answer::Parted => Some(Node::Parted),
+                            _ => self.minimum(&settled, cancel).map(Node::Minimum),
+                        }
+                    }
                     None => waiting.push((i, Start { at, ..starts[i] })),
                 }
             }
