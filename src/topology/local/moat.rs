@@ -13,8 +13,8 @@ use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How far crumbs may reach along each axis, in cells, and how many cells a moat and what is within may touch.
-const REACH: i64 = 28;
-const CELLS: usize = 1 << 11;
+const REACH: i64 = 48;
+const CELLS: usize = 1 << 14;
 
 impl Looker {
     /// Parts of cells that hold all that a place inside is joined with, and a moat around it. From all places of a
