@@ -234,6 +234,9 @@ impl Flood {
         if fresh.any() {
             for beside in voxel.beside().filter(|beside| *beside != voxel) {
                 let touched = fresh.touching(std::array::from_fn(|axis| beside.0[axis] - voxel.0[axis]));
+                if !touched.any() {
+                    continue;
+                }
                 let [within, before] = self.cells.entry(beside).or_default();
                 if touched.without(*before).without(*within).any() {
                     *before = before.or(touched);
@@ -283,10 +286,8 @@ mod tests {
         let wall = Parts(0x0000_0000_ffff_0000);
         let room = Parts(!0).without(wall);
         assert_eq!(Parts(1).flood(room), Parts(0xffff));
-        assert_eq!(
-            Parts(1).flood(room.or(Parts(1 << 16))),
-            Parts(!0).without(wall).or(Parts(1 << 16)).and(Parts(0x1_ffff))
-        );
+        let with_a_gap = room.or(Parts(1 << 16));
+        assert_eq!(Parts(1).flood(with_a_gap), with_a_gap);
         assert_eq!(Parts(1).flood(wall), Parts::NONE);
     }
 

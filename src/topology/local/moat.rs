@@ -1,8 +1,8 @@
 //! Moats: parts of cells without anything of the solid all around a crumb, which prove that it is joined with nothing else.
 //!
-//! From the part that holds a place, all parts are taken in that touch one which may have something of the solid in it. A
-//! path in the solid never leaves these, since from such a part it goes to one that touches. So where no more are left to
-//! take in, the component is in them as a whole; and so are all others that have something there.
+//! From the part that holds a place, all parts are taken in that may have something of the solid in them and touch one
+//! that was taken in. A path in the solid never leaves these, since from one part it goes to one that touches. So where
+//! no more are left to take in, the component is in them as a whole; and so are all others that have something there.
 //!
 //! The cells farthest from the place come first, so that what is no crumb is soon seen to reach too far.
 
@@ -42,7 +42,7 @@ impl Looker {
             if cancel.load(Ordering::Relaxed) || flood.len() > CELLS {
                 return None;
             }
-            blocks.look(&mut self.paths, &batch);
+            self.look(blocks, &batch);
             for voxel in batch {
                 if !flood.take(voxel, blocks.get(voxel).solid, near).any() {
                     continue;

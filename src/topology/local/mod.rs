@@ -91,7 +91,7 @@ impl Answer {
 /// Voxels that one search may look into.
 const PATIENCE: usize = 4096;
 
-/// Voxels that are remembered, and minima.
+/// Voxels that are remembered, minima, and small cells.
 const REMEMBERED: usize = 1 << 19;
 
 /// Cells to a voxel along each axis, as powers of two, in which moats and ways are looked for: those after the first where
@@ -148,7 +148,7 @@ pub struct LocalStats {
     pub crowded: u64,
     /// Searches that were given up after too many voxels.
     pub impatient: u64,
-    /// Nanoseconds of all threads with straight lines, with paths, and with searches of voxels and for moats.
+    /// Nanoseconds of all threads with straight lines, with paths, and with voxels and cells for moats and ways.
     pub nanos: [u64; 3],
 }
 

@@ -1,4 +1,4 @@
-//! Ways to the core, for places that do not see it.
+//! What is around places that do not see the core: a way to it, or a moat.
 //!
 //! In foam a place below the surface seldom sees the core, but it is joined with places that do. So from the part of a cell
 //! that holds it, parts that are all inside are taken in, those next to the core first, and lines are drawn to the core
@@ -6,12 +6,14 @@
 
 use super::super::search::LANES;
 use super::blocks::{Blocks, Flood};
+use super::counters::Count;
 use super::grid::Voxel;
 use super::voxel::Looker;
 use super::{Answer, LEVELS};
 use ahash::HashSet;
 use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// How often voxels are halved for the small cells of which all is alike.
 const LEVEL: u32 = 6;
@@ -23,8 +25,8 @@ const VIEWS: u32 = 1;
 const CELLS: usize = 1 << 12;
 
 impl Looker {
-    /// What moats and ways say of a place inside. That is found out once for each of the cells that voxels are cut into,
-    /// from its middle, if it is all inside.
+    /// What moats and ways say of a place inside. That is found out once for each small cell that is all inside, from its
+    /// middle.
     pub fn around(&mut self, at: DVec3, cancel: &AtomicBool) -> Answer {
         let grid = self.local.cells(LEVEL);
         let voxel = grid.voxel(at);
@@ -34,7 +36,10 @@ impl Looker {
         let (centre, radius) = grid.ball(voxel);
         let is_full = self.paths.eval([(centre, radius)].into_iter()).lane(0).range.hi < 0.0
             && self.paths.is_defined_around(centre, radius);
-        let found = if is_full { self.moat_or_way(centre, cancel) } else { Answer::Unknown };
+        if !is_full {
+            return self.moat_or_way(at, cancel);
+        }
+        let found = self.moat_or_way(centre, cancel);
         // What was broken off is not to be remembered.
         if !cancel.load(Ordering::Relaxed) {
             self.local.around.insert(voxel, found);
@@ -60,6 +65,13 @@ impl Looker {
         Answer::Unknown
     }
 
+    /// Looks at cells.
+    pub(super) fn look(&mut self, blocks: &mut Blocks, voxels: &[Voxel]) {
+        let start = Instant::now();
+        blocks.look(&mut self.paths, voxels);
+        self.local.counters.add_time(Count::Locating, start);
+    }
+
     /// Whether a way through parts that are all inside, and a straight line from one of them, lead to the core.
     fn has_way(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> bool {
         let (core, grid, views) = (self.local.core, blocks.grid, self.local.cells(VIEWS));
@@ -78,7 +90,7 @@ impl Looker {
             if is_last {
                 return false;
             }
-            blocks.look(&mut self.paths, &batch);
+            self.look(blocks, &batch);
             for voxel in batch {
                 let fresh = flood.take(voxel, blocks.get(voxel).inside, depth);
                 if fresh.any() && seen.insert(views.voxel(grid.middle(voxel))) {
