@@ -2,7 +2,8 @@
 //! are too many.
 //!
 //! ```text
-//! point --straight line inside?--> the core                                                  joined
+//! point --cells that lead on--> where their chain ends
+//!   straight line inside?--> the core                                                        joined
 //!   | no
 //!   path downhill --> minimum --status known?-->                                             joined, apart
 //!                        | no

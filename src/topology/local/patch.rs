@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! |g| - s a - max(t b, -s b) - turn_1 > 0                              the field falls along d within s of the axis, from -s to t,
-//! f - t |g| + t^2 b / 2 + t s a + s^2 max(c, 0) / 2 + bow_1 < 0              and is below zero all over a disc of radius s at t d,
+//! f - t |g| + t^2 b / 2 + t s a + s^2 max(c, 0) / 2 + bow_1 < 0     and is below zero all over a disc of radius s at t d,
 //! s^2 + t^2 < 1                                                        which lies in the ball,
 //! the field has a value all over the ball                              since what is undefined is empty,
 //! ```
