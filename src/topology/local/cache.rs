@@ -1,8 +1,8 @@
 //! What was found out and may be asked again: tables that many threads share and that never grow beyond bounds.
 //!
-//! A table is in shards, each with a lock of its own, so that threads seldom wait for each other. What is stored
-//! follows from its key, though more may be known of it later: that something was dropped, or found twice by two
-//! threads, costs time and nothing else. A shard that is full drops the half that was not used for longest. What was not used for
+//! A table is in shards, each with a lock of its own, so that threads seldom wait for each other. What is stored follows
+//! from its key, though more may be known of it later: that something was dropped, or found twice by two threads, costs
+//! time and nothing else. A shard that is full drops the half that was not used for longest. What was not used for
 //! [`AGE`] pictures is dropped when the next begins.
 
 use ahash::RandomState;
