@@ -209,6 +209,21 @@ fn nothing_is_joined_across_what_is_undefined() {
     assert!(!answers(&across).contains(&Answer::Joined));
 }
 
+/// A ring is cut in four by the walls of its region.
+#[test]
+fn nothing_is_joined_beyond_the_region() {
+    let script = "pow(x * x + y * y - 1.0, 2.0) + z * z + 0.05 * (x - y) - 0.1";
+    let corner = |x: f64, y: f64| DVec3::new(0.707 * x, 0.707 * y, 0.01);
+    let core = corner(-1.0, 1.0);
+    let points = [corner(-1.0, -1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.05, 0.98)];
+    let joined = |half: f64| {
+        let answers = answers(&local(script, half, core, 0.3), &points);
+        answers.into_iter().map(|answer| answer == Answer::Joined).collect::<Vec<bool>>()
+    };
+    assert_eq!(joined(1.5), [true; 4]);
+    assert_eq!(joined(0.8), [false, false, false, true]);
+}
+
 #[test]
 fn neither_specks_nor_their_shadows_are_seen() {
     // The same picture of a solid with a crumb over it, found out either way, and of one that never had it.

@@ -15,7 +15,7 @@ use super::point::CriticalPoint;
 use super::polish::polish;
 use super::verdict::{self, Verdict, Zeros, free_parts, judge, sift};
 use crate::field::Watch;
-use crate::num::{Number, Taylor, Taylors};
+use crate::num::{Interval, Number, Taylor, Taylors};
 use crate::scene::Aabb;
 use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
@@ -299,19 +299,22 @@ pub struct Balls {
     at: [Taylors<LANES>; 3],
     /// Where the field is known to have a value, so that nobody need ask.
     defined: Option<Defined>,
+    /// Where the solid ends, whatever the field says.
+    region: Aabb,
 }
 
 impl Balls {
     pub fn new(tape: &Arc<Tape>) -> Self {
         let field = Evaluator::new(tape.clone());
-        Balls { field, at: std::array::from_fn(|_| Taylors::constant(0.0)), defined: None }
+        let region = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
+        Balls { field, at: std::array::from_fn(|_| Taylors::constant(0.0)), defined: None, region }
     }
 
-    /// The same, which knows where in a region and a little beyond it the field has a value. If it has none somewhere, that
-    /// is best known if it is about `centre`.
+    /// The same of a solid that ends with a region, which knows where in it and a little beyond the field has a value. If it
+    /// has none somewhere, that is best known if it is about `centre`.
     pub fn within(tape: &Arc<Tape>, region: &Aabb, centre: DVec3) -> Self {
         let reach = 1.2 * (region.min - centre).abs().max((region.max - centre).abs()).max_element();
-        Balls { defined: Defined::about(tape, centre, reach), ..Balls::new(tape) }
+        Balls { defined: Defined::about(tape, centre, reach), region: *region, ..Balls::new(tape) }
     }
 
     /// The field over as many balls as there are lanes, at most, by their centres and radii. What idle lanes hold
@@ -338,6 +341,16 @@ impl Balls {
     pub fn is_defined_around(&self, centre: DVec3, radius: f64) -> bool {
         let reach = radius + 16.0 * f64::EPSILON * centre.abs().max_element();
         self.is_defined(&Aabb { min: centre - reach, max: centre + reach })
+    }
+
+    /// Whether a ball is in the region.
+    pub fn is_within(&self, centre: DVec3, radius: f64) -> bool {
+        (centre - radius).cmpge(self.region.min).all() && (centre + radius).cmple(self.region.max).all()
+    }
+
+    /// Whether a ball with such values is all inside of the solid.
+    pub fn is_full(&self, centre: DVec3, radius: f64, range: Interval) -> bool {
+        range.hi < 0.0 && self.is_within(centre, radius) && self.is_defined_around(centre, radius)
     }
 
     /// Whether it is known to have a value everywhere in a ball but next to the middle.

@@ -124,8 +124,9 @@ pub struct Block {
 }
 
 impl Block {
-    /// By what is known of a ball around the cell, whose edges are so long in units of the ball.
-    fn new(f: &Taylor, edge: f64, is_defined: bool) -> Block {
+    /// By what is known of a ball around the cell, whose edges are so long in units of the ball, and whether the solid is
+    /// where the field is below zero in all of it: elsewhere it may be empty.
+    fn new(f: &Taylor, edge: f64, is_known: bool) -> Block {
         if f.range.lo > 0.0 {
             return Block::default();
         }
@@ -137,9 +138,8 @@ impl Block {
             let bit = |i: usize| u64::from(test(middle[i], reach[i])) << i;
             Parts((0..64).map(bit).fold(0, |all, bit| all | bit))
         };
-        // What is undefined is empty, but that is not known from here.
         let empty = set(&|middle, reach| middle - reach > 0.0);
-        let inside = if is_defined { set(&|middle, reach| middle + reach < 0.0) } else { Parts::NONE };
+        let inside = if is_known { set(&|middle, reach| middle + reach < 0.0) } else { Parts::NONE };
         Block { solid: Parts(!0).without(empty), inside }
     }
 }
@@ -191,8 +191,8 @@ impl Blocks {
         let balls: Vec<(DVec3, f64)> = new.iter().map(|&voxel| self.grid.ball(voxel)).collect();
         let values = *field.eval(balls.iter().copied());
         for (i, (voxel, (centre, radius))) in new.into_iter().zip(balls).enumerate() {
-            let is_defined = field.is_defined_around(centre, radius);
-            self.known.insert(voxel, Block::new(&values.lane(i), self.grid.size() / radius, is_defined));
+            let is_known = field.is_within(centre, radius) && field.is_defined_around(centre, radius);
+            self.known.insert(voxel, Block::new(&values.lane(i), self.grid.size() / radius, is_known));
         }
     }
 }

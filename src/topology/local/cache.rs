@@ -67,13 +67,20 @@ impl<K: Hash + Eq + Clone, V: Clone> Cache<K, V> {
 
     /// Stores what was found.
     pub fn insert(&self, key: K, value: V) {
+        self.update(key, |_| value);
+    }
+
+    /// Stores, and returns, what is to be known from now on in the light of what is.
+    pub fn update(&self, key: K, value: impl FnOnce(Option<&V>) -> V) -> V {
         let mut shard = self.shard(&key);
+        let value = value(shard.entries.get(&key).map(|entry| &entry.value));
         if shard.entries.len() >= self.capacity {
             shard.halve();
         }
         shard.clock += 1;
-        let entry = Entry { value, used: shard.clock, picture: shard.picture };
+        let entry = Entry { value: value.clone(), used: shard.clock, picture: shard.picture };
         shard.entries.insert(key, entry);
+        value
     }
 
     /// Another picture begins: drops what is old, and counts anew.
@@ -137,6 +144,22 @@ mod tests {
         }
         assert!(cache.len() > 2000);
         assert!(cache.get(&1).is_none());
+    }
+
+    #[test]
+    fn nothing_is_lost_where_threads_add_to_one_value() {
+        let cache: Cache<u32, u64> = Cache::new(100);
+        std::thread::scope(|scope| {
+            for bit in 0..8 {
+                let cache = &cache;
+                scope.spawn(move || {
+                    for round in 0..8 {
+                        cache.update(1, |old| old.copied().unwrap_or_default() | 1 << (8 * round + bit));
+                    }
+                });
+            }
+        });
+        assert_eq!(cache.get(&1), Some(u64::MAX));
     }
 
     #[test]

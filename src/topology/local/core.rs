@@ -38,13 +38,15 @@ const MIDDLE: f64 = 1e-5;
 const PIECES: u32 = 400;
 
 impl Core {
-    /// The largest ball about a point that one evaluation proves to be inside, but for a millionth.
+    /// The largest ball about a point in the region that one evaluation proves to be inside, but for a millionth.
     pub fn around(field: &mut Balls, centre: DVec3, largest: f64) -> Option<Core> {
         let inside = |field: &mut Balls, radii: [f64; LANES]| {
             let balls = field.eval(radii.map(|r| (centre, r)).into_iter());
             let below: [bool; LANES] = std::array::from_fn(|i| balls.lane(i).range.hi < 0.0);
             let largest = (0..LANES).rev().filter(|&i| below[i]).map(|i| radii[i]);
-            largest.into_iter().find(|&radius| field.is_defined_beside(centre, radius))
+            let is_whole =
+                |radius: f64| field.is_within(centre, radius) && field.is_defined_beside(centre, radius);
+            largest.into_iter().find(|&radius| is_whole(radius))
         };
         let halves =
             |first: usize| std::array::from_fn(|i| libm::ldexp(largest, -((first + LANES - i) as i32)));
@@ -145,7 +147,7 @@ impl Line {
     /// A box that holds the line.
     fn bounds(&self) -> Aabb {
         let to = self.from + self.far * self.direction;
-        let margin = 16.0 * f64::EPSILON * self.from.abs().max_element();
+        let margin = 16.0 * f64::EPSILON * self.from.abs().max(to.abs()).max_element();
         Aabb { min: self.from.min(to) - margin, max: self.from.max(to) + margin }
     }
 

@@ -34,6 +34,11 @@ impl Grid {
         Grid { size }
     }
 
+    /// The grid of cells that voxels halved so often make.
+    pub fn halved(&self, times: u32) -> Grid {
+        Grid::new(libm::ldexp(self.size, -(times as i32)))
+    }
+
     /// Edge of a voxel.
     pub fn size(&self) -> f64 {
         self.size

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How far crumbs may reach along each axis, in cells, and how many cells a moat and what is within may touch.
 const REACH: i64 = 48;
-const CELLS: usize = 1 << 14;
+const TOUCHED: usize = 1 << 14;
 
 impl Looker {
     /// Parts of cells that hold all that a place inside is joined with, and a moat around it. From all places of a
@@ -39,7 +39,7 @@ impl Looker {
                 // A place in a part without anything is not inside: of it nothing is known.
                 return (!within.is_empty()).then_some(within);
             }
-            if cancel.load(Ordering::Relaxed) || flood.len() > CELLS {
+            if cancel.load(Ordering::Relaxed) || flood.len() > TOUCHED {
                 return None;
             }
             self.look(blocks, &batch);
@@ -60,9 +60,7 @@ impl Looker {
 
     /// Whether a ball is in the region, and the core is not in it.
     fn is_beside_the_core(&self, (centre, radius): (DVec3, f64)) -> bool {
-        let (core, region) = (&self.local.core, &self.local.region);
-        let is_within =
-            (centre - radius).cmpge(region.min).all() && (centre + radius).cmple(region.max).all();
-        is_within && centre.distance(core.centre) >= core.radius + radius
+        let core = &self.local.core;
+        self.paths.is_within(centre, radius) && centre.distance(core.centre) >= core.radius + radius
     }
 }

@@ -32,8 +32,8 @@
 //! What is remembered of a minimum is what a search from it, or through it, has come to for good: *joined* holds for all
 //! that the search was joined with on its way, and so does *apart* after a search that looked at all voxels that the
 //! component reaches into. *Unknown* is remembered of the minimum alone that the search began with, and stops no other
-//! search. A search that comes upon a minimum of an earlier one takes over a *joined*, which is proven, and nothing else:
-//! an *apart* is for it to find anew, lest answers depend on who asked first. So a search never ends sooner for what was
+//! search. A search that comes upon a minimum of an earlier one takes over what is proven, and nothing else: an *apart* is
+//! for it to find anew, lest answers depend on who asked first. So a search never ends sooner for what was
 //! asked before, but in a proof: it may only come to know more, where an earlier one has come upon the core by another
 //! way.
 
@@ -87,6 +87,11 @@ impl Answer {
     pub fn is_proven(self) -> bool {
         matches!(self, Answer::Joined | Answer::Parted)
     }
+
+    /// What to remember: this, or what was known before if that is proven.
+    fn unless_proven(self, before: Option<&Answer>) -> Answer {
+        before.copied().filter(|before| before.is_proven()).unwrap_or(self)
+    }
 }
 
 /// Voxels that one search may look into.
@@ -97,10 +102,10 @@ const REMEMBERED: usize = 1 << 19;
 
 /// Cells to a voxel along each axis, as powers of two, in which moats and ways are looked for: those after the first where
 /// gaps or necks are too narrow for its parts.
-const LEVELS: [u32; 2] = [3, 4];
+const SMALL: [u32; 2] = [3, 4];
 
 /// Cells of voxels that are remembered.
-const CELLS: usize = 1 << 21;
+const CELLS_REMEMBERED: usize = 1 << 21;
 
 /// What many threads know of a solid.
 #[derive(Debug)]
@@ -168,8 +173,8 @@ impl Local {
             links: Cache::new(REMEMBERED),
             statuses: Cache::new(REMEMBERED),
             around: Cache::new(REMEMBERED),
-            moats: Cache::new(CELLS),
-            patches: Patches::new(feature, CELLS),
+            moats: Cache::new(CELLS_REMEMBERED),
+            patches: Patches::new(Grid::new(feature), CELLS_REMEMBERED),
             counters: Counters::default(),
         })
     }
@@ -185,26 +190,20 @@ impl Local {
         self.counters.clear();
     }
 
-    /// The grid of cells that voxels halved so often make.
-    fn cells(&self, level: u32) -> Grid {
-        Grid::new(libm::ldexp(self.grid.size(), -(level as i32)))
-    }
-
     /// Whether a point inside is known to be within a moat.
     fn is_parted(&self, p: DVec3) -> bool {
         let is_known = |level: u32| {
-            let grid = self.cells(level);
+            let grid = self.grid.halved(level);
             let voxel = grid.voxel(p);
             self.moats.get(&(level, voxel)).is_some_and(|within| Parts::of(&grid, voxel, p).and(within).any())
         };
-        LEVELS.into_iter().any(is_known)
+        SMALL.into_iter().any(is_known)
     }
 
     /// Remembers what is within a moat.
     fn remember_moat(&self, level: u32, within: Vec<(Voxel, Parts)>) {
         for (cell, parts) in within {
-            let others = self.moats.get(&(level, cell)).unwrap_or_default();
-            self.moats.insert((level, cell), parts.or(others));
+            self.moats.update((level, cell), |others| parts.or(others.copied().unwrap_or_default()));
         }
         self.counters.add(Count::Moats, 1);
     }
@@ -306,12 +305,14 @@ fn status(looker: &mut Looker, node: Node, cancel: &AtomicBool) -> Answer {
     if cancel.load(Ordering::Relaxed) {
         return Answer::Unknown;
     }
+    let holds_for = match answer {
+        Answer::Unknown | Answer::Parted => HashSet::from_iter([minimum]),
+        Answer::Joined | Answer::Apart => search.active,
+    };
     let statuses = &looker.local.statuses;
-    match answer {
-        Answer::Unknown | Answer::Parted => statuses.insert(minimum, answer),
-        Answer::Joined | Answer::Apart => search.active.into_iter().for_each(|m| statuses.insert(m, answer)),
-    }
-    answer
+    let answers = holds_for.into_iter().map(|m| (m, statuses.update(m, |old| answer.unless_proven(old))));
+    // Another thread may have proven it meanwhile.
+    answers.fold(answer, |answer, (m, known)| if m == minimum { known } else { answer })
 }
 
 /// A search for the core among all that a minimum is joined with.
@@ -409,8 +410,9 @@ impl Exhaustion {
             }
             let statuses = &looker.local.statuses;
             // That nothing came of an earlier search says nothing about this one.
-            if fresh.iter().any(|minimum| statuses.get(minimum) == Some(Answer::Joined)) {
-                return Some(Answer::Joined);
+            let mut known = fresh.iter().filter_map(|minimum| statuses.get(minimum));
+            if let Some(proven) = known.find(|answer| answer.is_proven()) {
+                return Some(proven);
             }
             let positions: Vec<DVec3> =
                 fresh.iter().filter_map(|minimum| looker.position(*minimum, cancel)).collect();

@@ -61,7 +61,7 @@ enum Patch {
 #[derive(Debug)]
 pub struct Patches {
     cells: Cache<Key, Patch>,
-    size: f64,
+    voxels: Grid,
 }
 
 /// A point on its way along a chain.
@@ -83,9 +83,9 @@ enum Look {
 }
 
 impl Patches {
-    /// For voxels of this size; so many cells are remembered.
-    pub fn new(size: f64, capacity: usize) -> Patches {
-        Patches { cells: Cache::new(capacity), size }
+    /// For cells of these voxels, of which so many are remembered.
+    pub fn new(voxels: Grid, capacity: usize) -> Patches {
+        Patches { cells: Cache::new(capacity), voxels }
     }
 
     /// Another picture begins.
@@ -147,7 +147,7 @@ impl Patches {
                 return Look::Answer(Answer::Joined);
             }
             for level in chase.level..=LEVELS[1] {
-                let key = (level, self.grid(level).voxel(chase.at));
+                let key = (level, self.voxels.halved(level).voxel(chase.at));
                 match self.known(key, memo) {
                     None => return Look::Ask(key),
                     Some(Patch::Rough) => {}
@@ -159,10 +159,11 @@ impl Patches {
                     }
                     Some(Patch::Leads(at)) => {
                         if let Some(first) = chase.trail.iter().position(|k| *k == key) {
+                            chase.at = at;
                             match first_of(&chase.trail[first..], memo) {
                                 Some(Patch::Known(answer)) => return Look::Answer(answer),
-                                Some(Patch::Leads(at) | Patch::Thick(at)) => chase.at = at,
-                                Some(Patch::Rough) | None => chase.at = at,
+                                Some(Patch::Leads(first)) => chase.at = first,
+                                _ => {}
                             }
                             return Look::End;
                         }
@@ -179,8 +180,11 @@ impl Patches {
 
     fn learn(&self, trail: &[Key], answer: Answer, memo: &mut Memo) {
         for key in trail {
-            self.cells.insert(*key, Patch::Known(answer));
-            memo.insert(*key, Patch::Known(answer));
+            let patch = self.cells.update(*key, |old| match old {
+                Some(Patch::Known(before)) => Patch::Known(answer.unless_proven(Some(before))),
+                _ => Patch::Known(answer),
+            });
+            memo.insert(*key, patch);
         }
     }
 
@@ -193,26 +197,22 @@ impl Patches {
         Some(patch)
     }
 
-    fn grid(&self, level: u32) -> Grid {
-        Grid::new(libm::ldexp(self.size, -(level as i32)))
-    }
-
     /// Finds out about cells.
     fn find(&self, field: &mut Balls, wanted: BTreeSet<Key>) {
         let wanted: Vec<Key> = wanted.into_iter().collect();
         for keys in wanted.chunks(LANES) {
             let ball = |&(level, cell): &Key| {
-                let (centre, radius) = self.grid(level).ball(cell);
+                let (centre, radius) = self.voxels.halved(level).ball(cell);
                 (centre, radius / SHARE)
             };
             let values = *field.eval(keys.iter().map(ball));
             for (i, key) in keys.iter().enumerate() {
                 let (centre, radius) = ball(key);
                 let value = values.lane(i);
-                let patch = if !field.is_defined_around(centre, radius) {
+                let patch = if !(field.is_within(centre, radius) && field.is_defined_around(centre, radius)) {
                     Patch::Rough
                 } else if key.0 == LEVELS[0] && value.range.hi < 0.0 {
-                    let wide = self.grid(LEVELS[0] - 1);
+                    let wide = self.voxels.halved(LEVELS[0] - 1);
                     let shared = wide.middle(wide.voxel(centre));
                     let is_near = shared.distance(centre) < radius * (1.0 - 1e-9);
                     Patch::Thick(if is_near { shared } else { centre })

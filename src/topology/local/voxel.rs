@@ -104,8 +104,8 @@ impl Looker {
             for ((i, _), end) in waiting.drain(..).zip(self.paths_from(&from, cancel)) {
                 match end {
                     End::At(Arrived::Node(node)) => ends[i] = Some(node),
-                    End::At(Arrived::Settled(at)) => match self.known(&at, cancel) {
-                        Some(minimum) => ends[i] = minimum.map(Node::Minimum),
+                    End::At(Arrived::Settled(at)) => match self.proven(&at, cancel) {
+                        Some(minimum) => ends[i] = Some(Node::Minimum(minimum)),
                         None => stopped.push((i, at.centre, Some(at))),
                     },
                     End::At(Arrived::Below(at)) => stopped.push((i, at, None)),
@@ -147,11 +147,14 @@ impl Looker {
         })
     }
 
-    /// The same, if no voxel has to be searched for it.
-    fn known(&mut self, settled: &Settled, cancel: &AtomicBool) -> Option<Option<Minimum>> {
+    /// The same, if no voxel has to be searched for it and what it is joined with is proven.
+    fn proven(&mut self, settled: &Settled, cancel: &AtomicBool) -> Option<Minimum> {
         let local = &self.local;
         let mut around = local.grid.around(settled.centre, settled.within);
-        around.all(|voxel| local.points.get(&voxel).is_some()).then(|| self.minimum(settled, cancel))
+        let is_known = around.all(|voxel| local.points.get(&voxel).is_some());
+        let minimum = is_known.then(|| self.minimum(settled, cancel)).flatten()?;
+        let status = self.local.statuses.get(&minimum);
+        status.is_some_and(Answer::is_proven).then_some(minimum)
     }
 
     /// Which points are seen from the core.

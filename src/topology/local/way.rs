@@ -9,7 +9,7 @@ use super::blocks::{Blocks, Flood};
 use super::counters::Count;
 use super::grid::Voxel;
 use super::voxel::Looker;
-use super::{Answer, LEVELS};
+use super::{Answer, SMALL};
 use ahash::HashSet;
 use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,21 +22,20 @@ const LEVEL: u32 = 6;
 const VIEWS: u32 = 1;
 
 /// Cells that are touched on a way.
-const CELLS: usize = 1 << 12;
+const TOUCHED: usize = 1 << 12;
 
 impl Looker {
     /// What moats and ways say of a place inside. That is found out once for each small cell that is all inside, from its
     /// middle.
     pub fn around(&mut self, at: DVec3, cancel: &AtomicBool) -> Answer {
-        let grid = self.local.cells(LEVEL);
+        let grid = self.local.grid.halved(LEVEL);
         let voxel = grid.voxel(at);
         if let Some(known) = self.local.around.get(&voxel) {
             return known;
         }
         let (centre, radius) = grid.ball(voxel);
-        let is_full = self.paths.eval([(centre, radius)].into_iter()).lane(0).range.hi < 0.0
-            && self.paths.is_defined_around(centre, radius);
-        if !is_full {
+        let range = self.paths.eval([(centre, radius)].into_iter()).lane(0).range;
+        if !self.paths.is_full(centre, radius, range) {
             return self.moat_or_way(at, cancel);
         }
         let found = self.moat_or_way(centre, cancel);
@@ -52,8 +51,8 @@ impl Looker {
         if self.local.is_parted(at) {
             return Answer::Parted;
         }
-        for level in LEVELS {
-            let mut blocks = Blocks::new(self.local.cells(level));
+        for level in SMALL {
+            let mut blocks = Blocks::new(self.local.grid.halved(level));
             if self.has_way(&mut blocks, at, cancel) {
                 return Answer::Joined;
             }
@@ -74,13 +73,13 @@ impl Looker {
 
     /// Whether a way through parts that are all inside, and a straight line from one of them, lead to the core.
     fn has_way(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> bool {
-        let (core, grid, views) = (self.local.core, blocks.grid, self.local.cells(VIEWS));
+        let (core, grid, views) = (self.local.core, blocks.grid, self.local.grid.halved(VIEWS));
         let depth = |voxel: Voxel| grid.middle(voxel).distance(core.centre).to_bits();
         let mut flood = Flood::new(&grid, at);
         let (mut seen, mut places) = (HashSet::default(), Vec::new());
         loop {
             let batch = flood.next();
-            let is_last = batch.is_empty() || flood.len() > CELLS || cancel.load(Ordering::Relaxed);
+            let is_last = batch.is_empty() || flood.len() > TOUCHED || cancel.load(Ordering::Relaxed);
             if is_last || places.len() >= LANES {
                 if self.see(&places).contains(&true) {
                     return true;
