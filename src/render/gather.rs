@@ -71,6 +71,11 @@ impl Outcome {
         }
     }
 
+    /// All the light that it has brought.
+    pub fn total(&self) -> DVec3 {
+        self.light.total()
+    }
+
     /// Whether there is anything behind the air.
     pub fn is_open(&self) -> bool {
         self.met.is_none()

@@ -28,6 +28,7 @@ mod error;
 mod filter;
 mod gather;
 mod heatmap;
+mod irradiance;
 mod job;
 mod layer;
 mod light;

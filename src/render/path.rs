@@ -16,6 +16,7 @@
 
 use super::Stats;
 use super::gather::{Light, Met, Outcome};
+use super::irradiance::Irradiance;
 use super::light::Surroundings;
 use super::next_event::Errand;
 use super::rays::piece;
@@ -73,6 +74,8 @@ pub(super) struct Paths {
     pub(super) glow: Vec<DVec3>,
     /// Share of light that reaches each patch of the solid through the water above it.
     pub(super) dim: Vec<DVec3>,
+    /// Whether the light from all around a patch is known, so that no path need go on for it.
+    shared: Vec<bool>,
     pub(super) errands: Vec<Errand>,
     /// Whether the sun shines at places in the air.
     pub(super) sunny: Vec<f64>,
@@ -87,9 +90,16 @@ pub(super) struct Trace<'a> {
     pub samples: &'a [Sample],
     pub stats: &'a mut Stats,
     pub cancel: &'a AtomicBool,
+    /// Where light is shared between places that the eye sees.
+    pub irradiance: Option<&'a mut Irradiance>,
 }
 
 impl Trace<'_> {
+    /// The same for other samples, of which each path goes on by itself.
+    pub fn of<'b>(&'b mut self, samples: &'b [Sample]) -> Trace<'b> {
+        Trace { samples, stats: self.stats, cancel: self.cancel, irradiance: None }
+    }
+
     fn go_on(&self) -> Option<()> {
         (!self.cancel.load(Ordering::Relaxed)).then_some(())
     }
@@ -98,14 +108,37 @@ impl Trace<'_> {
 impl Paths {
     /// Follows samples until they end; `None` when the job was cancelled. What comes of them is in `outcomes`.
     pub fn follow(&mut self, seer: &mut Seer<'_>, to: &mut Trace<'_>) -> Option<()> {
-        self.begin(seer, to.samples);
+        self.begin(seer, to.samples.iter().map(|sample| sample.line(&seer.scene.view)));
+        self.run(seer, 0, to)
+    }
+
+    /// Follows paths that have been reflected once already, one for each sample; what `outcomes` get is the light that comes
+    /// along them.
+    pub fn follow_on(&mut self, seer: &mut Seer<'_>, onward: Vec<Path>, to: &mut Trace<'_>) -> Option<()> {
+        self.outcomes.clear();
+        self.outcomes.resize(to.samples.len(), Outcome::default());
+        self.paths = side_by_side(onward);
+        self.run(seer, 1, to)
+    }
+
+    /// Finds what is met first from the middle of the lens, and nothing else.
+    pub fn meet_middles(&mut self, seer: &mut Seer<'_>, to: &mut Trace<'_>) {
+        let middle = |sample: &Sample| seer.scene.view.ray(sample.place[0], sample.place[1], [0.5; 2]);
+        self.begin(seer, to.samples.iter().map(middle));
+        self.cast(seer, 0, to);
+        self.meet(seer, to);
+    }
+
+    /// Takes all paths from step to step, until they end.
+    fn run(&mut self, seer: &mut Seer<'_>, first: u32, to: &mut Trace<'_>) -> Option<()> {
         let most = seer.scene.settings.bounces + if seer.sea.is_some() { REFLECTIONS } else { 0 };
-        for step in 0..=most {
+        for step in first..=most {
             self.cast(seer, step, to);
             self.meet(seer, to);
             to.go_on()?;
             self.ask_lights(seer, step, to);
             to.go_on()?;
+            self.share(seer, step, to)?;
             self.gather(seer, step, to);
             to.go_on()?;
             if step == most || self.patches.is_empty() {
@@ -116,26 +149,19 @@ impl Paths {
         Some(())
     }
 
-    /// Starts a path for each sample.
-    fn begin(&mut self, seer: &Seer<'_>, samples: &[Sample]) {
-        let (scene, under) = (seer.scene, seer.under_water());
-        self.outcomes.clear();
-        self.outcomes.resize(samples.len(), Outcome::default());
+    /// What of the solid was met, with the paths there.
+    pub fn dry_patches(&self) -> impl Iterator<Item = (&Path, &Patch)> {
+        self.seen.iter().zip(&self.patches[..self.dry])
+    }
+
+    /// Starts a path for each sample, along its line of sight.
+    fn begin(&mut self, seer: &Seer<'_>, lines: impl Iterator<Item = (DVec3, DVec3)>) {
+        let under = seer.under_water();
         self.paths.clear();
-        self.paths.extend(samples.iter().enumerate().map(|(i, sample)| {
-            let (origin, direction) = sample.line(&scene.view);
-            Path {
-                sample: i,
-                origin,
-                direction,
-                weight: DVec3::ONE,
-                bounce: 0,
-                under,
-                distance: f64::INFINITY,
-                is_water: false,
-                patch: 0,
-            }
-        }));
+        let path = |(i, (origin, direction)): (usize, _)| Path { under, ..Path::new(i, origin, direction) };
+        self.paths.extend(lines.enumerate().map(path));
+        self.outcomes.clear();
+        self.outcomes.resize(self.paths.len(), Outcome::default());
     }
 
     /// Finds what all paths meet next: the solid, or water before it.
@@ -223,6 +249,24 @@ impl Paths {
         self.patches.append(&mut patches);
     }
 
+    /// Adds the light from all around, as far as it is known, to what leaves what the eye sees.
+    fn share(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) -> Option<()> {
+        self.shared.clear();
+        self.shared.resize(self.patches.len(), false);
+        // Water takes from the light that is gathered below it, as much as there is above each place.
+        if step > 0 || seer.under_water().is_some() {
+            return Some(());
+        }
+        let Some(irradiance) = to.irradiance.take() else { return Some(()) };
+        let leaving = irradiance.leaving(seer, &self.patches[..self.dry], to)?;
+        to.irradiance = Some(irradiance);
+        for (i, light) in leaving.into_iter().enumerate() {
+            self.shared[i] = light.is_some();
+            self.shine[i].indirect += light.unwrap_or_default();
+        }
+        Some(())
+    }
+
     /// Adds what paths bring from here to their samples, through the air or the water.
     fn gather(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
         self.look_for_sun(seer, step, to);
@@ -287,7 +331,7 @@ impl Paths {
                         onward.push(Path { origin, direction: way.direction, weight, under, ..path });
                     }
                 }
-                _ if path.bounce < scene.settings.bounces => {
+                _ if path.bounce < scene.settings.bounces && !self.shared[path.patch] => {
                     let (sample, purpose) = (&to.samples[path.sample], Purpose::Onward { step });
                     let reflector = Reflector::new(patch, scene.reflecting.as_ref());
                     let drawn =
@@ -302,10 +346,14 @@ impl Paths {
                 _ => {}
             }
         }
-        // Those that go alongside one another are cast together.
-        onward.sort_by_cached_key(|path| around_directions(path.direction));
-        self.paths = onward;
+        self.paths = side_by_side(onward);
     }
+}
+
+/// Those that go alongside one another are cast together.
+fn side_by_side(mut paths: Vec<Path>) -> Vec<Path> {
+    paths.sort_by_cached_key(|path| around_directions(path.direction));
+    paths
 }
 
 /// Where a direction lies on a curve through all of them: Morton's, over the square that the octahedron folds out to.
@@ -322,6 +370,26 @@ fn around_directions(d: DVec3) -> u64 {
 const DIRECTIONS: u32 = 256;
 
 impl Path {
+    /// Of a sample, from the solid, where it was reflected for the first time.
+    pub(super) fn onward(sample: usize, origin: DVec3, direction: DVec3) -> Path {
+        Path { bounce: 1, ..Path::new(sample, origin, direction) }
+    }
+
+    /// Of a sample, from the eye.
+    fn new(sample: usize, origin: DVec3, direction: DVec3) -> Path {
+        Path {
+            sample,
+            origin,
+            direction,
+            weight: DVec3::ONE,
+            bounce: 0,
+            under: None,
+            distance: f64::INFINITY,
+            is_water: false,
+            patch: 0,
+        }
+    }
+
     /// Its last piece: where it begins, in which direction, and how long it is.
     fn ray(&self) -> (DVec3, DVec3, f64) {
         (self.origin, self.direction, self.distance)

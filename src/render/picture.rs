@@ -33,7 +33,8 @@ pub struct Pixel {
     pub samples: f32,
     /// Square of the standard error of its luminance.
     pub variance: f32,
-    /// Evaluations of the field that the pixel's rays needed, those to the sun included.
+    /// Evaluations of the field that the rays of the pixel itself needed, those to the sun included: not what it took to gather
+    /// light that it shares.
     pub evaluations: f32,
 }
 

@@ -47,6 +47,12 @@ impl<'a> Reflector<'a> {
         Reflector { patch, of }
     }
 
+    /// Whether it looks as bright from everywhere.
+    pub fn is_lambertian(&self) -> bool {
+        let is_lambert = self.of.is_none_or(|of| of.material.matt == Matt::Lambert);
+        is_lambert && self.shares() == [0.0, 0.0, 1.0]
+    }
+
     /// A property of the patch.
     fn finish(&self, finish: Finish) -> f64 {
         self.patch.finish[finish as usize]

@@ -20,6 +20,8 @@ pub struct Settings {
     pub filter: Filter,
     /// How often light is followed from surface to surface.
     pub bounces: u32,
+    /// Pixels between places where light that bounces is gathered for what is around them; 0 where every sample goes on by itself.
+    pub irradiance_spacing: u32,
     /// Where nothing bounces, how far the solid stands in the way of skylight; 0 where it does not.
     pub occlusion: f64,
     /// How light becomes brightness in 8-bit pictures.
@@ -52,6 +54,7 @@ impl Settings {
             noise: film.noise,
             filter: film.filter,
             bounces: film.bounces,
+            irradiance_spacing: film.irradiance_spacing,
             occlusion: film.occlusion,
             tone: film.tone,
             exposure: film.exposure,

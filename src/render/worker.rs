@@ -5,6 +5,7 @@
 //! another: a picture of what moves is made of several [`Shot`]s.
 
 use super::gather::{Outcome, PILOT, Sum};
+use super::irradiance::{Gathered, Irradiance};
 use super::path::{Paths, Trace};
 use super::sample::Sample;
 use super::surface::Surface;
@@ -14,6 +15,7 @@ use super::{Filter, Job, Pixel, Prepared, Rect, Stats, light, stars};
 use crate::cast::{Caster, Reach};
 use glam::DVec3;
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 /// Rays that a stage handles at once, about: enough for full batches, few enough that their state
@@ -82,6 +84,8 @@ pub(super) struct Worker<'a> {
     sums: Vec<Sum>,
     samples: Vec<Sample>,
     paths: Paths,
+    /// Light that is shared, at each moment.
+    irradiance: Vec<Option<Irradiance>>,
     /// Those that go past everything, to the moon.
     passing: Vec<Sample>,
     moon_paths: Paths,
@@ -89,7 +93,8 @@ pub(super) struct Worker<'a> {
 }
 
 impl<'a> Worker<'a> {
-    pub(super) fn new(shots: &[Shot<'a>]) -> Self {
+    /// For a picture at some moments, at which light was gathered or is to be.
+    pub(super) fn new(shots: &[Shot<'a>], gathered: &[Option<Arc<Gathered>>]) -> Self {
         let settings = &shots[0].scene.settings;
         Worker {
             seers: shots.iter().map(Seer::new).collect(),
@@ -98,6 +103,7 @@ impl<'a> Worker<'a> {
             sums: Vec::new(),
             samples: Vec::new(),
             paths: Paths::default(),
+            irradiance: gathered.iter().map(|gathered| gathered.clone().map(Irradiance::new)).collect(),
             passing: Vec::new(),
             moon_paths: Paths::default(),
             pixels: Vec::new(),
@@ -145,14 +151,21 @@ impl<'a> Worker<'a> {
     /// Follows the samples of a moment, and adds what comes of them to their pixels.
     fn trace(&mut self, moment: usize, job: &Job<'_>) -> Option<()> {
         let seer = &mut self.seers[moment];
-        let mut trace = Trace { samples: &self.samples, stats: &mut self.stats, cancel: job.cancel };
+        let irradiance = self.irradiance[moment].as_mut();
+        let mut trace =
+            Trace { samples: &self.samples, stats: &mut self.stats, cancel: job.cancel, irradiance };
         self.paths.follow(seer, &mut trace)?;
         let outcomes = &mut self.paths.outcomes;
         if let Some(moon) = &mut seer.moon {
             let is_open = |(sample, outcome): (&Sample, &Outcome)| outcome.is_open().then_some(*sample);
             self.passing.clear();
             self.passing.extend(self.samples.iter().zip(&*outcomes).filter_map(is_open));
-            let mut trace = Trace { samples: &self.passing, stats: &mut self.stats, cancel: job.cancel };
+            let mut trace = Trace {
+                samples: &self.passing,
+                stats: &mut self.stats,
+                cancel: job.cancel,
+                irradiance: None,
+            };
             self.moon_paths.follow(moon, &mut trace)?;
             let open = outcomes.iter_mut().filter(|outcome| outcome.is_open());
             open.zip(&self.moon_paths.outcomes).for_each(|(outcome, behind)| outcome.put_behind(behind));

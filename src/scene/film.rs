@@ -18,6 +18,9 @@ pub struct Film {
     /// How often light is followed from surface to surface before it reaches the eye: 0 is sunlight, and skylight as if
     /// nothing stood in its way.
     pub bounces: u32,
+    /// Pixels between places where light that bounces is gathered for what is around them; 0 where every sample follows it
+    /// by itself.
+    pub irradiance_spacing: u32,
     /// How far the solid stands in the way of skylight where nothing bounces; 0 where it does not.
     pub occlusion: f64,
     /// Exposure in stops.
@@ -35,6 +38,8 @@ impl Film {
     pub const MAX_SAMPLES: u32 = 65_536;
     /// Most bounces.
     pub const MAX_BOUNCES: u32 = 64;
+    /// Most pixels between places that share light.
+    pub const MAX_IRRADIANCE_SPACING: u32 = 64;
 }
 
 impl Default for Film {
@@ -46,6 +51,7 @@ impl Default for Film {
             noise: 0.0,
             filter: Filter::default(),
             bounces: 0,
+            irradiance_spacing: 0,
             occlusion: 0.0,
             exposure: 0.0,
             tone: Tone::default(),

@@ -24,6 +24,7 @@ mod queue;
 mod scout;
 mod snapshots;
 
+use super::irradiance::Gathered;
 use super::job::{Film, finish};
 use super::worker::{Shot, Worker};
 use super::{Job, Picture, Pixel, Rect, RenderError, Stats};
@@ -89,7 +90,7 @@ impl Default for Steering {
 }
 
 /// What is behind a lock. A thread that panicked while it held it ends the picture anyway.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -123,7 +124,8 @@ pub(super) fn develop(
         scout.begin(&queue, &film, job);
     }
     let threads = rayon::current_num_threads().min(locked(&queue).finished_tiles());
-    let hand = |_| Hand { worker: Worker::new(shots), scout: scout.as_ref().map(Scout::again) };
+    let gathered = (0..shots.len()).map(|moment| Gathered::new(&scene.settings, moment)).collect::<Vec<_>>();
+    let hand = |_| Hand { worker: Worker::new(shots, &gathered), scout: scout.as_ref().map(Scout::again) };
     let mut hands: Vec<Hand<'_>> = (0..threads).map(hand).collect();
     hands.par_iter_mut().with_max_len(1).for_each(|hand| hand.work(&queue, &film, job, steering));
     drop(film);

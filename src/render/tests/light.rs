@@ -50,6 +50,23 @@ fn a_white_solid_in_a_white_world_is_white() {
 }
 
 #[test]
+fn it_is_as_white_where_light_is_gathered() {
+    let mut build = Build::default();
+    let (floor, ball) = (floor(&mut build), build.sphere(DVec3::new(0.3, 0.3, 0.0), 0.35));
+    let field = build.op(Op::Min(op::Min), &[floor, ball]);
+    let mut scene = from_above(build, field);
+    white(&mut scene);
+    scene.sky = Sky { zenith: DVec3::ONE, nadir: DVec3::ONE, ..scene.sky };
+    scene.film = Film { bounces: 60, irradiance_spacing: 3, samples: 4, width: 16, height: 16, ..scene.film };
+    let picture = shoot(&scene);
+    for pixel in picture.pixels.iter().filter(|p| p.alpha == 1.0) {
+        assert!(pixel.color.iter().all(|c| (c - 1.0).abs() < 1e-5), "{pixel:?}");
+    }
+    scene.film.irradiance_spacing = 0;
+    assert_ne!(picture.stats.bounced.rays, shoot(&scene).stats.bounced.rays, "it was gathered");
+}
+
+#[test]
 fn following_light_and_its_closed_form_agree() {
     let mut scene = ball();
     scene.sky = Sky { zenith: DVec3::new(0.2, 0.9, 1.0), nadir: DVec3::new(0.1, 0.1, 0.0), ..scene.sky };

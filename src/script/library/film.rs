@@ -8,7 +8,7 @@ use rhai::Dynamic;
 
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<Film>("Film");
-    let sentence = "The picture. Options:\n\n- width, height: pixels (800, 600)\n- samples: per pixel (4)\n- noise: standard error at which a pixel has enough of them, as a share of white (0: each gets all), such as 0.005\n- filter: order of the B-spline that weighs them: 1 is the pixel, 2 a tent, 4 the cubic; 0 the centre alone (1)\n- isotropic: whether the spline is one of the distance from the centre (false)\n- bounces: from surface to surface, before light is lost (0: sunlight, and skylight as if nothing stood in its way)\n- occlusion: where nothing bounces, how far the solid stands in the way of skylight (0: not at all)\n- exposure: stops (0)\n- tone: \"neutral\", \"filmic\" or \"linear\"\n- shutter: seconds for which it is open, from the time of the picture on (0)\n- shutter_order: of a B-spline over time instead, around that of the picture, with `shutter` between its knots";
+    let sentence = "The picture. Options:\n\n- width, height: pixels (800, 600)\n- samples: per pixel (4)\n- noise: standard error at which a pixel has enough of them, as a share of white (0: each gets all), such as 0.005\n- filter: order of the B-spline that weighs them: 1 is the pixel, 2 a tent, 4 the cubic; 0 the centre alone (1)\n- isotropic: whether the spline is one of the distance from the centre (false)\n- bounces: from surface to surface, before light is lost (0: sunlight, and skylight as if nothing stood in its way)\n- irradiance: pixels between places where light that bounces is gathered, along 64 paths, for the surfaces around them that are of Lambert's law without coat or metal; with 4 and many samples that is much faster than a path from each sample and smoother, but details of that light are lost (0: a path from each sample)\n- occlusion: where nothing bounces, how far the solid stands in the way of skylight (0: not at all)\n- exposure: stops (0)\n- tone: \"neutral\", \"filmic\" or \"linear\"\n- shutter: seconds for which it is open, from the time of the picture on (0)\n- shutter_order: of a B-spline over time instead, around that of the picture, with `shutter` between its knots";
     lib.def("film(options)", sentence, "film(#{ width: 1920, height: 1080, samples: 16 })", film);
 }
 
@@ -16,6 +16,7 @@ fn film(c: &Call<'_>) -> Outcome<Dynamic> {
     let default = Film::default();
     let mut o = Options::new(c, 0)?;
     let (side, samples) = (1..=Film::MAX_SIDE.into(), 1..=Film::MAX_SAMPLES.into());
+    let most_spacing = Film::MAX_IRRADIANCE_SPACING.into();
     // The ranges fit.
     let film = Film {
         width: o.integer("width", side.clone(), default.width.into())? as u32,
@@ -27,6 +28,8 @@ fn film(c: &Call<'_>) -> Outcome<Dynamic> {
             isotropic: o.flag("isotropic", default.filter.isotropic)?,
         },
         bounces: o.integer("bounces", 0..=Film::MAX_BOUNCES.into(), default.bounces.into())? as u32,
+        irradiance_spacing: o.integer("irradiance", 0..=most_spacing, default.irradiance_spacing.into())?
+            as u32,
         occlusion: o.number("occlusion", 0.0..=1e9, default.occlusion)?,
         exposure: o.number("exposure", -64.0..=64.0, default.exposure)?,
         tone: tone(&mut o)?,

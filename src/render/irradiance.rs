@@ -1,0 +1,340 @@
+//! Light that bounces, gathered at some places of a picture and shared by those around them: an irradiance cache, after Ward,
+//! Rubinstein and Clear (1988).
+//!
+//! The places are what the eye sees in the middle of every n-th pixel of every n-th row. From each, paths go on to all
+//! sides and bring the radiances `L_k` from directions `w_k`, evenly over the half of them above the surface, whose normal
+//! is `m`. What is kept is, by channel, the mean radiance and what the *light vector* (Gershun 1936) has beyond that:
+//!
+//! ```text
+//! L  =  1 / N  sum L_k                    V  =  2 pi / N  sum (L_k - L) w_k
+//! ```
+//!
+//! A matt surface there gets, with the normals `n` of its shape and `s` of its bumps,
+//!
+//! ```text
+//! E  =  pi L (1 + n . s) / 2  +  s . V
+//! ```
+//!
+//! For `s = n = m` that is the irradiance. As normals turn from there, it has the right slope: the halves above two
+//! surfaces differ in light along the horizon alone, which counts for nothing yet. And light that is the same from all sides
+//! has the right value whatever the normals, since no light comes to a bump from below the surface that it stands on.
+//!
+//! Between the places light is blended as by a cubic B-spline, among those that lie in about the same plane and face about
+//! the same way. Where too few of these are near, and where a surface does not follow Lambert's law, paths go on by
+//! themselves. What is lost is how light varies within a few distances between places other than by the normal, and what
+//! 64 directions leave to chance does not average out: it makes faint blotches of that size.
+//!
+//! Places are looked at in blocks that are the same whoever comes there first, and whatever else is in the picture.
+
+use super::material::{Frame, uniform_hemisphere};
+use super::path::{Path, Paths, Trace};
+use super::refine::locked;
+use super::reflect::Reflector;
+use super::sample::{Purpose, Sample};
+use super::surface::Patch;
+use super::worker::Seer;
+use super::{Prepared, Settings};
+use crate::num::cubic;
+use ahash::HashMap;
+use glam::DVec3;
+use std::collections::BTreeSet;
+use std::f64::consts::{PI, TAU};
+use std::sync::{Arc, Mutex};
+
+/// Paths from each place: 64 of them go evenly over the hemisphere.
+const PATHS: u32 = 64;
+
+/// Places along a block.
+const SIDE: u32 = 4;
+
+/// Blocks that are remembered, at most.
+const REMEMBERED: usize = 1 << 14;
+
+/// Weight that places have to have together, of 1.
+const ENOUGH: f64 = 0.1;
+
+/// How far a place may lie beside the plane of another, and from it in that plane, in distances between places; and
+/// the least cosine between their normals.
+const BESIDE: f64 = 2.0;
+const ALONG: f64 = 4.0;
+const ALIKE: f64 = 0.4;
+
+/// Which place, or which block of them: its column and row.
+type Node = [u32; 2];
+
+/// What is known of the places of a block, row by row.
+type Block = [Option<Record>; (SIDE * SIDE) as usize];
+
+/// Where a block is found as soon as somebody has filled it.
+type Room = Mutex<Option<Arc<Block>>>;
+
+/// What is kept of a place.
+#[derive(Clone, Copy, Debug)]
+struct Record {
+    position: DVec3,
+    normal: DVec3,
+    /// Distance to the next place: facing the eye, and along the surface.
+    apart: [f64; 2],
+    light: Arriving,
+}
+
+/// Light that comes to a place from above its surface.
+#[derive(Clone, Copy, Debug)]
+struct Arriving {
+    /// Mean radiance.
+    mean: DVec3,
+    /// The light vector of each channel, without what the mean would make.
+    rest: [DVec3; 3],
+}
+
+/// What was gathered at one moment, for all threads.
+#[derive(Debug)]
+pub(super) struct Gathered {
+    /// Pixels from place to place.
+    spacing: u32,
+    /// The number of the moment, so that each has paths of its own.
+    moment: u32,
+    /// Places across the picture, and down.
+    sides: [u32; 2],
+    blocks: Mutex<HashMap<Node, Arc<Room>>>,
+}
+
+/// A thread's hand in that.
+pub(super) struct Irradiance {
+    gathered: Arc<Gathered>,
+    paths: Paths,
+}
+
+impl Gathered {
+    /// Nothing yet; none if it is not asked for.
+    pub fn new(settings: &Settings, moment: usize) -> Option<Arc<Gathered>> {
+        let Settings { irradiance_spacing: spacing, bounces, width, height, .. } = *settings;
+        (spacing > 0 && bounces > 0).then(|| {
+            let sides = [width, height].map(|side| side.div_ceil(spacing));
+            Arc::new(Gathered { spacing, moment: moment as u32, sides, blocks: Mutex::default() })
+        })
+    }
+
+    /// The places around one, in distances between places, with their weights.
+    fn around(&self, at: [f64; 2]) -> impl Iterator<Item = (Node, f64)> + use<> {
+        let (low, sides) = (at.map(f64::floor), self.sides);
+        let weights: [[f64; 4]; 2] = std::array::from_fn(|axis| cubic(at[axis] - low[axis]).value);
+        (0..16_usize).filter_map(move |i| {
+            let steps = [i % 4, i / 4];
+            let place: [f64; 2] = std::array::from_fn(|axis| low[axis] + steps[axis] as f64 - 1.0);
+            let is_inside = (0..2).all(|axis| place[axis] >= 0.0 && place[axis] < f64::from(sides[axis]));
+            is_inside.then(|| (place.map(|x| x as u32), weights[0][steps[0]] * weights[1][steps[1]]))
+        })
+    }
+
+    /// Where a patch appears, in distances between places, if its light can be shared.
+    fn place(&self, scene: &Prepared, patch: &Patch) -> Option<[f64; 2]> {
+        let is_matt = Reflector::new(patch, scene.reflecting.as_ref()).is_lambertian();
+        let at = is_matt.then(|| scene.view.project(patch.position)).flatten()?;
+        Some(at.map(|x| (x - 0.5) / f64::from(self.spacing)))
+    }
+
+    /// The room for a block. Whoever finds it empty fills it, and others wait.
+    fn room(&self, block: Node) -> Arc<Room> {
+        let mut blocks = locked(&self.blocks);
+        if blocks.len() >= REMEMBERED && !blocks.contains_key(&block) {
+            blocks.clear();
+        }
+        blocks.entry(block).or_default().clone()
+    }
+}
+
+impl Irradiance {
+    /// To take part.
+    pub fn new(gathered: Arc<Gathered>) -> Irradiance {
+        Irradiance { gathered, paths: Paths::default() }
+    }
+
+    /// The light from all around that leaves patches towards everywhere, where it is known from places near them; `None`
+    /// when the job was cancelled.
+    pub fn leaving(
+        &mut self,
+        seer: &mut Seer<'_>,
+        patches: &[Patch],
+        to: &mut Trace<'_>,
+    ) -> Option<Vec<Option<DVec3>>> {
+        let gathered = self.gathered.clone();
+        let at: Vec<_> = patches.iter().map(|patch| gathered.place(seer.scene, patch)).collect();
+        let cells: BTreeSet<[i64; 2]> = at.iter().flatten().map(|at| at.map(|x| x.floor() as i64)).collect();
+        let nodes = cells.into_iter().flat_map(|cell| gathered.around(cell.map(|x| x as f64)));
+        let wanted: BTreeSet<Node> = nodes.map(|(node, _)| node.map(|x| x / SIDE)).collect();
+        let mut blocks: HashMap<Node, Arc<Block>> = HashMap::default();
+        for block in wanted {
+            blocks.insert(block, self.block(seer, block, to)?);
+        }
+        let record = |[x, y]: Node| {
+            let block = blocks.get(&[x / SIDE, y / SIDE])?;
+            block[(y % SIDE * SIDE + x % SIDE) as usize].as_ref()
+        };
+        let leaving = |(patch, at): (&Patch, &Option<[f64; 2]>)| {
+            let near = gathered.around((*at)?);
+            let near = near.filter_map(|(node, weight)| Some((record(node)?, weight)));
+            blend(patch, near).map(|light| patch.albedo * light / PI)
+        };
+        Some(patches.iter().zip(&at).map(leaving).collect())
+    }
+
+    /// What is known of a block, from now on at least.
+    fn block(&mut self, seer: &mut Seer<'_>, block: Node, to: &mut Trace<'_>) -> Option<Arc<Block>> {
+        let room = self.gathered.room(block);
+        let mut room = locked(&room);
+        if room.is_none() {
+            *room = Some(Arc::new(self.gather(seer, block, to)?));
+        }
+        room.clone()
+    }
+
+    /// Looks at the places of a block, and follows paths from them.
+    fn gather(&mut self, seer: &mut Seer<'_>, block: Node, to: &mut Trace<'_>) -> Option<Block> {
+        let gathered = self.gathered.clone();
+        let node = |i: u32| [block[0] * SIDE + i % SIDE, block[1] * SIDE + i / SIDE];
+        let nodes: Vec<u32> =
+            (0..SIDE * SIDE).filter(|i| (0..2).all(|axis| node(*i)[axis] < gathered.sides[axis])).collect();
+        let pixel = |i: u32| node(i).map(|x| x * gathered.spacing);
+        let middles: Vec<Sample> = nodes.iter().map(|i| Sample::new(pixel(*i), 0, 0, 0)).collect();
+        self.paths.meet_middles(seer, &mut to.of(&middles));
+        let seen: Vec<(u32, Path, Patch)> =
+            self.paths.dry_patches().map(|(path, patch)| (nodes[path.sample], *path, *patch)).collect();
+        let mut out: Block = Default::default();
+        for (lights, (i, path, patch)) in self.arriving(seer, &seen, pixel, to)?.into_iter().zip(seen) {
+            let record = Record::new(seer.scene, gathered.spacing, (&path, &patch), lights);
+            out[i as usize] = gathered.place(seer.scene, &patch).map(|_| record);
+        }
+        Some(out)
+    }
+
+    /// The light that comes to patches.
+    fn arriving(
+        &mut self,
+        seer: &mut Seer<'_>,
+        seen: &[(u32, Path, Patch)],
+        pixel: impl Fn(u32) -> [u32; 2],
+        to: &mut Trace<'_>,
+    ) -> Option<Vec<Arriving>> {
+        let (seed, first) = (seer.scene.settings.seed, self.gathered.moment * PATHS);
+        let mut samples = Vec::with_capacity(seen.len() * PATHS as usize);
+        let mut onward = Vec::with_capacity(samples.capacity());
+        for (i, _, patch) in seen {
+            let (frame, origin) = (Frame::around(patch.normal), seer.scene.lifted(patch, 1.0));
+            for index in first..first + PATHS {
+                let sample = Sample::new(pixel(*i), index, seed, 0);
+                let u = sample.pair(Purpose::Onward { step: 0 });
+                let direction = frame.to_world(uniform_hemisphere(u));
+                onward.push(Path::onward(samples.len(), origin, direction));
+                samples.push(sample);
+            }
+        }
+        let directions: Vec<DVec3> = onward.iter().map(|path| path.direction).collect();
+        self.paths.follow_on(seer, onward, &mut to.of(&samples))?;
+        let lights: Vec<DVec3> = self.paths.outcomes.iter().map(|outcome| outcome.total()).collect();
+        let count = PATHS as usize;
+        let brought = directions.chunks_exact(count).zip(lights.chunks_exact(count));
+        Some(brought.map(|(directions, lights)| Arriving::new(directions, lights)).collect())
+    }
+}
+
+impl Record {
+    /// What the eye sees at the end of a path, and the light that comes there.
+    fn new(scene: &Prepared, spacing: u32, (path, patch): (&Path, &Patch), light: Arriving) -> Record {
+        let Patch { position, normal, .. } = *patch;
+        let facing = f64::from(spacing) * scene.view.footprint(path.distance);
+        // Seen at a glance a surface goes far from pixel to pixel.
+        let apart = [facing, facing / normal.dot(path.direction).abs().max(0.05)];
+        Record { position, normal, apart, light }
+    }
+
+    /// How far a patch is like this place, from 0 to 1.
+    fn agreement(&self, patch: &Patch) -> f64 {
+        let (way, [facing, along]) = (patch.position - self.position, self.apart);
+        let beside = way.dot(self.normal).abs().max(way.dot(patch.normal).abs()) / (BESIDE * facing);
+        let along = way.length() / (ALONG * along);
+        let turned = (1.0 - patch.normal.dot(self.normal)) / (1.0 - ALIKE);
+        let share = |far: f64| (1.0 - far * far).max(0.0);
+        share(beside) * share(along) * share(turned)
+    }
+}
+
+impl Arriving {
+    /// By what comes from directions.
+    fn new(directions: &[DVec3], lights: &[DVec3]) -> Arriving {
+        let share = 1.0 / lights.len() as f64;
+        let mean = share * lights.iter().sum::<DVec3>();
+        let rest = |channel: usize| {
+            let beyond = |(direction, light): (&DVec3, &DVec3)| (light[channel] - mean[channel]) * *direction;
+            TAU * share * directions.iter().zip(lights).map(beyond).sum::<DVec3>()
+        };
+        Arriving { mean, rest: std::array::from_fn(rest) }
+    }
+
+    /// Irradiance of a surface by the normals of its shape and of its bumps.
+    fn irradiance(&self, normal: DVec3, shading: DVec3) -> DVec3 {
+        let even = 0.5 * PI * (1.0 + normal.dot(shading)) * self.mean;
+        (even + DVec3::from_array(self.rest.map(|rest| rest.dot(shading)))).max(DVec3::ZERO)
+    }
+}
+
+/// Light that comes to a patch, by places around it; none if too few are like it.
+fn blend<'a>(patch: &Patch, near: impl Iterator<Item = (&'a Record, f64)>) -> Option<DVec3> {
+    let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+    for (record, weight) in near {
+        let weight = weight * record.agreement(patch);
+        sum += weight * record.light.irradiance(patch.normal, patch.shading);
+        weights += weight;
+    }
+    (weights >= ENOUGH).then(|| sum / weights)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::sequence;
+
+    /// What comes to a surface from above, by a formula.
+    fn arriving(normal: DVec3, light: impl Fn(DVec3) -> DVec3) -> Arriving {
+        let frame = Frame::around(normal);
+        let direction = |k: u32| frame.to_world(uniform_hemisphere(sequence::point(7, k, 0)));
+        let directions: Vec<DVec3> = (0..4096).map(direction).collect();
+        let lights: Vec<DVec3> = directions.iter().map(|d| light(*d)).collect();
+        Arriving::new(&directions, &lights)
+    }
+
+    #[test]
+    fn even_light_has_its_value_whatever_the_normals() {
+        let m = DVec3::new(0.3, 0.8, -0.2).normalize();
+        let light = arriving(m, |_| DVec3::new(1.0, 0.5, 0.0));
+        for turned in [m, (m + 0.4 * DVec3::X).normalize(), (m - DVec3::Z).normalize()] {
+            let flat = light.irradiance(turned, turned);
+            assert!((flat - PI * DVec3::new(1.0, 0.5, 0.0)).length() < 1e-12);
+            // Half of what the bump does not see of the sky is ground.
+            let bump = (turned + 0.5 * DVec3::Y).normalize();
+            let cosine = bump.dot(turned);
+            assert!((light.irradiance(turned, bump).x - 0.5 * PI * (1.0 + cosine)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn light_has_the_right_value_and_slope() {
+        // L = max(w . a, 0)^2: over the half above n, E = pi / 8 (1 + 3 (n . a)^2 + ...) is summed up by brute force.
+        let a = DVec3::new(0.6, 0.7, 0.1).normalize();
+        let light = |d: DVec3| DVec3::splat(d.dot(a).max(0.0).powi(2));
+        let m = DVec3::new(0.1, 0.9, 0.3).normalize();
+        let exact = |n: DVec3| {
+            let frame = Frame::around(n);
+            let all = (0..65_536).map(|k| frame.to_world(uniform_hemisphere(sequence::point(3, k, 0))));
+            TAU / 65_536.0 * all.map(|d| light(d).x * d.dot(n)).sum::<f64>()
+        };
+        let found = arriving(m, light);
+        assert!((found.irradiance(m, m).x / exact(m) - 1.0).abs() < 2e-3);
+        for aside in [DVec3::X, DVec3::Z, DVec3::new(-1.0, 0.2, 0.5)] {
+            let turned = (m + 0.2 * aside).normalize();
+            let (slope, right) =
+                (found.irradiance(turned, turned).x - found.irradiance(m, m).x, exact(turned) - exact(m));
+            assert!((slope - right).abs() < 0.03 * exact(m), "{slope} {right}");
+        }
+    }
+}
