@@ -3,21 +3,23 @@
 //!
 //! The places are what the eye sees in the middle of every n-th pixel of every n-th row. From each, paths go on to all
 //! sides and bring the radiances `L_k` from directions `w_k`, evenly over the half of them above the surface, whose normal
-//! is `m`. What is kept is, by channel, the mean radiance and what the *light vector* (Gershun 1936) has beyond that:
+//! is `m`. What is kept is, by channel, the *light vector* (Gershun 1936), of which chance decides only what differs from
+//! the mean `L`, and the mean radiance `H` from within 15 degrees of the horizon:
 //!
 //! ```text
-//! L  =  1 / N  sum L_k                    V  =  2 pi / N  sum (L_k - L) w_k
+//! V  =  pi L m  +  2 pi / N  sum (L_k - L) w_k
 //! ```
 //!
 //! A matt surface there gets, with the normals `n` of its shape and `s` of its bumps,
 //!
 //! ```text
-//! E  =  pi L (1 + n . s) / 2  +  s . V
+//! E  =  s . V  +  pi H ((1 + n . s) / 2  -  s . m)
 //! ```
 //!
-//! For `s = n = m` that is the irradiance. As normals turn from there, it has the right slope: the halves above two
-//! surfaces differ in light along the horizon alone, which counts for nothing yet. And light that is the same from all sides
-//! has the right value whatever the normals, since no light comes to a bump from below the surface that it stands on.
+//! For `s = n = m` that is the irradiance. As normals turn from there, the first term has the right slope: the halves above two
+//! surfaces differ in light along the horizon alone, which counts for nothing yet. The second is what these differ by, if
+//! light along the horizon is all alike; no light comes to a bump from below the surface that it stands on. So light that is
+//! the same from all sides has the right value whatever the normals, and the foot of a rock is no brighter than it should be.
 //!
 //! Between the places light is blended as by a cubic B-spline, among those that lie in about the same plane and face about
 //! the same way. Where too few of these are near, and where a surface does not follow Lambert's law, paths go on by
@@ -43,6 +45,9 @@ use std::sync::{Arc, Mutex};
 
 /// Paths from each place: 64 of them go evenly over the hemisphere.
 const PATHS: u32 = 64;
+
+/// Sine of the angle below which light comes along the horizon.
+const LOW: f64 = 0.25;
 
 /// Places along a block.
 const SIDE: u32 = 4;
@@ -72,7 +77,6 @@ type Room = Mutex<Option<Arc<Block>>>;
 #[derive(Clone, Copy, Debug)]
 struct Record {
     position: DVec3,
-    normal: DVec3,
     /// Distance to the next place: facing the eye, and along the surface.
     apart: [f64; 2],
     light: Arriving,
@@ -81,10 +85,12 @@ struct Record {
 /// Light that comes to a place from above its surface.
 #[derive(Clone, Copy, Debug)]
 struct Arriving {
-    /// Mean radiance.
-    mean: DVec3,
-    /// The light vector of each channel, without what the mean would make.
-    rest: [DVec3; 3],
+    /// Normal of the surface.
+    normal: DVec3,
+    /// The light vector of each channel.
+    vector: [DVec3; 3],
+    /// Mean radiance along the horizon.
+    horizon: DVec3,
 }
 
 /// What was gathered at one moment, for all threads.
@@ -234,7 +240,11 @@ impl Irradiance {
         let lights: Vec<DVec3> = self.paths.outcomes.iter().map(|outcome| outcome.total()).collect();
         let count = PATHS as usize;
         let brought = directions.chunks_exact(count).zip(lights.chunks_exact(count));
-        Some(brought.map(|(directions, lights)| Arriving::new(directions, lights)).collect())
+        let arriving =
+            |((_, _, patch), (directions, lights)): (&(u32, Path, Patch), (&[DVec3], &[DVec3]))| {
+                Arriving::new(patch.normal, directions, lights)
+            };
+        Some(seen.iter().zip(brought).map(arriving).collect())
     }
 }
 
@@ -245,36 +255,45 @@ impl Record {
         let facing = f64::from(spacing) * scene.view.footprint(path.distance);
         // Seen at a glance a surface goes far from pixel to pixel.
         let apart = [facing, facing / normal.dot(path.direction).abs().max(0.05)];
-        Record { position, normal, apart, light }
+        Record { position, apart, light }
     }
 
     /// How far a patch is like this place, from 0 to 1.
     fn agreement(&self, patch: &Patch) -> f64 {
         let (way, [facing, along]) = (patch.position - self.position, self.apart);
-        let beside = way.dot(self.normal).abs().max(way.dot(patch.normal).abs()) / (BESIDE * facing);
+        let normal = self.light.normal;
+        let beside = way.dot(normal).abs().max(way.dot(patch.normal).abs()) / (BESIDE * facing);
         let along = way.length() / (ALONG * along);
-        let turned = (1.0 - patch.normal.dot(self.normal)) / (1.0 - ALIKE);
+        let turned = (1.0 - patch.normal.dot(normal)) / (1.0 - ALIKE);
         let share = |far: f64| (1.0 - far * far).max(0.0);
         share(beside) * share(along) * share(turned)
     }
 }
 
 impl Arriving {
-    /// By what comes from directions.
-    fn new(directions: &[DVec3], lights: &[DVec3]) -> Arriving {
-        let share = 1.0 / lights.len() as f64;
-        let mean = share * lights.iter().sum::<DVec3>();
-        let rest = |channel: usize| {
-            let beyond = |(direction, light): (&DVec3, &DVec3)| (light[channel] - mean[channel]) * *direction;
-            TAU * share * directions.iter().zip(lights).map(beyond).sum::<DVec3>()
+    /// By what comes from directions above a surface.
+    fn new(normal: DVec3, directions: &[DVec3], lights: &[DVec3]) -> Arriving {
+        let mean = |lights: &mut dyn Iterator<Item = DVec3>| {
+            let (sum, count) =
+                lights.fold((DVec3::ZERO, 0.0), |(sum, count), light| (sum + light, count + 1.0));
+            sum / f64::max(count, 1.0)
         };
-        Arriving { mean, rest: std::array::from_fn(rest) }
+        let all = mean(&mut lights.iter().copied());
+        let vector = |channel: usize| {
+            let beyond = |(direction, light): (&DVec3, &DVec3)| (light[channel] - all[channel]) * *direction;
+            let beyond = directions.iter().zip(lights).map(beyond).sum::<DVec3>();
+            PI * all[channel] * normal + TAU / lights.len() as f64 * beyond
+        };
+        let low = directions.iter().zip(lights).filter(|(direction, _)| direction.dot(normal) < LOW);
+        let horizon = mean(&mut low.map(|(_, light)| *light));
+        Arriving { normal, vector: std::array::from_fn(vector), horizon }
     }
 
     /// Irradiance of a surface by the normals of its shape and of its bumps.
     fn irradiance(&self, normal: DVec3, shading: DVec3) -> DVec3 {
-        let even = 0.5 * PI * (1.0 + normal.dot(shading)) * self.mean;
-        (even + DVec3::from_array(self.rest.map(|rest| rest.dot(shading)))).max(DVec3::ZERO)
+        let along = DVec3::from_array(self.vector.map(|vector| vector.dot(shading)));
+        let beyond = 0.5 * (1.0 + normal.dot(shading)) - shading.dot(self.normal);
+        (along + PI * beyond * self.horizon).max(DVec3::ZERO)
     }
 }
 
@@ -300,7 +319,7 @@ mod tests {
         let direction = |k: u32| frame.to_world(uniform_hemisphere(sequence::point(7, k, 0)));
         let directions: Vec<DVec3> = (0..4096).map(direction).collect();
         let lights: Vec<DVec3> = directions.iter().map(|d| light(*d)).collect();
-        Arriving::new(&directions, &lights)
+        Arriving::new(normal, &directions, &lights)
     }
 
     #[test]
