@@ -43,8 +43,10 @@ use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex};
 
-/// Paths from each place: 64 of them go evenly over the hemisphere.
+/// Paths from each place: so many go evenly over the hemisphere. Several moments have them together, but each at least the
+/// second number.
 const PATHS: u32 = 64;
+const PATHS_AT_ONCE: u32 = 16;
 
 /// Sine of the angle below which light comes along the horizon.
 const LOW: f64 = 0.25;
@@ -93,13 +95,21 @@ struct Arriving {
     horizon: DVec3,
 }
 
+/// What the eye sees at a place of a block.
+struct Seen {
+    place: u32,
+    path: Path,
+    patch: Patch,
+}
+
 /// What was gathered at one moment, for all threads.
 #[derive(Debug)]
 pub(super) struct Gathered {
     /// Pixels from place to place.
     spacing: u32,
-    /// The number of the moment, so that each has paths of its own.
-    moment: u32,
+    /// Paths from each place, and the number of the first, so that each moment has its own.
+    paths: u32,
+    first: u32,
     /// Places across the picture, and down.
     sides: [u32; 2],
     blocks: Mutex<HashMap<Node, Arc<Room>>>,
@@ -112,12 +122,15 @@ pub(super) struct Irradiance {
 }
 
 impl Gathered {
-    /// Nothing yet; none if it is not asked for.
-    pub fn new(settings: &Settings, moment: usize) -> Option<Arc<Gathered>> {
+    /// Nothing yet, at one of some moments; none if it is not asked for.
+    pub fn new(settings: &Settings, moment: usize, moments: usize) -> Option<Arc<Gathered>> {
         let Settings { irradiance_spacing: spacing, bounces, width, height, .. } = *settings;
         (spacing > 0 && bounces > 0).then(|| {
             let sides = [width, height].map(|side| side.div_ceil(spacing));
-            Arc::new(Gathered { spacing, moment: moment as u32, sides, blocks: Mutex::default() })
+            // Powers of two are even over the hemisphere.
+            let paths = (PATHS / moments.next_power_of_two() as u32).max(PATHS_AT_ONCE);
+            let first = moment as u32 * paths;
+            Arc::new(Gathered { spacing, paths, first, sides, blocks: Mutex::default() })
         })
     }
 
@@ -204,31 +217,33 @@ impl Irradiance {
         let pixel = |i: u32| node(i).map(|x| x * gathered.spacing);
         let middles: Vec<Sample> = nodes.iter().map(|i| Sample::new(pixel(*i), 0, 0, 0)).collect();
         self.paths.meet_middles(seer, &mut to.of(&middles));
-        let seen: Vec<(u32, Path, Patch)> =
-            self.paths.dry_patches().map(|(path, patch)| (nodes[path.sample], *path, *patch)).collect();
+        let seen =
+            |(path, patch): (&Path, &Patch)| Seen { place: nodes[path.sample], path: *path, patch: *patch };
+        let seen = self.paths.dry_patches().map(seen);
+        let seen: Vec<Seen> = seen.filter(|seen| gathered.place(seer.scene, &seen.patch).is_some()).collect();
         let mut out: Block = Default::default();
-        for (lights, (i, path, patch)) in self.arriving(seer, &seen, pixel, to)?.into_iter().zip(seen) {
-            let record = Record::new(seer.scene, gathered.spacing, (&path, &patch), lights);
-            out[i as usize] = gathered.place(seer.scene, &patch).map(|_| record);
+        for (light, seen) in self.arriving(seer, &seen, pixel, to)?.into_iter().zip(seen) {
+            out[seen.place as usize] = Some(Record::new(seer.scene, gathered.spacing, &seen, light));
         }
         Some(out)
     }
 
-    /// The light that comes to patches.
+    /// Follows paths from patches, for the light that comes there.
     fn arriving(
         &mut self,
         seer: &mut Seer<'_>,
-        seen: &[(u32, Path, Patch)],
+        seen: &[Seen],
         pixel: impl Fn(u32) -> [u32; 2],
         to: &mut Trace<'_>,
     ) -> Option<Vec<Arriving>> {
-        let (seed, first) = (seer.scene.settings.seed, self.gathered.moment * PATHS);
-        let mut samples = Vec::with_capacity(seen.len() * PATHS as usize);
+        let Gathered { paths, first, .. } = *self.gathered;
+        let seed = seer.scene.settings.seed;
+        let mut samples = Vec::with_capacity(seen.len() * paths as usize);
         let mut onward = Vec::with_capacity(samples.capacity());
-        for (i, _, patch) in seen {
+        for Seen { place, patch, .. } in seen {
             let (frame, origin) = (Frame::around(patch.normal), seer.scene.lifted(patch, 1.0));
-            for index in first..first + PATHS {
-                let sample = Sample::new(pixel(*i), index, seed, 0);
+            for index in first..first + paths {
+                let sample = Sample::new(pixel(*place), index, seed, 0);
                 let u = sample.pair(Purpose::Onward { step: 0 });
                 let direction = frame.to_world(uniform_hemisphere(u));
                 onward.push(Path::onward(samples.len(), origin, direction));
@@ -238,19 +253,16 @@ impl Irradiance {
         let directions: Vec<DVec3> = onward.iter().map(|path| path.direction).collect();
         self.paths.follow_on(seer, onward, &mut to.of(&samples))?;
         let lights: Vec<DVec3> = self.paths.outcomes.iter().map(|outcome| outcome.total()).collect();
-        let count = PATHS as usize;
+        let count = paths as usize;
         let brought = directions.chunks_exact(count).zip(lights.chunks_exact(count));
-        let arriving =
-            |((_, _, patch), (directions, lights)): (&(u32, Path, Patch), (&[DVec3], &[DVec3]))| {
-                Arriving::new(patch.normal, directions, lights)
-            };
-        Some(seen.iter().zip(brought).map(arriving).collect())
+        let all = seen.iter().zip(brought);
+        Some(all.map(|(seen, (d, lights))| Arriving::new(seen.patch.normal, d, lights)).collect())
     }
 }
 
 impl Record {
-    /// What the eye sees at the end of a path, and the light that comes there.
-    fn new(scene: &Prepared, spacing: u32, (path, patch): (&Path, &Patch), light: Arriving) -> Record {
+    /// Of what the eye sees, and the light that comes there.
+    fn new(scene: &Prepared, spacing: u32, Seen { path, patch, .. }: &Seen, light: Arriving) -> Record {
         let Patch { position, normal, .. } = *patch;
         let facing = f64::from(spacing) * scene.view.footprint(path.distance);
         // Seen at a glance a surface goes far from pixel to pixel.

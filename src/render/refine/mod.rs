@@ -124,7 +124,8 @@ pub(super) fn develop(
         scout.begin(&queue, &film, job);
     }
     let threads = rayon::current_num_threads().min(locked(&queue).finished_tiles());
-    let gathered = (0..shots.len()).map(|moment| Gathered::new(&scene.settings, moment)).collect::<Vec<_>>();
+    let gathered = |moment| Gathered::new(&scene.settings, moment, shots.len());
+    let gathered: Vec<_> = (0..shots.len()).map(gathered).collect();
     let hand = |_| Hand { worker: Worker::new(shots, &gathered), scout: scout.as_ref().map(Scout::again) };
     let mut hands: Vec<Hand<'_>> = (0..threads).map(hand).collect();
     hands.par_iter_mut().with_max_len(1).for_each(|hand| hand.work(&queue, &film, job, steering));
