@@ -80,12 +80,27 @@ fn gathered_light_does_not_depend_on_the_part_of_the_picture() {
     }
 }
 
+/// What moves is as bright as when every sample follows its light, though each moment gathers little.
+#[test]
+fn moments_gather_light_together() {
+    let turning = |film: &str| {
+        let script = ridges(film).replace("azimuth: 20.0", "azimuth: 20.0 + 8.0 * time");
+        blocks(&shoot(&script, &Order::default()), 8)
+    };
+    let film = "samples: 32, shutter: 1.0";
+    let (exact, found) = (turning(film), turning(&format!("{film}, irradiance: 2")));
+    assert!(exact.len() > 12);
+    let [exact, found] = [exact, found].map(|all| all.iter().sum::<f64>());
+    assert!((found / exact - 1.0).abs() < 0.02, "{found} instead of {exact}");
+}
+
 #[test]
 fn what_is_not_matt_follows_its_light_by_itself() {
     let polished = |film: &str| {
         let script = ridges(film).replace("camera:", "material: material::metal(0.3), camera:");
         let script = format!("import \"std/material\" as material; {script}");
-        shoot(&script, &Order::default()).pixels.iter().map(light).collect::<Vec<_>>()
+        let picture = shoot(&script, &Order::default());
+        (picture.stats.bounced.rays, picture.pixels.iter().map(light).collect::<Vec<_>>())
     };
     assert_eq!(polished("samples: 2"), polished("samples: 2, irradiance: 4"));
 }

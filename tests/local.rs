@@ -216,12 +216,14 @@ fn nothing_is_joined_beyond_the_region() {
     let corner = |x: f64, y: f64| DVec3::new(0.707 * x, 0.707 * y, 0.01);
     let core = corner(-1.0, 1.0);
     let points = [corner(-1.0, -1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.05, 0.98)];
-    let joined = |half: f64| {
-        let answers = answers(&local(script, half, core, 0.3), &points);
-        answers.into_iter().map(|answer| answer == Answer::Joined).collect::<Vec<bool>>()
-    };
-    assert_eq!(joined(1.5), [true; 4]);
-    assert_eq!(joined(0.8), [false, false, false, true]);
+    for feature in [0.3, 0.04] {
+        let joined = |half: f64| {
+            let answers = answers(&local(script, half, core, feature), &points);
+            answers.into_iter().map(|answer| answer == Answer::Joined).collect::<Vec<bool>>()
+        };
+        assert_eq!(joined(1.5), [true; 4], "{feature}");
+        assert_eq!(joined(0.8), [false, false, false, true], "{feature}");
+    }
 }
 
 #[test]

@@ -22,8 +22,8 @@
 //! the same from all sides has the right value whatever the normals, and the foot of a rock is no brighter than it should be.
 //!
 //! Between the places light is blended as by a cubic B-spline, among those that lie in about the same plane and face about
-//! the same way. Where too few of these are near, and where a surface does not follow Lambert's law, paths go on by
-//! themselves. What is lost is how light varies within a few distances between places other than by the normal, and what
+//! the same way, on one side of the seam of a picture all around. Where too few of these are near, where a surface does not
+//! follow Lambert's law, and under water, paths go on by themselves. What is lost is how light varies within a few distances between places other than by the normal, and what
 //! 64 directions leave to chance does not average out: it makes faint blotches of that size.
 //!
 //! Places are looked at in blocks that are the same whoever comes there first, and whatever else is in the picture.
@@ -46,7 +46,7 @@ use std::sync::{Arc, Mutex};
 /// Paths from each place: so many go evenly over the hemisphere. Several moments have them together, but each at least the
 /// second number.
 const PATHS: u32 = 64;
-const PATHS_AT_ONCE: u32 = 16;
+const PATHS_AT_ONCE: u32 = 4;
 
 /// Sine of the angle below which light comes along the horizon.
 const LOW: f64 = 0.25;
@@ -54,7 +54,7 @@ const LOW: f64 = 0.25;
 /// Places along a block.
 const SIDE: u32 = 4;
 
-/// Blocks that are remembered, at most.
+/// Blocks that all moments remember together, at most: some 45 MB.
 const REMEMBERED: usize = 1 << 14;
 
 /// Weight that places have to have together, of 1.
@@ -112,6 +112,8 @@ pub(super) struct Gathered {
     first: u32,
     /// Places across the picture, and down.
     sides: [u32; 2],
+    /// Blocks that are remembered, at most.
+    capacity: usize,
     blocks: Mutex<HashMap<Node, Arc<Room>>>,
 }
 
@@ -130,7 +132,8 @@ impl Gathered {
             // Powers of two are even over the hemisphere.
             let paths = (PATHS / moments.next_power_of_two() as u32).max(PATHS_AT_ONCE);
             let first = moment as u32 * paths;
-            Arc::new(Gathered { spacing, paths, first, sides, blocks: Mutex::default() })
+            let capacity = REMEMBERED / moments.max(1);
+            Arc::new(Gathered { spacing, paths, first, sides, capacity, blocks: Mutex::default() })
         })
     }
 
@@ -156,7 +159,7 @@ impl Gathered {
     /// The room for a block. Whoever finds it empty fills it, and others wait.
     fn room(&self, block: Node) -> Arc<Room> {
         let mut blocks = locked(&self.blocks);
-        if blocks.len() >= REMEMBERED && !blocks.contains_key(&block) {
+        if blocks.len() >= self.capacity && !blocks.contains_key(&block) {
             blocks.clear();
         }
         blocks.entry(block).or_default().clone()

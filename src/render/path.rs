@@ -135,6 +135,9 @@ impl Paths {
         for step in first..=most {
             self.cast(seer, step, to);
             self.meet(seer, to);
+            if step == 0 {
+                to.stats.undefined += self.patches.iter().filter(|p| p.undefined).count() as u64;
+            }
             to.go_on()?;
             self.ask_lights(seer, step, to);
             to.go_on()?;
@@ -245,7 +248,6 @@ impl Paths {
                 patch.blur();
             }
         }
-        to.stats.undefined += patches.iter().filter(|p| p.undefined).count() as u64;
         self.patches.append(&mut patches);
     }
 

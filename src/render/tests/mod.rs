@@ -238,10 +238,17 @@ fn pixels_know_what_their_rays_cost() {
 
 #[test]
 fn threads_do_not_matter() {
-    let scene = planet();
+    let mut gathered = planet();
+    gathered.film = Film { bounces: 1, irradiance_spacing: 3, samples: 2, ..gathered.film };
+    for scene in [planet(), gathered] {
+        is_the_same_on_any_threads(&scene);
+    }
+}
+
+fn is_the_same_on_any_threads(scene: &Scene) {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let picture = pool.install(|| shoot(&scene));
+        let picture = pool.install(|| shoot(scene));
         let bytes: Vec<u8> = (0..picture.height).flat_map(|y| picture.row_bytes(y)).collect();
         let mut stats = picture.stats;
         (stats.seconds, stats.threads) = Default::default();

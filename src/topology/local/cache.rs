@@ -148,18 +148,19 @@ mod tests {
 
     #[test]
     fn nothing_is_lost_where_threads_add_to_one_value() {
-        let cache: Cache<u32, u64> = Cache::new(100);
+        let cache: Cache<u32, u32> = Cache::new(1000);
+        let start = std::sync::Barrier::new(4);
         std::thread::scope(|scope| {
-            for bit in 0..8 {
-                let cache = &cache;
-                scope.spawn(move || {
-                    for round in 0..8 {
-                        cache.update(1, |old| old.copied().unwrap_or_default() | 1 << (8 * round + bit));
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    start.wait();
+                    for round in 0..40_000 {
+                        cache.update(round % 4, |old| old.copied().unwrap_or_default() + 1);
                     }
                 });
             }
         });
-        assert_eq!(cache.get(&1), Some(u64::MAX));
+        assert_eq!([0, 1, 2, 3].map(|key| cache.get(&key)), [Some(40_000); 4]);
     }
 
     #[test]

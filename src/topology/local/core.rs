@@ -66,11 +66,13 @@ impl Core {
         distance < self.radius * (1.0 - 1e-12) && distance > self.radius * MIDDLE
     }
 
-    /// Which points a straight line that is all inside leads from to the core. Points are inside. `step` is how far
+    /// Which points a straight line that is all inside leads from to the core. Points are inside; from those beyond the
+    /// region nothing is seen. `step` is how far
     /// one can see in the solid, about.
     pub fn seen_from(&self, field: &mut Balls, points: &[DVec3], step: f64) -> Vec<bool> {
         let mut seen: Vec<bool> = points.iter().map(|p| self.holds(*p)).collect();
-        let beyond: Vec<usize> = (0..points.len()).filter(|&i| !seen[i]).collect();
+        let is_beside = |i: &usize| !seen[*i] && field.is_within(points[*i], 0.0);
+        let beyond: Vec<usize> = (0..points.len()).filter(is_beside).collect();
         let ways: Vec<[DVec3; 2]> = beyond.iter().map(|&i| self.way_from(points[i])).collect();
         for (i, is_inside) in beyond.into_iter().zip(are_inside(field, &ways, step)) {
             seen[i] = is_inside;

@@ -113,8 +113,7 @@ impl Patches {
             for mut chase in active {
                 match self.look(core, &mut chase, &mut memo) {
                     Look::Answer(answer) => {
-                        answers[chase.index] = answer;
-                        self.learn(&chase.trail, answer, &mut memo);
+                        answers[chase.index] = self.learn(&chase.trail, answer, &mut memo);
                     }
                     Look::End => ended.push(chase),
                     Look::Ask(key) => {
@@ -133,8 +132,7 @@ impl Patches {
         let found = exact(&places).unwrap_or_default();
         for (group, answer) in groups.into_iter().zip(found) {
             for chase in group {
-                answers[chase.index] = answer;
-                self.learn(&chase.trail, answer, &mut memo);
+                answers[chase.index] = self.learn(&chase.trail, answer, &mut memo);
             }
         }
         answers
@@ -178,7 +176,14 @@ impl Patches {
         }
     }
 
-    fn learn(&self, trail: &[Key], answer: Answer, memo: &mut Memo) {
+    /// Remembers an answer for all cells of a chain, or what is proven of one of them. Returns that.
+    fn learn(&self, trail: &[Key], answer: Answer, memo: &mut Memo) -> Answer {
+        let proven = |key: &Key| match self.cells.get(key)? {
+            Patch::Known(known) if known.is_proven() => Some(known),
+            _ => None,
+        };
+        let known = if answer.is_proven() { None } else { trail.iter().find_map(proven) };
+        let answer = known.unwrap_or(answer);
         for key in trail {
             let patch = self.cells.update(*key, |old| match old {
                 Some(Patch::Known(before)) => Patch::Known(answer.unless_proven(Some(before))),
@@ -186,6 +191,7 @@ impl Patches {
             });
             memo.insert(*key, patch);
         }
+        answer
     }
 
     fn known(&self, key: Key, memo: &mut Memo) -> Option<Patch> {
@@ -219,7 +225,11 @@ impl Patches {
                 } else {
                     leads(&value).map_or(Patch::Rough, |u| Patch::Leads(centre + radius * u))
                 };
-                self.cells.insert(*key, patch);
+                // Another thread may know more by now.
+                self.cells.update(*key, |old| match old {
+                    Some(known @ Patch::Known(_)) => *known,
+                    _ => patch,
+                });
             }
         }
     }
@@ -285,6 +295,22 @@ mod tests {
         let zc = graph.op(Op::Mul(Mul), &[z, c]).unwrap();
         let field = graph.op(Op::Sub(Sub), &[ab, zc]).unwrap();
         Arc::new(Tape::new(&graph, &[field]))
+    }
+
+    #[test]
+    fn what_is_proven_of_a_cell_is_known_of_its_chain_and_stays() {
+        let patches = Patches::new(Grid::new(1.0), 100);
+        let key = |x: i64| (LEVELS[0], Voxel([x, 0, 0]));
+        let known = |x: i64| match patches.cells.get(&key(x)) {
+            Some(Patch::Known(answer)) => Some(answer),
+            _ => None,
+        };
+        let learn = |trail: &[Key], answer: Answer| patches.learn(trail, answer, &mut Memo::default());
+        assert_eq!(learn(&[key(0), key(1)], Answer::Apart), Answer::Apart);
+        assert_eq!(learn(&[key(1), key(2)], Answer::Joined), Answer::Joined);
+        assert_eq!([known(0), known(1)], [Some(Answer::Apart), Some(Answer::Joined)]);
+        assert_eq!(learn(&[key(0), key(2), key(3)], Answer::Unknown), Answer::Joined);
+        assert_eq!([0, 1, 2, 3].map(known), [Some(Answer::Joined); 4]);
     }
 
     #[test]

@@ -172,6 +172,10 @@ impl Looker {
         let (core, size) = (local.core, local.grid.size());
         let arrival = |index: usize, place: &Place| {
             let Place { at, radius, settled } = *place;
+            // Beyond the region there is nothing of the solid.
+            if !cells.is_within(at, 0.0) {
+                return None;
+            }
             if core.holds(at) {
                 return Some(Arrived::Node(Node::Core));
             }
@@ -242,6 +246,8 @@ fn points(local: &Local, cells: &mut Balls, voxel: Voxel, cancel: &AtomicBool) -
         match (point.is_inside(), point.kind) {
             // Whether it joins is not known.
             (None, Kind::Minimum | Kind::Saddle1) => out.doubt = true,
+            // Nor is it of those beyond the region, or next to its walls.
+            _ if !cells.is_within(point.position, point.error) => out.doubt = true,
             (Some(true), Kind::Minimum) => out.minima.push(point),
             (Some(true), Kind::Saddle1) => out.saddles.push(point),
             _ => {}

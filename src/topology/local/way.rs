@@ -40,10 +40,10 @@ impl Looker {
         }
         let found = self.moat_or_way(centre, cancel);
         // What was broken off is not to be remembered.
-        if !cancel.load(Ordering::Relaxed) {
-            self.local.around.insert(voxel, found);
+        if cancel.load(Ordering::Relaxed) {
+            return found;
         }
-        found
+        self.local.around.update(voxel, |old| found.unless_proven(old))
     }
 
     /// What moats and ways say of a place inside.
