@@ -271,7 +271,7 @@ fn no_hit_is_missed() {
 
 /// `cargo test --release --test flow -- --ignored --nocapture`
 #[test]
-#[ignore = "takes more than an hour of a core"]
+#[ignore = "takes twenty minutes of a core"]
 fn no_hit_of_a_hundred_thousand_rays_is_missed() {
     let [all, hits, uncertified] = miss_nothing(400);
     println!("{all} rays, {hits} hits, {uncertified} not certified");

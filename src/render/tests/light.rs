@@ -31,9 +31,8 @@ fn mean(picture: &Picture) -> f64 {
     seen.iter().sum::<f64>() / seen.len() as f64
 }
 
-#[test]
-fn a_white_solid_in_a_white_world_is_white() {
-    // Light goes to and fro between ball and floor, and all of it gets out.
+/// A white ball on a white floor, below a white sky: light goes to and fro between them, and all of it gets out.
+fn white_world() -> Scene {
     let mut build = Build::default();
     let (floor, ball) = (floor(&mut build), build.sphere(DVec3::new(0.3, 0.3, 0.0), 0.35));
     let field = build.op(Op::Min(op::Min), &[floor, ball]);
@@ -41,7 +40,12 @@ fn a_white_solid_in_a_white_world_is_white() {
     white(&mut scene);
     scene.sky = Sky { zenith: DVec3::ONE, nadir: DVec3::ONE, ..scene.sky };
     scene.film = Film { bounces: 60, samples: 4, width: 16, height: 16, ..scene.film };
-    let picture = shoot(&scene);
+    scene
+}
+
+#[test]
+fn a_white_solid_in_a_white_world_is_white() {
+    let picture = shoot(&white_world());
     for pixel in picture.pixels.iter().filter(|p| p.alpha == 1.0) {
         assert!(pixel.color.iter().all(|c| (c - 1.0).abs() < 1e-5), "{pixel:?}");
         assert!(pixel.direct == [0.0; 3] && pixel.sky == [0.0; 3] && pixel.albedo == [1.0; 3]);
@@ -51,13 +55,8 @@ fn a_white_solid_in_a_white_world_is_white() {
 
 #[test]
 fn it_is_as_white_where_light_is_gathered() {
-    let mut build = Build::default();
-    let (floor, ball) = (floor(&mut build), build.sphere(DVec3::new(0.3, 0.3, 0.0), 0.35));
-    let field = build.op(Op::Min(op::Min), &[floor, ball]);
-    let mut scene = from_above(build, field);
-    white(&mut scene);
-    scene.sky = Sky { zenith: DVec3::ONE, nadir: DVec3::ONE, ..scene.sky };
-    scene.film = Film { bounces: 60, irradiance_spacing: 3, samples: 4, width: 16, height: 16, ..scene.film };
+    let mut scene = white_world();
+    scene.film.irradiance_spacing = 3;
     let picture = shoot(&scene);
     for pixel in picture.pixels.iter().filter(|p| p.alpha == 1.0) {
         assert!(pixel.color.iter().all(|c| (c - 1.0).abs() < 1e-5), "{pixel:?}");
