@@ -299,7 +299,7 @@ mod tests {
 
     #[test]
     fn what_is_proven_of_a_cell_is_known_of_its_chain_and_stays() {
-        let patches = Patches::new(Grid::new(1.0), 100);
+        let patches = Patches::new(Grid::new(1.0), 10_000);
         let key = |x: i64| (LEVELS[0], Voxel([x, 0, 0]));
         let known = |x: i64| match patches.cells.get(&key(x)) {
             Some(Patch::Known(answer)) => Some(answer),
