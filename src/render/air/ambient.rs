@@ -5,20 +5,20 @@ use super::line::Count;
 use super::march::{Step, mean_through};
 use super::medium::Medium;
 use super::phase::Phases;
-use super::shell::SunTable;
+use super::shell::{Light, SunTable};
 use super::sunlight::{SLANT, Sunlight, through};
 use glam::DVec3;
 use std::ops::{Add, Mul};
 use std::sync::atomic::AtomicBool;
 
 /// Heights of the sun, and levels.
-const SIZE: [usize; 2] = [32, 12];
+const SIZE: [usize; 2] = [56, 12];
 
 /// Rays above and below the horizon.
 const RAYS: [usize; 2] = [10, 6];
 
-/// Steps along a ray: with half as many the light of a low sun is wrong by 3 per cent.
-const STEPS: Count = Count { one_way: 24, each_half: 16 };
+/// Steps along a ray, each at two nodes.
+const STEPS: Count = Count { one_way: 8, each_half: 6 };
 
 /// Levels nearer than this to the ground and the top are taken for it.
 const NEAR: f64 = 1e-3;
@@ -42,7 +42,7 @@ impl Ambient {
         Ambient { above: irradiance * self.above, below: irradiance * self.below }
     }
 
-    fn map(self, other: Ambient, f: impl Fn(DVec3, DVec3) -> DVec3) -> Ambient {
+    fn zip(self, other: Ambient, f: impl Fn(DVec3, DVec3) -> DVec3) -> Ambient {
         Ambient { above: f(self.above, other.above), below: f(self.below, other.below) }
     }
 }
@@ -51,7 +51,7 @@ impl Add for Ambient {
     type Output = Ambient;
 
     fn add(self, other: Ambient) -> Ambient {
-        self.map(other, DVec3::add)
+        self.zip(other, DVec3::add)
     }
 }
 
@@ -59,7 +59,13 @@ impl Mul<f64> for Ambient {
     type Output = Ambient;
 
     fn mul(self, by: f64) -> Ambient {
-        self.map(self, |light, _| light * by)
+        self.map(|light| light * by)
+    }
+}
+
+impl Light for Ambient {
+    fn map(self, f: impl Fn(DVec3) -> DVec3) -> Ambient {
+        Ambient { above: f(self.above), below: f(self.below) }
     }
 }
 
@@ -97,7 +103,7 @@ impl Table {
                     }
                 };
                 let all = rays.iter().map(from).fold(Ambient::NONE, Ambient::add);
-                all.map(scale, |light, most| light / most.max(DVec3::splat(f64::MIN_POSITIVE)))
+                all.zip(scale, |light, most| light / most.max(DVec3::splat(f64::MIN_POSITIVE)))
             }
         })?;
         Some(Table { shares, medium: *sunlight.medium })
@@ -105,7 +111,7 @@ impl Table {
 
     /// The light at a radius for a sun at the cosine `mu` to the vertical.
     pub fn at(&self, r: f64, mu: f64) -> Ambient {
-        self.shares.at(r, mu).map(scale(&self.medium, r), DVec3::mul)
+        self.shares.at(r, mu).zip(scale(&self.medium, r), DVec3::mul)
     }
 }
 

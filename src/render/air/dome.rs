@@ -5,7 +5,7 @@
 //! all heights and on all sides.
 
 use super::line::{Count, Line};
-use super::march::{Step, march};
+use super::march::{Step, march_evenly};
 use super::medium::Medium;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -42,7 +42,7 @@ fn ray(medium: &Medium, r: f64, mu: f64, share: f64, steps: Count) -> Ray {
     let eye = r * DVec3::Y;
     let distance = to_ground(medium.shell.radius, eye, direction);
     let line = Line::new(medium, eye, direction, distance);
-    let steps = line.map_or(Vec::new(), |line| march(medium, &line, steps, 0.5));
+    let steps = line.map_or(Vec::new(), |line| march_evenly(medium, &line, steps));
     let through = steps.last().map_or(DVec3::ONE, |step| step.through);
     let ground = distance.is_finite().then_some((eye + distance * direction, through));
     Ray { direction, share, steps, ground }

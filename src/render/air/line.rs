@@ -108,10 +108,16 @@ fn spread(medium: &Medium, b: f64, a: f64, z: f64, nodes: &mut [f64]) {
 impl Medium {
     /// Amount of each kind of matter between two distances from the perigee: density times length, by
     /// Gauss's rule with two points (error below 0.2% of a step).
-    pub(super) fn amount(&self, b: f64, [from, to]: [f64; 2]) -> DVec4 {
+    pub(super) fn amount(&self, b: f64, ends: [f64; 2]) -> DVec4 {
+        let [(_, near), (_, far)] = self.nodes(b, ends);
+        near + far
+    }
+
+    /// The two nodes of the rule, as distances from the perigee, with the amounts that they stand for.
+    pub(super) fn nodes(&self, b: f64, [from, to]: [f64; 2]) -> [(f64, DVec4); 2] {
         let (mid, half) = (0.5 * (from + to), 0.5 * (to - from));
         let off = half * 0.577_350_269_189_625_8;
-        half * (self.density(hypot(b, mid - off)) + self.density(hypot(b, mid + off)))
+        [mid - off, mid + off].map(|s| (s, half * self.density(hypot(b, s))))
     }
 }
 

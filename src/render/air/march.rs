@@ -11,7 +11,7 @@
 use super::line::{Count, Line, Steps};
 use super::medium::Medium;
 use super::sunlight::through;
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 /// A step along a line of sight.
 #[derive(Clone, Copy, Debug)]
@@ -31,17 +31,32 @@ pub(super) fn march(medium: &Medium, line: &Line, count: Count, jitter: f64) -> 
     let mut before = DVec3::ONE;
     let step = |[from, to]: [f64; 2]| {
         let amount = medium.amount(line.b, [from, to]);
-        let depth = medium.depth(amount);
-        let through = through(depth);
         // Thick air hides its far part: this is, to first order in the depth, where light comes from.
-        let hidden = 0.5 * depth.element_sum() / 3.0;
+        let hidden = 0.5 * medium.depth(amount).element_sum() / 3.0;
         let share = jitter / (1.0 + hidden * (1.0 - jitter));
-        let weight = before * mean_through(depth, through);
-        before *= through;
-        let yields = medium.scattered(amount).map(|scattered| scattered * weight);
-        Step { point: line.point(from + share * (to - from)), yields, through: before }
+        Step::new(medium, line.point(from + share * (to - from)), amount, &mut before)
     };
     steps.iter().map(step).collect()
+}
+
+/// The same with two steps for each, at the nodes of Gauss's rule: for sums that are to be exact, as light at dusk grows
+/// with height by a multiple within a step.
+pub(super) fn march_evenly(medium: &Medium, line: &Line, count: Count) -> Vec<Step> {
+    let mut before = DVec3::ONE;
+    let steps = Steps::new(medium, line.b, line.ends, count);
+    let nodes = steps.iter().flat_map(|ends| medium.nodes(line.b, ends));
+    nodes.map(|(s, amount)| Step::new(medium, line.point(s), amount, &mut before)).collect()
+}
+
+impl Step {
+    /// A step through an amount of matter, `before` which so much gets through.
+    fn new(medium: &Medium, point: DVec3, amount: DVec4, before: &mut DVec3) -> Step {
+        let depth = medium.depth(amount);
+        let through = through(depth);
+        let weight = *before * mean_through(depth, through);
+        *before *= through;
+        Step { point, yields: medium.scattered(amount).map(|scattered| scattered * weight), through: *before }
+    }
 }
 
 /// Mean share of light that gets through the near part of a step, over all of its points:

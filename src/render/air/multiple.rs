@@ -22,13 +22,13 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 /// Heights of the sun, and levels.
-const SIZE: [usize; 2] = [32, 32];
+const SIZE: [usize; 2] = [64, 16];
 
 /// Rays above and below the horizon.
-const RAYS: [usize; 2] = [8, 6];
+const RAYS: [usize; 2] = [14, 8];
 
-/// Steps along a ray.
-const STEPS: Count = Count { one_way: 12, each_half: 8 };
+/// Steps along a ray, each at two nodes.
+const STEPS: Count = Count { one_way: 8, each_half: 8 };
 
 /// Sides on which the sun is, half of the way round.
 const SIDES: usize = 4;

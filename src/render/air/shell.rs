@@ -1,5 +1,6 @@
 //! Tables over the height of a point and the height of the sun.
 
+use super::exp::exp;
 use super::grid::{Grid, share};
 use glam::DVec3;
 use std::ops::{Add, Mul};
@@ -28,45 +29,80 @@ impl Shell {
         let Shell { radius, top } = *self;
         (radius * radius + level * level * (top - radius) * (top + radius)).sqrt().clamp(radius, top)
     }
+
+    /// From 0 for a sun that lights nothing which could be seen to 1 for one in the zenith, at the cosine `mu` to the
+    /// vertical: dense about the horizon, where twilight is.
+    fn height_of_sun(&self, mu: f64) -> f64 {
+        let x = if mu < 0.0 { -(mu / self.night()).abs().sqrt() } else { mu.sqrt() };
+        0.5 + 0.5 * x
+    }
+
+    /// Cosine of the sun at such a height in [0, 1].
+    fn cosine_at(&self, height: f64) -> f64 {
+        let x = 2.0 * height - 1.0;
+        if x < 0.0 { self.night() * x * x } else { x * x }
+    }
+
+    /// Cosine of a sun below which it is night: a point on the ground sees no air that is lit.
+    fn night(&self) -> f64 {
+        // Along the horizon one sees the top at an angle of acos(R / R_t) about the centre, and the sun grazes the ground
+        // there at the same angle. The cosine of less than twice the angle, to be above it; a right angle at most.
+        let ratio = self.radius / self.top;
+        -(3.0 * ((1.0 - ratio) * (1.0 + ratio)).sqrt()).min(1.0)
+    }
 }
 
-/// Values at levels of the air, for suns at all heights.
+/// Light by channel, of one or several kinds.
+pub(super) trait Light: Copy + Send + Add<Output = Self> + Mul<f64, Output = Self> {
+    /// What a function makes of each kind.
+    fn map(self, f: impl Fn(DVec3) -> DVec3) -> Self;
+}
+
+impl Light for DVec3 {
+    fn map(self, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
+        f(self)
+    }
+}
+
+/// Light at levels of the air, for suns at all heights.
+///
+/// At dusk light fades by a factor or two from one degree to the next, over many powers of ten, so what is kept, and
+/// what is linear between the nodes, is its logarithm: half as many heights of the sun do.
 #[derive(Clone, Debug)]
 pub(super) struct SunTable<T> {
     shell: Shell,
-    grid: Grid<T>,
+    logarithms: Grid<T>,
 }
 
-impl<T: Copy + Send + Add<Output = T> + Mul<f64, Output = T>> SunTable<T> {
+/// Added to light that may be none, so that it has a logarithm.
+const LEAST: f64 = 1e-30;
+
+impl<T: Light> SunTable<T> {
     /// Makes a table of some heights of the sun by some levels: `at(r)` prepares for a radius and gives
-    /// the values for cosines of the sun to the vertical. `None` if that was cancelled.
+    /// the light for cosines of the sun to the vertical. `None` if that was cancelled.
     pub fn new<F: Fn(f64) -> T>(
         shell: Shell,
         [suns, levels]: [usize; 2],
         cancel: &AtomicBool,
         at: impl Fn(f64) -> F + Sync,
     ) -> Option<SunTable<T>> {
-        let grid = Grid::new([suns, levels], cancel, |level| {
+        let logarithm = |light: DVec3| DVec3::from_array((light + LEAST).to_array().map(libm::log));
+        let logarithms = Grid::new([suns, levels], cancel, |level| {
             let value = at(shell.radius_at(level));
-            (0..suns).map(move |i| value(cosine_at(share(i, suns))))
+            (0..suns).map(move |i| value(shell.cosine_at(share(i, suns))).map(logarithm))
         });
-        Some(SunTable { shell, grid: grid? })
+        Some(SunTable { shell, logarithms: logarithms? })
     }
 
-    /// The value at a point, with the direction towards the sun.
+    /// The light at a point, with the direction towards the sun.
     pub fn to(&self, p: DVec3, sun: DVec3) -> T {
         let r = p.length();
         self.at(r, p.dot(sun) / r.max(f64::MIN_POSITIVE))
     }
 
-    /// The value at a radius for a sun at the cosine `mu` to the vertical.
+    /// The light at a radius for a sun at the cosine `mu` to the vertical.
     pub fn at(&self, r: f64, mu: f64) -> T {
-        self.grid.at(0.5 + 0.5 * mu.signum() * mu.abs().sqrt(), self.shell.level(r))
+        let logarithm = self.logarithms.at(self.shell.height_of_sun(mu), self.shell.level(r));
+        logarithm.map(|x| (DVec3::from_array(exp(x.to_array())) - LEAST).max(DVec3::ZERO))
     }
-}
-
-/// Cosine of the sun at a coordinate in [0, 1]: nodes are dense about the horizon, where twilight is.
-fn cosine_at(u: f64) -> f64 {
-    let x = 2.0 * u - 1.0;
-    x * x.abs()
 }
