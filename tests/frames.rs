@@ -233,7 +233,7 @@ const MANY: &str = "render a.rhai --frames 1-12 --size 64x48 --samples 4";
 fn frames_are_pictures_at_their_times() {
     let bench = rock();
     let said = stderr(&bench.run("render a.rhai --frames 8-12:2 --fps 8 --time 1 --size 64x48").success());
-    has(&said, &["a.0008.png to a.0012.png: 3 frames", "orogen video 'a.####.png' -o a.mp4 --fps 8"]);
+    has(&said, &["a.0008.png to a.0012.png: 3 frames", "orogen video 'a.####.png' -o 'a.mp4' --fps 8"]);
     assert_eq!(frames(&bench).keys().collect::<Vec<_>>(), ["a.0008.png", "a.0010.png", "a.0012.png"]);
     bench.run("render a.rhai --time 2.25 --size 64x48 -o alone.png").success();
     assert!(bench.read("a.0010.png") == bench.read("alone.png"));

@@ -15,7 +15,7 @@ use crate::scene::Value;
 use crate::session::{Digests, Loaded};
 use crate::world::claim::Claim;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -249,10 +249,23 @@ impl Run<'_> {
         let made = plural(made as u64, "frame");
         err(format!("{} to {}: {made} in {}{kept}", first.display(), last.display(), seconds(elapsed)));
         if work.order.part == render::Part::Whole && first.extension().is_some_and(|e| e == "png") {
-            let video =
-                work.output.with_extension("mp4").to_string_lossy().replace('#', "").replace("..", ".");
-            err(format!("\nTry:\n  orogen video '{}' -o {video} --fps {rate}", work.output.display()));
+            let video = video_of(&work.output);
+            let (frames, video) = (work.output.display(), video.display());
+            err(format!("\nTry:\n  orogen video '{frames}' -o '{video}' --fps {rate}"));
         }
+    }
+}
+
+/// A place for the video of frames: named as they are without their numbers, or as their folder, and beside it, if they
+/// have nothing but numbers.
+fn video_of(frames: &Path) -> PathBuf {
+    let stem = frames.file_stem().unwrap_or_default().to_string_lossy().replace('#', "");
+    let name = stem.trim_end_matches(['.', '-', '_', ' ']);
+    let folder = frames.parent().and_then(|folder| Some((folder, folder.file_name()?.to_string_lossy())));
+    match folder {
+        _ if !name.is_empty() => frames.with_file_name(format!("{name}.mp4")),
+        Some((folder, name)) => folder.with_file_name(format!("{name}.mp4")),
+        None => frames.with_file_name("video.mp4"),
     }
 }
 
@@ -260,5 +273,23 @@ impl Animation<'_> {
     /// The time of a frame, in seconds.
     fn time(&self, number: u32) -> f64 {
         self.offset + f64::from(number) / self.rate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn videos_are_named_after_their_frames() {
+        for (frames, video) in [
+            ("a.####.png", "a.mp4"),
+            ("out/the rock-###.png", "out/the rock.mp4"),
+            ("x/zoom/####.png", "x/zoom.mp4"),
+            ("####.png", "video.mp4"),
+            ("../####.png", "../video.mp4"),
+        ] {
+            assert_eq!(video_of(Path::new(frames)), Path::new(video));
+        }
     }
 }

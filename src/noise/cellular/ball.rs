@@ -27,7 +27,7 @@ use super::search::{Found, Search};
 use super::{Ball, Cellular};
 use crate::noise::basis::Basis;
 use crate::noise::creased;
-use crate::num::{Bounds, Interval, Local, Point, ROUNDOFF};
+use crate::num::{Bounds, Interval, Local, Point, ROUNDOFF, widest};
 
 /// A distance as a function of the offset from the centre of the ball.
 #[derive(Clone, Copy)]
@@ -154,7 +154,10 @@ pub(super) fn nearest_alone_of_all<'a, M: Metric>(
         let last = out.len() - 1;
         let own = |i: usize| ball(group * GROUP + i.min(last));
         let at = std::array::from_fn(|axis| std::array::from_fn(|i| own(i).at[axis]));
-        search.nearest_of_group(&mut ground, &at, &mut found);
+        widest(
+            #[inline(always)]
+            || search.nearest_of_group(&mut ground, &at, &mut found),
+        );
         for (i, out) in out.iter_mut().enumerate() {
             *out = among_two(&own(i), search.metric, search.cap, &found, i);
         }
