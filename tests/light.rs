@@ -2,7 +2,9 @@
 
 use orogen::render::{Job, Part, Picture, Pixel, Rect};
 use orogen::script::{Request, compile};
-use orogen::session::{self, Order};
+use orogen::session::{self, Order, Session};
+use orogen::world::Memory;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Ridges on a ball, as of figure 3.17, in the light of a sun and of a bright sky.
@@ -85,7 +87,12 @@ fn gathered_light_does_not_depend_on_the_part_of_the_picture() {
 fn moments_gather_light_together() {
     let turning = |film: &str| {
         let script = ridges(film).replace("azimuth: 20.0", "azimuth: 20.0 + 8.0 * time");
-        blocks(&shoot(&script, &Order::default()), 8)
+        let world = Memory([("a.rhai".into(), script)].into());
+        let mut session = Session::new("a.rhai", Arc::new(world));
+        let cancel = Arc::default();
+        let scene = session.load(&cancel).scene.clone().expect("a scene");
+        let picture = session.render(&scene, &Order::default(), &Job::unwatched(&cancel), &cancel);
+        blocks(&picture.expect("a picture"), 8)
     };
     let film = "samples: 32, shutter: 1.0";
     let (exact, found) = (turning(film), turning(&format!("{film}, irradiance: 2")));

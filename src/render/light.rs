@@ -102,7 +102,7 @@ pub(super) struct Surroundings<'a> {
 
 impl Surroundings<'_> {
     /// The direction that counts as above.
-    fn up(&self, p: DVec3) -> DVec3 {
+    pub fn up(&self, p: DVec3) -> DVec3 {
         self.sky.up.unwrap_or(p).normalize_or(DVec3::Y)
     }
 

@@ -3,7 +3,6 @@
 //! From every place a ray goes out to each light, to a point of its disc. What it would bring waits until it is known
 //! whether anything stands in its way, so that rays of all places are cast together.
 
-use super::Atmosphere;
 use super::Prepared;
 use super::gather::Light;
 use super::light::{self, Surroundings};
@@ -45,6 +44,7 @@ impl Paths {
         let stage = Stage::begin();
         let (scene, air) = (seer.scene, seer.scene.air.as_ref());
         let water = seer.water();
+        let around = Surroundings { sky: &scene.sky, air, suns: &scene.suns };
         self.shine.clear();
         self.shine.extend(self.patches.iter().map(|p| Light { direct: p.emission, ..Light::default() }));
         self.glow.clear();
@@ -60,12 +60,16 @@ impl Paths {
                 if facing <= 0.0 || patch.normal.dot(arriving.from) <= 0.0 {
                     continue;
                 }
-                let irradiance = arriving.irradiance * facing;
+                let mut irradiance = arriving.irradiance * facing;
                 let (value, below) = match &water {
                     Some(water) if i >= self.dry => {
-                        (water.value(patch, -path.direction, arriving.from), water.glow(irradiance))
+                        let value = water.value(patch, -path.direction, arriving.from);
+                        (value, water.glow(irradiance * water.entering(facing)))
                     }
                     _ => {
+                        if let Some(water) = water.as_ref().filter(|_| path.is_below()) {
+                            irradiance *= water.entering(around.up(patch.position).dot(arriving.from));
+                        }
                         let reflector = Reflector::new(patch, scene.reflecting.as_ref());
                         (reflector.value(-path.direction, arriving.from), DVec3::ZERO)
                     }
@@ -74,7 +78,7 @@ impl Paths {
                 self.send(scene, errand, arriving.from, arriving.distance, light::has_shadows(light));
             }
         }
-        self.ask_sky(scene, air, water.as_ref(), step, to);
+        self.ask_sky(scene, &around, water.as_ref(), step, to);
         self.return_errands(seer, to);
         self.drown(seer);
         stage.end(&mut to.stats.seconds.shadow, &mut to.stats.octaves.shadow);
@@ -84,12 +88,11 @@ impl Paths {
     fn ask_sky(
         &mut self,
         scene: &Prepared,
-        air: Option<&Atmosphere>,
+        around: &Surroundings<'_>,
         water: Option<&Water>,
         step: u32,
         to: &Trace<'_>,
     ) {
-        let around = Surroundings { sky: &scene.sky, air, suns: &scene.suns };
         let reach = scene.settings.occlusion;
         for i in 0..self.patches.len() {
             let (patch, path) = (self.patches[i], self.seen[i]);
@@ -104,7 +107,7 @@ impl Paths {
             }
             let reflector = Reflector::new(&patch, scene.reflecting.as_ref());
             if reach == 0.0 {
-                self.shine[i].indirect += reflector.ambient(-path.direction, &around);
+                self.shine[i].indirect += reflector.ambient(-path.direction, around);
                 continue;
             }
             let sample = &to.samples[path.sample];
@@ -155,7 +158,7 @@ impl Paths {
         self.dim.clear();
         self.dim.resize(self.dry, DVec3::ONE);
         let (Some(water), Some(sea)) = (seer.water(), &mut seer.sea) else { return };
-        let which: Vec<usize> = (0..self.dry).filter(|&i| self.seen[i].under.is_some()).collect();
+        let which: Vec<usize> = (0..self.dry).filter(|&i| self.seen[i].is_below()).collect();
         let places: Vec<DVec3> = which.iter().map(|&i| self.patches[i].position).collect();
         for (i, depth) in which.into_iter().zip(sea.surface.depths(&places)) {
             self.dim[i] = water.through(depth);

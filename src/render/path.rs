@@ -46,6 +46,8 @@ pub(super) struct Path {
     pub(super) bounce: u32,
     /// Light that comes back from all around, where it is under water.
     pub(super) under: Option<DVec3>,
+    /// Whether it left something that is under water. What water takes away is counted there, so it goes on as in the dry.
+    pub(super) from_below: bool,
     /// Distance to what is met next; infinite for a miss.
     pub(super) distance: f64,
     /// Whether that is water.
@@ -173,9 +175,9 @@ impl Paths {
         self.cast_at(seer, step, to, |_| true);
         if let Some(sea) = &mut seer.sea {
             let solid: Vec<f64> = self.paths.iter().map(|path| path.distance).collect();
-            self.cast_at(sea, step, to, |path| path.under.is_none());
+            self.cast_at(sea, step, to, |path| !path.is_below());
             for (path, solid) in self.paths.iter_mut().zip(solid) {
-                path.is_water = path.under.is_none() && path.distance < solid;
+                path.is_water = !path.is_below() && path.distance < solid;
                 path.distance = path.distance.min(solid);
             }
         }
@@ -342,7 +344,16 @@ impl Paths {
                     let weight = path.weight * share * self.dim[path.patch];
                     if patch.normal.dot(direction) > 0.0 && weight.max_element() > 0.0 {
                         let (origin, bounce) = (scene.lifted(patch, 1.0), path.bounce + 1);
-                        onward.push(Path { origin, direction, weight, bounce, under: None, ..path });
+                        let from_below = path.is_below();
+                        onward.push(Path {
+                            origin,
+                            direction,
+                            weight,
+                            bounce,
+                            under: None,
+                            from_below,
+                            ..path
+                        });
                     }
                 }
                 _ => {}
@@ -386,10 +397,16 @@ impl Path {
             weight: DVec3::ONE,
             bounce: 0,
             under: None,
+            from_below: false,
             distance: f64::INFINITY,
             is_water: false,
             patch: 0,
         }
+    }
+
+    /// Whether it is, or was, under water.
+    pub(super) fn is_below(&self) -> bool {
+        self.under.is_some() || self.from_below
     }
 
     /// Its last piece: where it begins, in which direction, and how long it is.

@@ -14,7 +14,12 @@ use std::f64::consts::PI;
 pub(super) struct Water {
     law: material::Water,
     color: DVec3,
+    /// Mean share of light from all around that gets in.
+    mean: f64,
 }
+
+/// Steps of that mean.
+const STEPS: u32 = 64;
 
 /// A way on which light comes to a point of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,14 +35,29 @@ pub(super) struct Way {
 impl Water {
     /// That of a sea.
     pub fn new(sea: &Sea) -> Water {
-        let law = material::Water { ior: sea.material.ior, absorption: sea.absorption };
-        Water { law, color: sea.color }
+        Water::of(material::Water { ior: sea.material.ior, absorption: sea.absorption }, sea.color)
+    }
+
+    fn of(law: material::Water, color: DVec3) -> Water {
+        let share = |i| {
+            let cos = (f64::from(i) + 0.5) / f64::from(STEPS);
+            2.0 * cos * (1.0 - material::dielectric(cos, law.ior)) / f64::from(STEPS)
+        };
+        Water { law, color, mean: (0..STEPS).map(share).sum() }
     }
 
     /// How its surface reflects lights, per steradian: a sharper image of them would be seen by chance only.
     pub fn value(&self, patch: &Patch, to_eye: DVec3, to_light: DVec3) -> DVec3 {
         let fresnel = Fresnel::Dielectric { ior: self.law.ior };
         Gloss::new(patch.finish[Finish::Roughness as usize], fresnel).value(patch.shading, to_eye, to_light)
+    }
+
+    /// What light at this cosine to the vertical brings to what is below the surface, relative to light from all around: the
+    /// less, the more of it is mirrored. What the surface throws back from below comes back again, so that light from all around
+    /// loses nothing, and a white floor under clear water sends out all light that falls on the surface, whatever its
+    /// angle. Light from below the horizon has not come through the surface.
+    pub fn entering(&self, cos: f64) -> f64 {
+        if cos > 0.0 { (1.0 - material::dielectric(cos, self.law.ior)) / self.mean } else { 1.0 }
     }
 
     /// Radiance that deep water sends back of light that falls on its surface.
@@ -61,5 +81,32 @@ impl Water {
         let up = if rising > 0.0 { reflected } else { along.normalize_or(patch.normal) };
         let down = |direction: DVec3| Way { direction, share: 1.0 - reflectance, is_down: true };
         [Some(Way { direction: up, share: reflectance, is_down: false }), refracted.map(down)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_white_floor_under_clear_water_sends_out_all_light() {
+        for ior in [1.0, 1.333, 1.6] {
+            let law = material::Water { ior, absorption: DVec3::ZERO };
+            let water = Water::of(law, DVec3::ZERO);
+            let n = 10_000;
+            let all = |f: &dyn Fn(f64) -> f64| {
+                (0..n).map(|i| (f64::from(i) + 0.5) / f64::from(n)).map(|cos| 2.0 * cos * f(cos)).sum::<f64>()
+                    / f64::from(n)
+            };
+            let out = all(&|cos| 1.0 - material::dielectric(cos, ior));
+            assert!(
+                (all(&|cos| water.entering(cos)) - 1.0).abs() < 1e-3,
+                "light from all around loses nothing"
+            );
+            for cos in [0.05, 0.1, 0.3, 1.0] {
+                let mirrored = material::dielectric(cos, ior);
+                assert!((mirrored + water.entering(cos) * out - 1.0).abs() < 1e-3, "{ior}, {cos}");
+            }
+        }
     }
 }

@@ -8,6 +8,7 @@
 //! is held back. So a step gives `T (1 - T_step)` times the light at one point of it, and no amount of air
 //! scatters more light than it holds back, however coarse the steps are (Hillaire 2020).
 
+use super::exp::exp;
 use super::line::{Count, Line, Steps};
 use super::medium::Medium;
 use super::sunlight::through;
@@ -25,15 +26,25 @@ pub(super) struct Step {
     pub through: DVec3,
 }
 
-/// The steps of a line, from the eye outwards. `jitter` in [0, 1) picks the point of each.
+/// The steps of a line, from the eye outwards. `jitter` in [0, 1) picks the point of each: evenly over what scatters there,
+/// not over the length of the step, or the light of a sky that is lit from above alone, as it is at dusk, would come out too
+/// bright.
 pub(super) fn march(medium: &Medium, line: &Line, count: Count, jitter: f64) -> Vec<Step> {
     let steps = Steps::new(medium, line.b, line.ends, count);
     let mut before = DVec3::ONE;
     let step = |[from, to]: [f64; 2]| {
-        let amount = medium.amount(line.b, [from, to]);
+        let [near, far] = medium.nodes(line.b, [from, to]).map(|(_, amount)| amount);
+        let amount = near + far;
+        let [dense, thin] =
+            [near, far].map(|part| medium.scattered(part).iter().map(|s| s.element_sum()).sum::<f64>());
+        // By how much more there is at the near end than in the middle, and in the middle than at the far end: its
+        // logarithm is half of that along the step, of which the nodes are the share 1 / sqrt(3) apart.
+        let slope = 0.75_f64.sqrt() * libm::log(dense.max(f64::MIN_POSITIVE) / thin.max(f64::MIN_POSITIVE));
         // Thick air hides its far part: this is, to first order in the depth, where light comes from.
         let hidden = 0.5 * medium.depth(amount).element_sum() / 3.0;
-        let share = jitter / (1.0 + hidden * (1.0 - jitter));
+        let [denser] = exp([slope.clamp(-4.0, 4.0)]);
+        let bend = (1.0 + hidden) * denser - 1.0;
+        let share = jitter / (1.0 + bend * (1.0 - jitter));
         Step::new(medium, line.point(from + share * (to - from)), amount, &mut before)
     };
     steps.iter().map(step).collect()

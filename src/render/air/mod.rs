@@ -34,7 +34,7 @@ use columns::Columns;
 use dome::to_ground;
 use glam::DVec3;
 use line::{Count, Line};
-use march::{Step, march};
+use march::{Step, march, march_evenly};
 use medium::Medium;
 use phase::Phases;
 use shell::SunTable;
@@ -46,8 +46,8 @@ use sunlight::Sunlight;
 /// Steps along a line of sight.
 const SEEN: Count = Count { one_way: 16, each_half: 10 };
 
-/// Steps along a ray that only looks for the light of the sky.
-const SKY: Count = Count { one_way: 8, each_half: 5 };
+/// Steps along a ray that only looks for the light of the sky, each at two nodes.
+const SKY: Count = Count { one_way: 8, each_half: 6 };
 
 /// Air made ready for questions. Suns are pairs of the unit vector towards a sun and its irradiance above
 /// the air. Clones share their tables.
@@ -127,7 +127,8 @@ impl Atmosphere {
     /// for light that comes from all around.
     pub fn sky(&self, p: DVec3, direction: DVec3, suns: &[(DVec3, DVec3)]) -> DVec3 {
         let distance = to_ground(self.medium.shell.radius, p, direction);
-        let steps = self.steps(p, direction, distance, SKY, 0.5);
+        let line = Line::new(&self.medium, p, direction, distance);
+        let steps = line.map_or(Vec::new(), |line| march_evenly(&self.medium, &line, SKY));
         let scattered = self.scattered(&steps, direction, suns, &[]);
         if distance == f64::INFINITY {
             return scattered;

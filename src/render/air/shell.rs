@@ -43,10 +43,11 @@ impl Shell {
         if x < 0.0 { self.night() * x * x } else { x * x }
     }
 
-    /// Cosine of a sun below which it is night: a point on the ground sees no air that is lit.
+    /// Cosine of a sun below which it is night: no air that is seen is lit.
     fn night(&self) -> f64 {
-        // Along the horizon one sees the top at an angle of acos(R / R_t) about the centre, and the sun grazes the ground
-        // there at the same angle. The cosine of less than twice the angle, to be above it; a right angle at most.
+        // The horizon of a point at the top is acos(R / R_t) away, as an angle about the centre; so is the place beyond where
+        // one sees the top again; so far, too, the sun grazes the ground there and is below that place's own horizon. The
+        // sine of three times an angle is at most three times its sine.
         let ratio = self.radius / self.top;
         -(3.0 * ((1.0 - ratio) * (1.0 + ratio)).sqrt()).min(1.0)
     }

@@ -159,6 +159,9 @@ fn direct_light(
     (light, (-depth).exp())
 }
 
+/// Points of the steps along lines of sight that are tried.
+const JITTERS: u32 = 16;
+
 #[test]
 fn lines_of_sight_agree_with_direct_integration() {
     for (which, air) in [clear(), earth(), foggy(), thick()].iter().enumerate() {
@@ -170,13 +173,52 @@ fn lines_of_sight_agree_with_direct_integration() {
             let length = if i % 2 == 0 { 1.0 } else { 0.001 + 0.05 * random(7 * i + 2) };
             let eye = r * DVec3::Y;
             let around = 2.0 * PI * random(7 * i + 3);
-            let high = 0.1 + 0.9 * random(7 * i + 4);
+            let high = -0.05 + 1.05 * random(7 * i + 4).powi(2);
             let low = (1.0 - high * high).sqrt();
             let sun = DVec3::new(low * around.cos(), high, low * around.sin());
             let (light, through) = direct_light(&atmosphere, &air, eye, direction, length, sun, 4000);
-            let seen = atmosphere.along(eye, direction, length, &[(sun, DVec3::ONE)], 0.5, &[]);
-            assert!(close(seen.transmittance, through, 0.0, 2e-3), "{which}, {i}: {seen:?} for {through}");
-            assert!(close(seen.scattered, light, 0.02, 0.0), "{which}, {i}: {seen:?} for {light}");
+            // On average over the points of the steps.
+            let seen = (0..JITTERS).map(|j| (f64::from(j) + 0.5) / f64::from(JITTERS));
+            let seen = seen.map(|jitter| {
+                let seen = atmosphere.along(eye, direction, length, &[(sun, DVec3::ONE)], jitter, &[]);
+                assert!(
+                    close(seen.transmittance, through, 0.0, 2e-3),
+                    "{which}, {i}: {seen:?} for {through}"
+                );
+                seen.scattered
+            });
+            let seen = seen.sum::<DVec3>() / f64::from(JITTERS);
+            assert!(
+                close(seen, light, 0.02, 1e-5),
+                "{which}, {i}, {high}: {seen} for {light}: {}",
+                seen / light
+            );
+        }
+    }
+}
+
+#[test]
+fn the_sky_that_paths_escape_to_agrees_with_direct_integration() {
+    let by_day = [(1e-6, 40.0), (1e-4, 10.0), (1e-3, 2.0), (1e-6, 0.0)];
+    for (air, twilight) in [(earth(), &[(1e-6, -3.0), (1e-4, -6.0)][..]), (foggy(), &[])] {
+        let atmosphere = made(&air).unwrap();
+        for &(h, elevation) in by_day.iter().chain(twilight) {
+            let (p, suns) = ((1.0 + h) * DVec3::Y, one_sun(elevation));
+            // Weighted as by level ground.
+            let (mut found, mut direct, n) = (DVec3::ZERO, DVec3::ZERO, 24);
+            for i in 0..n * n {
+                let [up, around] = [i / n, i % n].map(|i| (i as f64 + 0.5) / n as f64);
+                let (up, weight) = (up * up, 4.0 * up.powi(3) / (n * n) as f64);
+                let (flat, around) = ((1.0 - up * up).sqrt(), PI * around);
+                let direction = DVec3::new(flat * around.cos(), up, flat * around.sin());
+                found += weight * atmosphere.sky(p, direction, &suns);
+                direct += weight * direct_light(&atmosphere, &air, p, direction, 0.8, suns[0].0, 600).0;
+            }
+            assert!(
+                close(found, direct, 0.02, 0.0),
+                "{h} {elevation}: {found} for {direct}: {}",
+                found / direct
+            );
         }
     }
 }

@@ -238,7 +238,7 @@ fn what_moves_is_a_mean_of_its_moments() {
 
 /// The light of the middle of a picture from a height, of water that takes light away by these shares, above a floor half
 /// a unit below, under a white sky.
-fn through_water(height: f64, absorption: DVec3) -> Pixel {
+fn through_water(height: f64, absorption: DVec3, bounces: u32) -> Pixel {
     let mut build = Build::default();
     let field = build.cuboid(DVec3::new(0.0, -1.0, 0.0), DVec3::new(1.45, 0.5, 1.45));
     let y = build.0.point().unwrap()[1];
@@ -249,6 +249,7 @@ fn through_water(height: f64, absorption: DVec3) -> Pixel {
     let sea = Sea { field: y, material, absorption, color: DVec3::ZERO };
     let mut scene = from_above(build, field);
     scene.sky = Sky { zenith: DVec3::ONE, nadir: DVec3::ONE, ..scene.sky };
+    scene.film.bounces = bounces;
     scene.camera.eye.y = height;
     scene.camera.target.y = height - 1.0;
     scene.camera = scene.camera.with_fov(2.0);
@@ -266,19 +267,21 @@ fn through_water(height: f64, absorption: DVec3) -> Pixel {
 #[test]
 fn water_mirrors_the_sky_and_dims_the_ground() {
     let absorption = DVec3::new(2.0, 0.5, 0.0);
-    let seen = through_water(4.0, absorption);
-    let diver = through_water(-0.1, absorption);
-    // Two per cent of the sky, and the ground, dimmed on the way down and up.
+    // Two per cent of the sky, and the ground, dimmed on the way down and up; the same if paths find the sky.
     let fresnel = (0.333f64 / 2.333).powi(2);
-    for (channel, a) in absorption.to_array().into_iter().enumerate() {
-        let expected = fresnel + (1.0 - fresnel) * 0.6 * (-2.0 * 0.5 * a).exp();
-        let light = f64::from(seen.color[channel]);
-        assert!((light - expected).abs() < 2e-3, "{channel}: {light} {expected}");
-        let expected = 0.6 * (-(0.5 + 0.4) * a).exp();
-        let light = f64::from(diver.color[channel]);
-        assert!((light - expected).abs() < 2e-3, "{channel}: {light} {expected}");
+    for bounces in [0, 1, 3] {
+        let seen = through_water(4.0, absorption, bounces);
+        let diver = through_water(-0.1, absorption, bounces);
+        for (channel, a) in absorption.to_array().into_iter().enumerate() {
+            let expected = fresnel + (1.0 - fresnel) * 0.6 * (-2.0 * 0.5 * a).exp();
+            let light = f64::from(seen.color[channel]);
+            assert!((light - expected).abs() < 2e-3, "{bounces}, {channel}: {light} {expected}");
+            let expected = 0.6 * (-(0.5 + 0.4) * a).exp();
+            let light = f64::from(diver.color[channel]);
+            assert!((light - expected).abs() < 2e-3, "{bounces}, {channel}: {light} {expected}");
+        }
+        assert!((seen.depth - 4.0).abs() < 0.01 && (diver.depth - 0.4).abs() < 0.01);
     }
-    assert!((seen.depth - 4.0).abs() < 0.01 && (diver.depth - 0.4).abs() < 0.01);
 }
 
 #[test]
