@@ -127,11 +127,12 @@ topology 8.15a 8.14 kept --set height=8e-4 --set slope=1.5 --size 456x276
 topology 8.15b 8.14 kept --set height=1.6e-3 --set slope=3 --size 456x276
 
 # Chapter 9: spheres that flow gently; a solid that falls to pieces, as it is and without the pieces; an overhang, and the
-# ground before it grew. A minute or two each, the overhang ten.
+# ground before it grew; overhangs all over a ground. A minute or two each, overhangs ten.
 picture 9.8a 9.08 --set alpha=0.1 --size 400x400
 picture 9.9a 9.09 --set alpha=0.01 --size 400x400
 picture 9.11a 9.11 --set flowing=off --set whole=off
 picture 9.11c 9.11 --set flowing=off
+picture 9.12a 9.12 --size 228x138
 picture 9.13 9.13 --size 200x150
 picture 9.14 9.13 --set cone=1
 
@@ -144,7 +145,6 @@ if [ "$wanted" != "  " ]; then
     picture 9.10b 9.10 --size 200x200
     picture 9.11b 9.11 --set whole=off --size 200x200
     picture 9.11d 9.11 --size 200x200
-    picture 9.12a 9.12 --size 228x138
     picture 9.12b 9.12 --set octaves=5 --size 228x138
 fi
 
