@@ -12,18 +12,18 @@ use std::ops::{Add, Mul};
 use std::sync::atomic::AtomicBool;
 
 /// Heights of the sun, and levels.
-const SIZE: [usize; 2] = [56, 12];
+const SIZE: [usize; 2] = [34, 20];
 
 /// Rays above and below the horizon.
-const RAYS: [usize; 2] = [10, 6];
+const RAYS: [usize; 2] = [18, 6];
 
 /// Steps along a ray, each at two nodes.
-const STEPS: Count = Count { one_way: 8, each_half: 6 };
+const STEPS: Count = Count { one_way: 12, each_half: 8 };
 
 /// Levels nearer than this to the ground and the top are taken for it.
 const NEAR: f64 = 1e-3;
 
-/// Sides on which the sun is, half of the way round: many, for haze is bright about the sun.
+/// Sides on which the sun is, half of the way round.
 const SIDES: usize = 8;
 
 /// Mean radiance from above and from below a level surface, weighted by the cosine to the vertical:
@@ -92,8 +92,8 @@ impl Table {
             let scale = scale(sunlight.medium, r);
             move |mu| {
                 let from = |ray: &Ray| {
-                    let side = |sun| radiance(ray, sunlight, multiple, sun);
-                    let mean = suns(mu, SIDES).map(side).sum::<DVec3>() / SIDES as f64;
+                    let side = |(sun, weight)| radiance(ray, sunlight, multiple, sun) * weight;
+                    let mean = suns(mu, SIDES).map(side).sum::<DVec3>();
                     // int L cos dOmega / pi, with dOmega = 4 pi share.
                     let light = mean * (4.0 * ray.share * ray.direction.y.abs());
                     if ray.direction.y > 0.0 {

@@ -57,7 +57,7 @@ impl Columns {
         let (least, most) = (top - r, beneath.sqrt());
         let distance = beneath / (r * mu + (r * r * mu * mu + beneath).sqrt());
         let u = if most > least { (distance - least) / (most - least) } else { 0.0 };
-        self.lengths.at(u, self.shell.level(r)) * density.truncate().extend(1.0)
+        self.lengths.linear(u, self.shell.level(r)) * density.truncate().extend(1.0)
     }
 }
 

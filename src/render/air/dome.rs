@@ -61,13 +61,15 @@ pub(super) fn to_ground(radius: f64, eye: DVec3, direction: DVec3) -> f64 {
     (r - least) * (r + least) / (falling + ((least - off) * (least + off)).sqrt())
 }
 
-/// Unit vectors towards suns at the cosine `mu` to the vertical: on `count` sides, half of the way round
-/// from the plane of the rays, for the other half mirrors it.
-pub(super) fn suns(mu: f64, count: usize) -> impl Iterator<Item = DVec3> {
+/// Unit vectors towards suns at the cosine `mu` to the vertical, with weights whose sum is 1: on `count` sides, half of the way
+/// round from the plane of the rays, for the other half mirrors it, and more of them where rays go towards the sun, for haze is
+/// bright there.
+pub(super) fn suns(mu: f64, count: usize) -> impl Iterator<Item = (DVec3, f64)> {
     let sine = ((1.0 - mu) * (1.0 + mu)).max(0.0).sqrt();
     (0..count).map(move |i| {
-        let angle = PI * (i as f64 + 0.5) / count as f64;
-        DVec3::new(sine * libm::cos(angle), mu, sine * libm::sin(angle))
+        let u = (i as f64 + 0.5) / count as f64;
+        let angle = PI * u * u;
+        (DVec3::new(sine * libm::cos(angle), mu, sine * libm::sin(angle)), 2.0 * u / count as f64)
     })
 }
 

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use std::ops::{Add, Mul};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Values at the nodes of a grid over the unit square, with straight lines in between.
+/// Values at the nodes of a grid over the unit square.
 #[derive(Clone, Debug)]
 pub(super) struct Grid<T> {
     columns: usize,
@@ -13,7 +13,7 @@ pub(super) struct Grid<T> {
 }
 
 impl<T: Copy + Send + Add<Output = T> + Mul<f64, Output = T>> Grid<T> {
-    /// A grid of at least two columns and rows. `row(v)` gives the values at the height `v` for u = 0 to 1 in
+    /// A grid of at least four columns and rows. `row(v)` gives the values at the height `v` for u = 0 to 1 in
     /// even steps, as many as there are columns; rows are made side by side. `None` if that was cancelled.
     pub fn new<R: Iterator<Item = T>>(
         [columns, rows]: [usize; 2],
@@ -25,12 +25,26 @@ impl<T: Copy + Send + Add<Output = T> + Mul<f64, Output = T>> Grid<T> {
         Some(Grid { columns, rows, values: made?.concat().into_boxed_slice() })
     }
 
-    /// The value at a point; outside of the unit square that of the nearest point in it.
-    pub fn at(&self, u: f64, v: f64) -> T {
+    /// The value at a point, with straight lines between the nodes; outside of the unit square that of the nearest point in it.
+    pub fn linear(&self, u: f64, v: f64) -> T {
         let ((i, s), (j, t)) = (place(u, self.columns), place(v, self.rows));
-        let k = j * self.columns + i;
-        let (low, high) = (&self.values[k..k + 2], &self.values[k + self.columns..k + self.columns + 2]);
-        (low[0] * (1.0 - s) + low[1] * s) * (1.0 - t) + (high[0] * (1.0 - s) + high[1] * s) * t
+        self.mean([i, j], [1.0 - s, s], [1.0 - t, t])
+    }
+
+    /// The same with cubics through the four columns, and the four rows, that are nearest.
+    pub fn cubic(&self, u: f64, v: f64) -> T {
+        let (i, across) = four(u, self.columns);
+        let (j, up) = four(v, self.rows);
+        self.mean([i, j], across, up)
+    }
+
+    /// The sum of values from a column and a row on, with weights across and up.
+    fn mean<const N: usize>(&self, [i, j]: [usize; 2], across: [f64; N], up: [f64; N]) -> T {
+        let sum = |values: [T; N]| values.into_iter().reduce(T::add).unwrap_or(self.values[0]);
+        sum(std::array::from_fn(|row| {
+            let first = (j + row) * self.columns + i;
+            sum(std::array::from_fn(|k| self.values[first + k] * across[k])) * up[row]
+        }))
     }
 }
 
@@ -46,18 +60,34 @@ fn place(u: f64, count: usize) -> (usize, f64) {
     (i, x - i as f64)
 }
 
+/// The first of the four nodes nearest to a coordinate, and their weights: Lagrange's polynomials.
+fn four(u: f64, count: usize) -> (usize, [f64; 4]) {
+    let (i, on) = place(u, count);
+    let first = i.saturating_sub(1).min(count - 4);
+    let x = (i - first) as f64 + on;
+    let [a, b, c, d] = [x, x - 1.0, x - 2.0, x - 3.0];
+    (first, [b * c * d / -6.0, a * c * d / 2.0, a * b * d / -2.0, a * b * c / 6.0])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn products_are_kept() {
+    fn products_and_cubics_are_kept() {
         let f = |u: f64, v: f64| 3.0 + 2.0 * u - v + 0.5 * u * v;
-        let grid = Grid::new([5, 3], &AtomicBool::new(false), |v| (0..5).map(move |i| f(share(i, 5), v)));
-        let grid = grid.unwrap();
-        for (u, v) in [(0.0, 0.0), (1.0, 1.0), (0.3, 0.9), (0.25, 0.5)] {
-            assert!((grid.at(u, v) - f(u, v)).abs() < 1e-12);
+        let g = |u: f64, v: f64| f(u, v) - 0.3 * v * v + (1.0 - u * u * u) * v * v * v;
+        let grid = |f: &(dyn Fn(f64, f64) -> f64 + Sync)| {
+            let grid = Grid::new([5, 6], &AtomicBool::new(false), |v| (0..5).map(move |i| f(share(i, 5), v)));
+            grid.unwrap()
+        };
+        let (lines, curves) = (grid(&f), grid(&g));
+        for (u, v) in [(0.0, 0.0), (1.0, 1.0), (0.3, 0.9), (0.25, 0.5), (0.6, 0.05), (0.9, 0.99)] {
+            assert!((lines.linear(u, v) - f(u, v)).abs() < 1e-12);
+            assert!((curves.cubic(u, v) - g(u, v)).abs() < 1e-12);
         }
-        assert_eq!((grid.at(-1.0, 2.0), grid.at(f64::NAN, 0.0).is_nan()), (f(0.0, 1.0), true));
+        for at in [Grid::linear, Grid::cubic] {
+            assert_eq!((at(&lines, -1.0, 2.0), at(&lines, f64::NAN, 0.0).is_nan()), (f(0.0, 1.0), true));
+        }
     }
 }

@@ -47,7 +47,7 @@ use sunlight::Sunlight;
 const SEEN: Count = Count { one_way: 16, each_half: 10 };
 
 /// Steps along a ray that only looks for the light of the sky, each at two nodes.
-const SKY: Count = Count { one_way: 8, each_half: 6 };
+const SKY: Count = Count { one_way: 14, each_half: 8 };
 
 /// Air made ready for questions. Suns are pairs of the unit vector towards a sun and its irradiance above
 /// the air. Clones share their tables.
@@ -106,8 +106,8 @@ impl Atmosphere {
         out.extend(self.steps(eye, direction, distance, SEEN, jitter).iter().map(|step| step.point));
     }
 
-    /// What a line of sight goes through. `visible` is the share of the first sun that terrain leaves at
-    /// each of [`Atmosphere::nodes`]; where it has no entry all is lit that is not in the shadow of the
+    /// What a line of sight goes through. `visible` is the share of each sun in turn that terrain leaves at
+    /// each of [`Atmosphere::nodes`]; where it is empty all is lit that is not in the shadow of the
     /// planet's sphere. Other arguments as there.
     pub fn along(
         &self,
@@ -183,7 +183,7 @@ impl Atmosphere {
         let mut sum = DVec3::ZERO;
         for (i, &(towards, irradiance)) in suns.iter().enumerate() {
             let phases = Phases::new(&self.medium, direction.dot(towards));
-            let shares = if i == 0 { visible } else { &[] };
+            let shares = visible.get(i * steps.len()..).unwrap_or(&[]);
             let shares = shares.iter().copied().chain(std::iter::repeat(1.0));
             let light = |(step, share): (&Step, f64)| {
                 let r = step.point.length().max(f64::MIN_POSITIVE);

@@ -22,13 +22,13 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 /// Heights of the sun, and levels.
-const SIZE: [usize; 2] = [64, 16];
+const SIZE: [usize; 2] = [32, 24];
 
 /// Rays above and below the horizon.
-const RAYS: [usize; 2] = [14, 8];
+const RAYS: [usize; 2] = [14, 6];
 
 /// Steps along a ray, each at two nodes.
-const STEPS: Count = Count { one_way: 8, each_half: 8 };
+const STEPS: Count = Count { one_way: 16, each_half: 12 };
 
 /// Sides on which the sun is, half of the way round.
 const SIDES: usize = 4;
@@ -39,8 +39,11 @@ pub(super) fn table(sunlight: Sunlight<'_>, albedo: DVec3, cancel: &AtomicBool) 
         let rays = rays(sunlight.medium, r, RAYS, STEPS);
         let sent_back: DVec3 = rays.iter().map(sent_back).sum();
         move |mu| {
-            let second = |sun| rays.iter().map(|ray| second(ray, sunlight, albedo, sun)).sum::<DVec3>();
-            suns(mu, SIDES).map(second).sum::<DVec3>() / SIDES as f64 / (1.0 - sent_back)
+            let second = |(sun, weight)| {
+                let light = rays.iter().map(|ray| second(ray, sunlight, albedo, sun));
+                light.sum::<DVec3>() * weight
+            };
+            suns(mu, SIDES).map(second).sum::<DVec3>() / (1.0 - sent_back)
         }
     })
 }

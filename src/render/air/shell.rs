@@ -68,7 +68,8 @@ impl Light for DVec3 {
 /// Light at levels of the air, for suns at all heights.
 ///
 /// At dusk light fades by a factor or two from one degree to the next, over many powers of ten, so what is kept, and
-/// what is linear between the nodes, is its logarithm: half as many heights of the sun do.
+/// what is cubic between the nodes, is its logarithm: few heights of the sun do. In thick air it also changes from level to
+/// level, within the way that light goes there.
 #[derive(Clone, Debug)]
 pub(super) struct SunTable<T> {
     shell: Shell,
@@ -103,7 +104,7 @@ impl<T: Light> SunTable<T> {
 
     /// The light at a radius for a sun at the cosine `mu` to the vertical.
     pub fn at(&self, r: f64, mu: f64) -> T {
-        let logarithm = self.logarithms.at(self.shell.height_of_sun(mu), self.shell.level(r));
+        let logarithm = self.logarithms.cubic(self.shell.height_of_sun(mu), self.shell.level(r));
         logarithm.map(|x| (DVec3::from_array(exp(x.to_array())) - LEAST).max(DVec3::ZERO))
     }
 }

@@ -4,6 +4,7 @@ mod direct;
 
 use super::*;
 use crate::scene::{Absorber, Haze};
+use crate::script::{Request, compile};
 use std::f64::consts::PI;
 
 /// The atmosphere of some air, whatever time it takes.
@@ -47,6 +48,13 @@ fn foggy() -> Air {
 fn thick() -> Air {
     let layer = Haze { asymmetry: DVec3::splat(0.6), ..haze(30.0, 0.03) };
     Air { haze: Some(layer), multiple: true, ..Air::clear(1.0, 0.01, DVec3::new(3.0, 8.0, 20.0)) }
+}
+
+/// The air that a function of the module of planets makes, over a planet of radius 1.
+fn preset(name: &str) -> Air {
+    let text =
+        format!("import \"std/planet\" as planet; scene(#{{ surface: sphere(1.0), sky: planet::{name}() }})");
+    compile(&Request::text(&text)).scene.unwrap().sky.air.unwrap()
 }
 
 /// Density of each kind, written down anew.
