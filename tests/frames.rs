@@ -7,7 +7,7 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use std::collections::BTreeMap;
 use std::fs;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use support::{Bench, has, stderr};
 
 /// A solid that moves, with detail in every pixel and more than one way to see it.
@@ -29,7 +29,12 @@ fn rock() -> Bench {
 
 /// All files of a folder that are frames, with what they hold.
 fn frames(bench: &Bench) -> BTreeMap<String, Vec<u8>> {
-    let is_frame = |name: &String| name.ends_with(".png") && !name.starts_with('.');
+    frames_of(bench, "png")
+}
+
+/// The same of those with an ending.
+fn frames_of(bench: &Bench, ending: &str) -> BTreeMap<String, Vec<u8>> {
+    let is_frame = |name: &String| name.ends_with(ending) && !name.starts_with('.');
     bench.names().into_iter().filter(is_frame).map(|name| (name.clone(), bench.read(&name))).collect()
 }
 
@@ -299,34 +304,37 @@ fn tiles_of_frames_merge_to_the_frames() {
 
 #[test]
 fn killed_at_ten_moments_and_resumed_the_frames_are_the_same() {
-    let bench = rock();
-    let start = Instant::now();
-    bench.run(MANY).success();
-    let whole = start.elapsed();
-    let expected = frames(&bench);
-    assert_eq!(expected.len(), 12);
-    expected.keys().for_each(|name| fs::remove_file(bench.path(name)).unwrap());
+    for ending in ["png", "exr"] {
+        let bench = rock();
+        let render = format!("{MANY} -o a.####.{ending}");
+        bench.run(&render).success();
+        let expected = frames_of(&bench, ending);
+        assert_eq!(expected.len(), 12);
 
-    let mut random = StdRng::seed_from_u64(8);
-    let mut unfinished = 0;
-    for _ in 0..10 {
-        let run = bench.start(MANY);
-        std::thread::sleep(whole.mul_f64(random.random_range(0.02..0.5)));
-        run.kill();
-        // What there is has the bytes that it will have in the end.
-        let there = frames(&bench);
-        assert!(there.iter().all(|(name, bytes)| expected[name] == *bytes));
-        unfinished += usize::from(there.len() < 12);
-        // The next one is to have something to do.
-        if let Some(name) = there.keys().nth(random.random_range(0..12)) {
-            fs::remove_file(bench.path(name)).unwrap();
+        let mut random = StdRng::seed_from_u64(8);
+        let mut unfinished = 0;
+        for _ in 0..10 {
+            // Some are there, and most are not.
+            let mut names: Vec<_> = frames_of(&bench, ending).into_keys().collect();
+            while names.len() > 2 {
+                fs::remove_file(bench.path(&names.swap_remove(random.random_range(0..names.len())))).unwrap();
+            }
+            let run = bench.start(&render);
+            let some = names.len() + random.random_range(0..6);
+            run.wait_until("some frames are there", || frames_of(&bench, ending).len() >= some);
+            std::thread::sleep(Duration::from_millis(random.random_range(0..40)));
+            run.kill();
+            // What there is has the bytes that it will have in the end.
+            let there = frames_of(&bench, ending);
+            assert!(there.iter().all(|(name, bytes)| expected[name] == *bytes));
+            unfinished += usize::from(there.len() < 12);
         }
+        assert!(unfinished >= 5, "{unfinished} of ten runs were killed before their end");
+        bench.run(&render).success();
+        assert_eq!(frames_of(&bench, ending), expected);
+        let left = bench.names();
+        assert!(left.iter().all(|name| !name.ends_with(".claim")), "{left:?}");
     }
-    assert!(unfinished > 0, "no run was killed before its end");
-    bench.run(MANY).success();
-    assert_eq!(frames(&bench), expected);
-    let left = bench.names();
-    assert!(left.iter().all(|name| !name.ends_with(".claim")), "{left:?}");
 }
 
 #[cfg(unix)]

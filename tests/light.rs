@@ -111,3 +111,143 @@ fn what_is_not_matt_follows_its_light_by_itself() {
     };
     assert_eq!(polished("samples: 2"), polished("samples: 2, irradiance: 4"));
 }
+
+/// Mean over all pixels of what comes from everywhere, green.
+fn mean(picture: &Picture) -> f64 {
+    picture.pixels.iter().map(|pixel| f64::from(pixel.color[1])).sum::<f64>() / picture.pixels.len() as f64
+}
+
+/// A level ground, seen from above on all of the picture.
+fn ground(options: &str, sky: &str, film: &str) -> String {
+    format!(
+        "scene(#{{ surface: box([3.0, 0.1, 3.0]).colored(\"#ffffff\"), {options}, \
+         camera: look_at(#{{ eye: [1.0, 3.0, 0.5], target: [0, 0, 0], fov: 20.0 }}), \
+         sun: sun(#{{ strength: 0.0 }}), sky: sky(#{{ {sky} }}), \
+         film: film(#{{ width: 24, height: 24, {film} }}) }})"
+    )
+}
+
+#[test]
+fn small_bright_dots_keep_their_light_where_samples_are_spared() {
+    // Some two dots in a pixel's area, which cover a hundredth of it.
+    let glow = "material: material(#{ emission: smoothstep(0.985, 0.99, cos(90.0 * x) * cos(90.0 * z)) })";
+    let shoot = |film: &str| {
+        let film = format!("samples: 1024, {film}");
+        shoot(&ground(glow, "zenith: vec3(0.0), nadir: vec3(0.0)", &film), &Order::default())
+    };
+    let (full, spared) = (shoot(""), shoot("noise: 0.01"));
+    assert!(spared.stats.samples < full.stats.samples);
+    let (light, all) = (mean(&spared), mean(&full));
+    assert!((light / all - 1.0).abs() < 0.05, "{light} {all}");
+}
+
+#[test]
+fn bumps_lose_no_light_and_hide_no_sky() {
+    let white = "zenith: vec3(1.0), nadir: vec3(1.0)";
+    let bump = "bump: 0.3 * gradient(3).scaled(4.0)";
+    // Above a level ground there is nothing but sky, whatever faces it.
+    for sky in [white, "zenith: vec3(1.0), nadir: vec3(0.0)"] {
+        for film in ["samples: 4", "samples: 4, bounces: 1", "samples: 4, bounces: 1, irradiance: 3"] {
+            let script = ground(&format!("material: material(#{{ {bump} }})"), sky, film);
+            for pixel in shoot(&script, &Order::default()).pixels {
+                assert!(pixel.color.iter().all(|c| (c - 1.0).abs() < 1e-5), "{sky}, {film}: {pixel:?}");
+            }
+        }
+    }
+    for material in ["metal: 1.0, roughness: 0.6", "coat: 1.0, roughness: 0.5", "matt: \"rough\""] {
+        let script = ground(
+            &format!("material: material(#{{ {material}, {bump} }})"),
+            white,
+            "samples: 256, bounces: 1",
+        );
+        let light = mean(&shoot(&script, &Order::default()));
+        assert!((light - 1.0).abs() < 0.01, "{material}: {light}");
+    }
+}
+
+#[test]
+fn no_bump_is_black() {
+    // So flat a view that most bumps turn a side away, with the sun behind it.
+    let script = ground("material: material(#{ bump: 0.5 * gradient(3).scaled(6.0) })", "", "samples: 1")
+        .replace("[1.0, 3.0, 0.5]", "[2.5, 0.4, 0.0]")
+        .replace("fov: 20.0", "projection: \"orthographic\", height: 0.5")
+        .replace("strength: 0.0", "azimuth: 90.0, elevation: 9.0902769");
+    let picture = shoot(&script, &Order::default());
+    let light = picture.pixels.iter().filter(|pixel| pixel.alpha == 1.0).map(|pixel| pixel.direct[1]);
+    let dark = light.filter(|light| *light <= 0.0).count();
+    assert_eq!(dark, 0);
+}
+
+#[test]
+fn a_mirror_shows_highlights_as_sharp_as_they_are() {
+    let script = "let ball = length(p - vec3(0.0, 0.6, 0.0)) - 0.4; \
+        let floor = y + 0.0 * x; \
+        let is_floor = smoothstep(0.02, 0.0, y); \
+        scene(#{ surface: min(ball, floor).colored(\"#ffffff\"), bounds: 2.0, \
+        material: material(#{ metal: 1.0, roughness: 0.3 * (1.0 - is_floor) }), \
+        camera: look_at(#{ eye: [0.0, 1.0, 4.0], target: [0, 0.3, 0], fov: 30.0 }), \
+        sun: sun(#{ azimuth: 17.0, elevation: 21.0, strength: 3.0, size: 0.0 }), \
+        sky: sky(#{ zenith: vec3(0.0), nadir: vec3(0.0) }), \
+        film: film(#{ width: 64, height: 64, samples: 16, bounces: 1 }) })";
+    let picture = shoot(script, &Order::default());
+    let most = |of: fn(&Pixel) -> f32| picture.pixels.iter().map(of).fold(0.0, f32::max);
+    let (seen, mirrored) = (most(|pixel| pixel.direct[1]), most(|pixel| pixel.indirect[1]));
+    assert!(seen > 1.0 && (mirrored / seen - 1.0).abs() < 0.3, "{seen} {mirrored}");
+}
+
+#[test]
+fn every_sun_makes_shafts() {
+    let shoot = |suns: &str, shafts: bool| {
+        let script = format!(
+            "import \"std/deform\" as deform; \
+             let wall = deform::moved(box([0.04, 0.6, 1.2]), [0.0, 1.0, 0.0]); \
+             scene(#{{ surface: min(sphere(1.0), wall), bounds: 1.5, {suns}, \
+             camera: look_at(#{{ eye: [-0.25, 1.06, 0.6], target: [-0.15, 1.05, 0.0], fov: 40.0 }}), \
+             sky: sky(#{{ air: air(#{{ radius: 1.0, height: 0.05, scattering: [3, 3, 3], shafts: {shafts} }}) }}), \
+             film: film(#{{ width: 24, height: 24, samples: 4 }}) }})"
+        );
+        shoot(&script, &Order::default())
+    };
+    let low = "sun(#{ azimuth: 90.0, elevation: 15.0, size: 0.0, strength: 3.0 })";
+    let first = format!("sun: {low}");
+    let second = format!("sun: sun(#{{ strength: 0.0 }}), lights: [{low}]");
+    let skies = |suns: &str, shafts: bool| -> Vec<_> {
+        shoot(suns, shafts).pixels.into_iter().map(|pixel| pixel.sky).collect()
+    };
+    let (shafts, clear) = (skies(&first, true), skies(&first, false));
+    assert_eq!(skies(&second, true), shafts);
+    let darkest = shafts.iter().zip(&clear).map(|(a, b)| a[1] / b[1]).fold(1.0, f32::min);
+    assert!(darkest < 0.7, "{darkest}");
+}
+
+#[test]
+fn variance_falls_at_least_as_fast_as_samples_grow() {
+    // Soft shadows of a ball, and light that bounces.
+    let shoot = |samples: u32| {
+        let script = format!(
+            "let ball = length(p - vec3(0.0, 0.5, 0.0)) - 0.3; \
+             scene(#{{ surface: min(box([3.0, 0.1, 3.0]), ball), \
+             camera: look_at(#{{ eye: [1.0, 3.0, 0.5], target: [0, 0, 0], fov: 25.0 }}), \
+             sun: sun(#{{ azimuth: 40.0, elevation: 40.0, size: 20.0 }}), \
+             film: film(#{{ width: 32, height: 32, samples: {samples}, bounces: 1, filter: 2 }}) }})"
+        );
+        shoot(&script, &Order::default()).pixels
+    };
+    let exact = shoot(2048);
+    // Mean square of how far pixels are off, and what they say of it themselves.
+    let variance = |samples: u32| {
+        let pixels = shoot(samples);
+        let luminance = |p: &Pixel| 0.2126 * p.color[0] + 0.7152 * p.color[1] + 0.0722 * p.color[2];
+        let off = pixels.iter().zip(&exact).map(|(a, b)| luminance(a) - luminance(b));
+        let off: f32 = off.map(|off| off * off).sum();
+        let said: f32 = pixels.iter().map(|pixel| pixel.variance).sum();
+        [off, said].map(|sum| sum / exact.len() as f32)
+    };
+    let [few, some, many] = [4, 16, 64].map(variance);
+    assert!(some[0] < few[0] / 4.0 && many[0] < some[0] / 4.0, "{few:?} {some:?} {many:?}");
+    // Samples that are spread evenly are better than what chance alone would make of them, which is what pixels say.
+    for [off, said] in [few, some, many] {
+        assert!(off < said, "{few:?} {some:?} {many:?}");
+    }
+    assert!((12.0..24.0).contains(&(few[1] / many[1])), "{few:?} {many:?}");
+}

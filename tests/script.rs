@@ -176,6 +176,55 @@ fn pictures_and_volumes_become_grids() {
 }
 
 #[test]
+fn textures_lie_around_solids() {
+    let mut i = interpreter();
+    value(&mut i, "import \"std/texture\" as texture;");
+    value(&mut i, "let image = texture::load(\"hills.png\");");
+    let mut close = |texture: &str, [x, y, z]: [f64; 3], wanted: f64| {
+        let code = format!("texture::{texture}.y.at([{x:?}, {y:?}, {z:?}])");
+        let found: f64 = value(&mut i, &code).parse().unwrap();
+        assert!((found - wanted).abs() < 1e-9, "{texture} at {x}, {y}, {z}: {found} for {wanted}");
+    };
+    // Three pixels by two, over a width of 1 about the origin, of these shares of white; what a screen makes of them.
+    let shown = |share: f64| libm::pow((share + 0.055) / 1.055, 2.4);
+    let third = 1.0 / 3.0;
+    close("flat(image, 2.0)", [third, 9.0, 0.0], 1.0);
+    close("flat(image, 2.0)", [-third, -9.0, -2.0 * third], shown(0.2));
+    close("flat(image, 2.0)", [third + 2.0, 0.0, 0.0], 1.0);
+    // Around the equator, from behind: three pixels again.
+    for (turn, share) in [(-0.5, 0.6), (-1.0 / 6.0, 0.8), (1.0 / 6.0, 1.0)] {
+        let (sine, cosine) = libm::sincos(std::f64::consts::TAU * turn);
+        for radius in [0.2, 3.0] {
+            close("spherical(image)", [radius * sine, 0.0, radius * cosine], shown(share));
+        }
+    }
+    // As each side faces it, and half of either where it faces two.
+    close("triplanar(image, 1.0, x)", [5.0, 0.0, 0.5 * third], 1.0);
+    close("triplanar(image, 1.0, -y)", [0.5 * third, 5.0, -third], shown(0.4));
+    close("triplanar(image, 1.0, y + z)", [0.5 * third, 0.0, third], 0.5 * (1.0 + shown(0.4)));
+}
+
+#[test]
+fn colours_know_slopes_and_curvature() {
+    let mut i = interpreter();
+    value(&mut i, "import \"std/material\" as material;");
+    let mut close = |code: &str, wanted: f64| {
+        let found: f64 = value(&mut i, &format!("material::{code}")).parse().unwrap();
+        assert!((found - wanted).abs() < 1e-3, "{code}: {found} for {wanted}");
+    };
+    close("steepness(sphere(1.0)).at([0.6, 0.0, 0.8])", 0.0);
+    close("steepness(x).at([0.0, 1.0, 0.0])", 1.0);
+    for (y, wanted) in [(1.0, 0.0), (0.0, 1.0), (-1.0, 2.0)] {
+        let x = 1.0 - y * y;
+        close(&format!("steepness(sphere(1.0), vec3(0, 1, 0)).at([{x:?}, {y:?}, 0.0])"), wanted);
+    }
+    close("curvature(sphere(2.0), 0.02).at([0.0, 2.0, 0.0])", 1.0);
+    close("curvature(sphere(2.0), 0.02).at([1.0, 0.0, 0.0])", 2.0);
+    close("curvature(-sphere(2.0), 0.02).at([0.0, 0.0, 2.0])", -1.0);
+    close("curvature(y, 0.1).at([0.3, 0.0, 2.0])", 0.0);
+}
+
+#[test]
 fn every_entry_of_the_reference_is_documented_and_its_example_runs() {
     let mut i = interpreter();
     for (module, _) in STD.iter().filter(|(module, _)| !PRELUDE.contains(module)) {

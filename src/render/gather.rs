@@ -111,8 +111,49 @@ pub(super) struct Sum {
     footprint: f64,
     evaluations: f64,
     count: u32,
-    /// Sums of luminances and of their squares.
-    luminance: [f64; 2],
+    /// Luminances of its light.
+    luminance: Tally,
+    /// The same with the background that is not covered.
+    shown: Tally,
+}
+
+/// What numbers have come to: their sum, that of their squares, the two least, and the two greatest.
+#[derive(Clone, Copy, Debug)]
+struct Tally {
+    sum: f64,
+    squares: f64,
+    least: [f64; 2],
+    most: [f64; 2],
+}
+
+impl Tally {
+    const NONE: Tally =
+        Tally { sum: 0.0, squares: 0.0, least: [f64::INFINITY; 2], most: [f64::NEG_INFINITY; 2] };
+
+    fn add(&mut self, x: f64) {
+        self.sum += x;
+        self.squares += x * x;
+        let [first, second] = self.least;
+        self.least = [first.min(x), first.max(x).min(second)];
+        let [first, second] = self.most;
+        self.most = [first.max(x), first.min(x).max(second)];
+    }
+
+    /// The mean, of so many.
+    fn mean(&self, count: u32) -> f64 {
+        self.sum / f64::from(count.max(1))
+    }
+
+    /// Square of the standard error of the mean, of more than one.
+    fn variance(&self, count: u32) -> f64 {
+        let (n, mean) = (f64::from(count), self.mean(count));
+        (self.squares / n - mean * mean).max(0.0) / (n - 1.0)
+    }
+
+    /// How far the one that is farthest from all others is from them, of more than one.
+    fn lone(&self) -> f64 {
+        (self.most[0] - self.most[1]).max(self.least[1] - self.least[0])
+    }
 }
 
 /// Weights of red, green and blue in luminance (Rec. 709).
@@ -130,11 +171,12 @@ impl Sum {
         footprint: 0.0,
         evaluations: 0.0,
         count: 0,
-        luminance: [0.0; 2],
+        luminance: Tally::NONE,
+        shown: Tally::NONE,
     };
 
-    /// Adds a sample.
-    pub fn add(&mut self, outcome: &Outcome) {
+    /// Adds a sample, in front of a background.
+    pub fn add(&mut self, outcome: &Outcome, background: DVec3) {
         let Outcome { light, met, evaluations, .. } = outcome;
         let Light { direct, indirect, sky } = &mut self.light;
         *direct += light.direct;
@@ -151,32 +193,32 @@ impl Sum {
         self.evaluations += evaluations;
         self.count += 1;
         let luminance = light.total().dot(LUMINANCE);
-        self.luminance[0] += luminance;
-        self.luminance[1] += luminance * luminance;
+        self.luminance.add(luminance);
+        self.shown.add(luminance + (1.0 - outcome.alpha()) * background.dot(LUMINANCE));
     }
 
-    /// Whether the standard error of the mean, as a screen shows it, is below a share of white.
-    pub fn is_enough(&self, noise: f64, (gain, tone): (f64, Tone), background: DVec3) -> bool {
+    /// Whether the standard error of the mean, and what may have been [missed](Sum::missed) in pixels like this one, are below a
+    /// share of white, as a screen shows them.
+    pub fn is_enough(&self, noise: f64, (gain, tone): (f64, Tone), missed: f64) -> bool {
         if self.count < PILOT {
             return false;
         }
-        let n = f64::from(self.count);
-        let mean = self.luminance[0] / n;
-        let (error, behind) = (self.variance().sqrt(), (1.0 - self.alpha / n) * background.dot(LUMINANCE));
-        // Covered or not is a matter of chance as well, in front of a bright background.
-        let cover = self.alpha / n;
-        let error = error + (cover * (1.0 - cover) / n).sqrt() * background.dot(LUMINANCE);
+        let (mean, error) = (self.shown.mean(self.count), self.shown.variance(self.count).sqrt() + missed);
         let shown = |luminance: f64| tone::brightness(gain * luminance.max(0.0), tone);
-        shown(mean + behind + error) - shown(mean + behind - error) < 2.0 * noise
+        shown(mean + error) - shown(mean - error) < 2.0 * noise
     }
 
-    /// Square of the standard error of the mean luminance. One sample says nothing of it: then it is taken to be as wrong as
-    /// it is bright.
+    /// How far the mean would be off if a sample that is unlike all others of its pixel had not been taken. For what all samples
+    /// of a pixel have missed they cannot tell; but in the mean over pixels it is as much as what was met once (Good 1953).
+    pub fn missed(&self) -> f64 {
+        if self.count > 1 { self.shown.lone() / f64::from(self.count) } else { 0.0 }
+    }
+
+    /// Square of the standard error of the mean luminance of light. One sample says nothing of it: then it is taken to be as
+    /// wrong as it is bright.
     fn variance(&self) -> f64 {
-        let n = f64::from(self.count.max(1));
-        let mean = self.luminance[0] / n;
-        let spread = (self.luminance[1] / n - mean * mean).max(0.0);
-        if self.count > 1 { spread / (n - 1.0) } else { mean * mean }
+        let mean = self.luminance.mean(self.count);
+        if self.count > 1 { self.luminance.variance(self.count) } else { mean * mean }
     }
 
     /// The pixel.

@@ -10,16 +10,17 @@
 //! V  =  pi L m  +  2 pi / N  sum (L_k - L) w_k
 //! ```
 //!
-//! A matt surface there gets, with the normals `n` of its shape and `s` of its bumps,
+//! A matt surface there, with a normal `s`, its bumps included, gets
 //!
 //! ```text
-//! E  =  s . V  +  pi H ((1 + n . s) / 2  -  s . m)
+//! E  =  s . V  +  pi H (1 - s . m)
 //! ```
 //!
-//! For `s = n = m` that is the irradiance. As normals turn from there, the first term has the right slope: the halves above two
+//! For `s = m` that is the irradiance. As normals turn from there, the first term has the right slope: the halves above two
 //! surfaces differ in light along the horizon alone, which counts for nothing yet. The second is what these differ by, if
-//! light along the horizon is all alike; no light comes to a bump from below the surface that it stands on. So light that is
-//! the same from all sides has the right value whatever the normals, and the foot of a rock is no brighter than it should be.
+//! light along the horizon is all alike; instead of light from below the surface that it stands on, a bump gets what the
+//! [other sides](super::reflect) of bumps throw to it. So light that is the same from all sides has the right value whatever the
+//! normals.
 //!
 //! Between the places light is blended as by a cubic B-spline, among those that lie in about the same plane and face about
 //! the same way, on one side of the seam of a picture all around. Where too few of these are near, where a surface does not
@@ -304,11 +305,10 @@ impl Arriving {
         Arriving { normal, vector: std::array::from_fn(vector), horizon }
     }
 
-    /// Irradiance of a surface by the normals of its shape and of its bumps.
-    fn irradiance(&self, normal: DVec3, shading: DVec3) -> DVec3 {
-        let along = DVec3::from_array(self.vector.map(|vector| vector.dot(shading)));
-        let beyond = 0.5 * (1.0 + normal.dot(shading)) - shading.dot(self.normal);
-        (along + PI * beyond * self.horizon).max(DVec3::ZERO)
+    /// Irradiance of a surface with a normal, bumps included.
+    fn irradiance(&self, normal: DVec3) -> DVec3 {
+        let along = DVec3::from_array(self.vector.map(|vector| vector.dot(normal)));
+        (along + PI * (1.0 - normal.dot(self.normal)) * self.horizon).max(DVec3::ZERO)
     }
 }
 
@@ -317,7 +317,7 @@ fn blend<'a>(patch: &Patch, near: impl Iterator<Item = (&'a Record, f64)>) -> Op
     let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
     for (record, weight) in near {
         let weight = weight * record.agreement(patch);
-        sum += weight * record.light.irradiance(patch.normal, patch.shading);
+        sum += weight * record.light.irradiance(patch.shading);
         weights += weight;
     }
     (weights >= ENOUGH).then(|| sum / weights)
@@ -342,12 +342,7 @@ mod tests {
         let m = DVec3::new(0.3, 0.8, -0.2).normalize();
         let light = arriving(m, |_| DVec3::new(1.0, 0.5, 0.0));
         for turned in [m, (m + 0.4 * DVec3::X).normalize(), (m - DVec3::Z).normalize()] {
-            let flat = light.irradiance(turned, turned);
-            assert!((flat - PI * DVec3::new(1.0, 0.5, 0.0)).length() < 1e-12);
-            // Half of what the bump does not see of the sky is ground.
-            let bump = (turned + 0.5 * DVec3::Y).normalize();
-            let cosine = bump.dot(turned);
-            assert!((light.irradiance(turned, bump).x - 0.5 * PI * (1.0 + cosine)).abs() < 1e-12);
+            assert!((light.irradiance(turned) - PI * DVec3::new(1.0, 0.5, 0.0)).length() < 1e-12);
         }
     }
 
@@ -363,11 +358,11 @@ mod tests {
             TAU / 65_536.0 * all.map(|d| light(d).x * d.dot(n)).sum::<f64>()
         };
         let found = arriving(m, light);
-        assert!((found.irradiance(m, m).x / exact(m) - 1.0).abs() < 2e-3);
+        assert!((found.irradiance(m).x / exact(m) - 1.0).abs() < 2e-3);
         for aside in [DVec3::X, DVec3::Z, DVec3::new(-1.0, 0.2, 0.5)] {
             let turned = (m + 0.2 * aside).normalize();
             let (slope, right) =
-                (found.irradiance(turned, turned).x - found.irradiance(m, m).x, exact(turned) - exact(m));
+                (found.irradiance(turned).x - found.irradiance(m).x, exact(turned) - exact(m));
             assert!((slope - right).abs() < 0.03 * exact(m), "{slope} {right}");
         }
     }

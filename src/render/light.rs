@@ -128,12 +128,16 @@ impl Surroundings<'_> {
         (seen.transmittance, seen.scattered)
     }
 
-    /// Mean radiance over the hemisphere that a patch faces, weighted as a matt surface does.
+    /// Mean radiance over the hemisphere that a patch faces, weighted as a matt surface does. A bump sees what the surface
+    /// below it does not hide, and that in the [other sides](super::reflect) of bumps; this is their sum where the surface is
+    /// level or upright.
     pub fn ambient(&self, patch: &Patch) -> DVec3 {
         let up = self.up(patch.position);
         let Sky { zenith, nadir, .. } = *self.sky;
         let [above, below] =
             self.air.map_or([zenith, nadir], |air| air.ambient(patch.position, up, self.suns));
-        below.lerp(above, 0.5 * (1.0 + patch.shading.dot(up)))
+        let Patch { normal, shading, .. } = *patch;
+        let along = shading - shading.dot(normal) * normal;
+        below.lerp(above, (0.5 * (1.0 + up.dot(normal + along))).clamp(0.0, 1.0))
     }
 }

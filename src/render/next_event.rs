@@ -4,16 +4,16 @@
 //! whether anything stands in its way, so that rays of all places are cast together.
 
 use super::Prepared;
-use super::gather::Light;
+use super::gather;
 use super::light::{self, Surroundings};
 use super::path::{Paths, Trace};
-use super::reflect::Reflector;
+use super::reflect::{Drawn, Reflector};
 use super::sample::Purpose;
 use super::stats::Stage;
 use super::water::Water;
 use super::worker::Seer;
 use crate::cast::{Hit, Ray};
-use crate::scene;
+use crate::scene::{Light, Sun};
 use glam::DVec3;
 
 /// A ray to a light, and what it would bring to a patch: reflected by it, and by what is below it.
@@ -27,7 +27,7 @@ pub(super) struct Errand {
 
 impl Errand {
     /// Adds what it brings to what leaves its patch.
-    fn deliver(&self, shine: &mut [Light], glow: &mut [DVec3]) {
+    fn deliver(&self, shine: &mut [gather::Light], glow: &mut [DVec3]) {
         let shine = &mut shine[self.patch];
         if self.is_sky {
             shine.indirect += self.brings
@@ -43,10 +43,11 @@ impl Paths {
     pub(super) fn ask_lights(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
         let stage = Stage::begin();
         let (scene, air) = (seer.scene, seer.scene.air.as_ref());
-        let water = seer.water();
+        let water = seer.water;
         let around = Surroundings { sky: &scene.sky, air, suns: &scene.suns };
         self.shine.clear();
-        self.shine.extend(self.patches.iter().map(|p| Light { direct: p.emission, ..Light::default() }));
+        self.shine
+            .extend(self.patches.iter().map(|p| gather::Light { direct: p.emission, ..Default::default() }));
         self.glow.clear();
         self.glow.resize(self.patches.len(), DVec3::ZERO);
         self.rays.clear();
@@ -56,25 +57,26 @@ impl Paths {
                 let (patch, path) = (&self.patches[i], self.seen[i]);
                 let u = to.samples[path.sample].pair(Purpose::Light { step, number });
                 let arriving = light::arriving(light, patch.position, u, air);
-                let facing = patch.shading.dot(arriving.from);
-                if facing <= 0.0 || patch.normal.dot(arriving.from) <= 0.0 {
-                    continue;
-                }
-                let mut irradiance = arriving.irradiance * facing;
-                let (value, below) = match &water {
+                let mut irradiance = arriving.irradiance;
+                let (lit, below) = match &water {
                     Some(water) if i >= self.dry => {
-                        let value = water.value(patch, -path.direction, arriving.from);
-                        (value, water.glow(irradiance * water.entering(facing)))
+                        let facing = patch.facing(arriving.from);
+                        let lit = facing * water.value(patch, -path.direction, arriving.from);
+                        (lit, water.glow(irradiance * facing * water.entering(facing)))
                     }
                     _ => {
                         if let Some(water) = water.as_ref().filter(|_| path.is_below()) {
                             irradiance *= water.entering(around.up(patch.position).dot(arriving.from));
                         }
                         let reflector = Reflector::new(patch, scene.reflecting.as_ref());
-                        (reflector.value(-path.direction, arriving.from), DVec3::ZERO)
+                        (reflector.lit(-path.direction, arriving.from), DVec3::ZERO)
                     }
                 };
-                let errand = Errand { patch: i, brings: value * irradiance, below, is_sky: false };
+                let brings = lit * irradiance;
+                if brings == DVec3::ZERO && below == DVec3::ZERO {
+                    continue;
+                }
+                let errand = Errand { patch: i, brings, below, is_sky: false };
                 self.send(scene, errand, arriving.from, arriving.distance, light::has_shadows(light));
             }
         }
@@ -113,7 +115,8 @@ impl Paths {
             let sample = &to.samples[path.sample];
             let purpose = Purpose::Onward { step };
             let drawn = reflector.sample(sample.number(purpose), sample.pair(purpose), -path.direction);
-            let Some((direction, share)) = drawn.filter(|(direction, _)| patch.normal.dot(*direction) > 0.0)
+            let Some(Drawn { direction, share, .. }) =
+                drawn.filter(|drawn| patch.normal.dot(drawn.direction) > 0.0)
             else {
                 continue;
             };
@@ -157,7 +160,7 @@ impl Paths {
     fn drown(&mut self, seer: &mut Seer<'_>) {
         self.dim.clear();
         self.dim.resize(self.dry, DVec3::ONE);
-        let (Some(water), Some(sea)) = (seer.water(), &mut seer.sea) else { return };
+        let (Some(water), Some(sea)) = (seer.water, &mut seer.sea) else { return };
         let which: Vec<usize> = (0..self.dry).filter(|&i| self.seen[i].is_below()).collect();
         let places: Vec<DVec3> = which.iter().map(|&i| self.patches[i].position).collect();
         for (i, depth) in which.into_iter().zip(sea.surface.depths(&places)) {
@@ -166,35 +169,38 @@ impl Paths {
         }
     }
 
-    /// Finds out where in the air the sun shines, for shafts of light between shadows of the ground.
-    pub(super) fn look_for_sun(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
+    /// Finds out where in the air suns shine, for shafts of light between shadows of the ground.
+    pub(super) fn look_for_suns(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
         self.nodes.clear();
         self.sunny.clear();
-        let (Some(air), Some(scene::Light::Sun(sun))) = (&seer.scene.air, seer.scene.lights.first()) else {
-            return;
-        };
-        if step > 0 || !seer.scene.has_shafts() {
-            return;
-        }
+        let (Some(air), true) = (&seer.scene.air, step == 0 && seer.scene.has_shafts()) else { return };
         let stage = Stage::begin();
         self.rays.clear();
         self.owners.clear();
+        let suns = (0u32..).zip(&seer.scene.lights).filter_map(|(number, light)| match light {
+            Light::Sun(sun) => Some((number, sun)),
+            Light::Lamp(_) => None,
+        });
+        let suns: Vec<(u32, &Sun)> = suns.collect();
         let (mut places, mut asked) = (Vec::new(), Vec::new());
         for path in &self.paths {
             let sample = &to.samples[path.sample];
             let jitter = sample.number(Purpose::Air { step });
             places.clear();
             air.nodes(path.origin, path.direction, path.distance, jitter, &mut places);
-            let towards = light::on_disc(sun, sample.pair(Purpose::Light { step, number: 0 }));
-            for (order, place) in places.iter().enumerate() {
-                if let Some(ray) = seer.scene.onward_ray(*place, towards, f64::INFINITY) {
-                    // It begins in the air.
-                    let near = ray.near.max(ray.tolerance.least);
-                    asked.push((order, self.sunny.len(), Ray { near, ..ray }));
+            for &(number, sun) in &suns {
+                let towards = light::on_disc(sun, sample.pair(Purpose::Light { step, number }));
+                let may_be_hidden = sun.shadows && sun.irradiance != DVec3::ZERO;
+                for (order, place) in places.iter().enumerate().filter(|_| may_be_hidden) {
+                    if let Some(ray) = seer.scene.onward_ray(*place, towards, f64::INFINITY) {
+                        // It begins in the air.
+                        let near = ray.near.max(ray.tolerance.least);
+                        asked.push((order, self.sunny.len() + order, Ray { near, ..ray }));
+                    }
                 }
-                self.sunny.push(1.0);
+                self.sunny.resize(self.sunny.len() + places.len(), 1.0);
             }
-            self.nodes.push(places.len());
+            self.nodes.push(suns.len() * places.len());
         }
         // Places of the same order along neighbouring lines are near to one another.
         asked.sort_by_key(|(order, ..)| *order);

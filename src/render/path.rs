@@ -20,7 +20,7 @@ use super::irradiance::Irradiance;
 use super::light::Surroundings;
 use super::next_event::Errand;
 use super::rays::piece;
-use super::reflect::Reflector;
+use super::reflect::{Drawn, Reflector};
 use super::sample::{Purpose, Sample};
 use super::stats::Stage;
 use super::surface::{Patch, Surface};
@@ -44,6 +44,8 @@ pub(super) struct Path {
     pub(super) weight: DVec3,
     /// How often it has been reflected by the solid.
     pub(super) bounce: u32,
+    /// The roughness of the roughest of these reflections, 1 for what is matt.
+    pub(super) blur: f64,
     /// Light that comes back from all around, where it is under water.
     pub(super) under: Option<DVec3>,
     /// Whether it left something that is under water. What water takes away is counted there, so it goes on as in the dry.
@@ -79,9 +81,9 @@ pub(super) struct Paths {
     /// Whether the light from all around a patch is known, so that no path need go on for it.
     shared: Vec<bool>,
     pub(super) errands: Vec<Errand>,
-    /// Whether the sun shines at places in the air.
+    /// Whether suns shine at places in the air: of each path, at all places one sun after the other.
     pub(super) sunny: Vec<f64>,
-    /// How many of these places belong to each path.
+    /// How many of these belong to each path.
     pub(super) nodes: Vec<usize>,
     /// What comes of each sample.
     pub outcomes: Vec<Outcome>,
@@ -246,9 +248,7 @@ impl Paths {
         let mut patches = Vec::new();
         surface.patches(&places, &mut patches, to.cancel);
         for (patch, path) in patches.iter_mut().zip(&self.seen[self.patches.len()..]) {
-            if path.bounce > 0 {
-                patch.blur();
-            }
+            patch.blur(path.blur);
         }
         self.patches.append(&mut patches);
     }
@@ -273,9 +273,9 @@ impl Paths {
 
     /// Adds what paths bring from here to their samples, through the air or the water.
     fn gather(&mut self, seer: &mut Seer<'_>, step: u32, to: &mut Trace<'_>) {
-        self.look_for_sun(seer, step, to);
+        self.look_for_suns(seer, step, to);
         let start = Instant::now();
-        let (scene, water) = (seer.scene, seer.water());
+        let (scene, water) = (seer.scene, seer.water);
         let around = Surroundings { sky: &scene.sky, air: seer.scene.air.as_ref(), suns: &scene.suns };
         let mut sunny = self.sunny.as_slice();
         for (i, path) in self.paths.iter_mut().enumerate() {
@@ -322,13 +322,14 @@ impl Paths {
 
     /// Goes on from what paths met: from the solid in a direction drawn as its material reflects, from water in two.
     fn go_on(&mut self, seer: &Seer<'_>, step: u32, to: &Trace<'_>) {
-        let (scene, water) = (seer.scene, seer.water());
+        let (scene, water) = (seer.scene, seer.water);
         let mut onward = Vec::new();
         for path in self.paths.drain(..).filter(|path| path.distance.is_finite()) {
             let patch = &self.patches[path.patch];
             match &water {
                 Some(water) if path.is_water => {
-                    for way in water.ways(patch, -path.direction).into_iter().flatten() {
+                    let u = to.samples[path.sample].pair(Purpose::Onward { step });
+                    for way in water.ways(patch, -path.direction, Some(u)).into_iter().flatten() {
                         let weight = path.weight * way.share;
                         let under = way.is_down.then(|| self.glow[path.patch]);
                         let origin = scene.lifted(patch, if way.is_down { -1.0 } else { 1.0 });
@@ -340,16 +341,17 @@ impl Paths {
                     let reflector = Reflector::new(patch, scene.reflecting.as_ref());
                     let drawn =
                         reflector.sample(sample.number(purpose), sample.pair(purpose), -path.direction);
-                    let Some((direction, share)) = drawn else { continue };
+                    let Some(Drawn { direction, share, blur }) = drawn else { continue };
                     let weight = path.weight * share * self.dim[path.patch];
                     if patch.normal.dot(direction) > 0.0 && weight.max_element() > 0.0 {
                         let (origin, bounce) = (scene.lifted(patch, 1.0), path.bounce + 1);
-                        let from_below = path.is_below();
+                        let (from_below, blur) = (path.is_below(), path.blur.max(blur));
                         onward.push(Path {
                             origin,
                             direction,
                             weight,
                             bounce,
+                            blur,
                             under: None,
                             from_below,
                             ..path
@@ -383,9 +385,9 @@ fn around_directions(d: DVec3) -> u64 {
 const DIRECTIONS: u32 = 256;
 
 impl Path {
-    /// Of a sample, from the solid, where it was reflected for the first time.
+    /// Of a sample, from something matt, where it was reflected for the first time.
     pub(super) fn onward(sample: usize, origin: DVec3, direction: DVec3) -> Path {
-        Path { bounce: 1, ..Path::new(sample, origin, direction) }
+        Path { bounce: 1, blur: 1.0, ..Path::new(sample, origin, direction) }
     }
 
     /// Of a sample, from the eye.
@@ -396,6 +398,7 @@ impl Path {
             direction,
             weight: DVec3::ONE,
             bounce: 0,
+            blur: 0.0,
             under: None,
             from_below: false,
             distance: f64::INFINITY,

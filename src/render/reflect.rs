@@ -1,5 +1,18 @@
 //! How much of the light that comes from one direction leaves a patch in another: the laws of
 //! [`material`](super::material), mixed as the material of the scene says.
+//!
+//! Bumps are not there: they turn the normal `s` that a law is asked about, on a surface whose own normal `n` says what light
+//! can come. A law about `s` also answers to directions below that surface, and what it gives to them would be lost, while
+//! the sides that bumps turn away from the eye would be black. So light from a direction counts as that from its
+//! mirror image in the surface as well,
+//!
+//! ```text
+//! f(v, l) (s . l)+  +  f(v, l') (s . l')+               l' = l - 2 (n . l) n
+//! ```
+//!
+//! as if the other sides of bumps were mirrors that stand upright, and what leaves below the surface is thrown up by
+//! them. All light that a law sends out gets out, whatever the bumps (the idea, with other mirrors, is of Schuessler, Heitz,
+//! Hanika and Dachsbacher 2017). But no such law is the same with its directions exchanged.
 
 use super::light::Surroundings;
 use super::material::{Bounce, Dust, Film, Fresnel, Lambert, Metals, OrenNayar, Phase, Reflectance, Surge};
@@ -31,6 +44,17 @@ impl Reflecting {
         let film = FILMS.get_or(&material.ior, || Some(make())).unwrap_or_else(make);
         Reflecting { material: *material, film }
     }
+}
+
+/// A direction in which a patch looks for light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drawn {
+    /// Which; above the surface, to rounding.
+    pub direction: DVec3,
+    /// Share of the radiance there that is reflected.
+    pub share: DVec3,
+    /// The roughness of what reflects it: how blurred it would show an image; 1 for what is matt.
+    pub blur: f64,
 }
 
 /// How a patch reflects.
@@ -80,20 +104,43 @@ impl<'a> Reflector<'a> {
         }
     }
 
-    /// The reflectance function, per steradian.
-    pub fn value(&self, to_eye: DVec3, to_light: DVec3) -> DVec3 {
-        let normal = self.patch.shading;
-        let shares = self.shares().into_iter().enumerate().filter(|(_, share)| *share > 0.0);
-        shares.map(|(i, share)| share * self.ask(i, |law| law.value(normal, to_eye, to_light))).sum()
+    /// Radiance that leaves towards the eye, for each unit of irradiance on a surface that faces the light: the reflectance
+    /// function, with the cosine.
+    pub fn lit(&self, to_eye: DVec3, to_light: DVec3) -> DVec3 {
+        if self.patch.normal.dot(to_light) <= 0.0 {
+            return DVec3::ZERO;
+        }
+        self.about_bump(to_eye, to_light) + self.about_bump(to_eye, self.thrown(to_light))
     }
 
-    /// A direction to look for light in, and the share of it that is reflected; with numbers in [0, 1).
-    pub fn sample(&self, choice: f64, u: [f64; 2], to_eye: DVec3) -> Option<(DVec3, DVec3)> {
+    /// The same for light from one direction, which may be below the surface.
+    fn about_bump(&self, to_eye: DVec3, to_light: DVec3) -> DVec3 {
+        let normal = self.patch.shading;
+        let cosine = normal.dot(to_light);
+        if cosine <= 0.0 {
+            return DVec3::ZERO;
+        }
+        let shares = self.shares().into_iter().enumerate().filter(|(_, share)| *share > 0.0);
+        let value = |(i, share): (usize, f64)| share * self.ask(i, |law| law.value(normal, to_eye, to_light));
+        cosine * shares.map(value).sum::<DVec3>()
+    }
+
+    /// A direction on the other side of the surface.
+    fn thrown(&self, direction: DVec3) -> DVec3 {
+        direction - 2.0 * self.patch.normal.dot(direction) * self.patch.normal
+    }
+
+    /// A direction to look for light in, with numbers in [0, 1).
+    pub fn sample(&self, choice: f64, u: [f64; 2], to_eye: DVec3) -> Option<Drawn> {
         let [metal, coat, _] = self.shares();
         // Each law is chosen as often as its share says, which therefore does not weigh what it finds.
         let which = usize::from(choice >= metal) + usize::from(choice >= metal + coat);
-        let bounce = self.ask(which, |law| law.sample(u, self.patch.shading, to_eye));
-        bounce.map(|Bounce { direction, weight }| (direction, weight))
+        let Bounce { direction, weight } =
+            self.ask(which, |law| law.sample(u, self.patch.shading, to_eye))?;
+        let is_below = self.patch.normal.dot(direction) < 0.0;
+        let direction = if is_below { self.thrown(direction) } else { direction };
+        let blur = if which < 2 { self.finish(Finish::Roughness) } else { 1.0 };
+        Some(Drawn { direction, share: weight, blur })
     }
 
     /// Light of the sky that is reflected, as if nothing stood in its way: by what is matt from all around, by what mirrors
@@ -115,5 +162,67 @@ impl<'a> Reflector<'a> {
         let mirrored = (2.0 * cosine * shading - to_eye).normalize_or(shading);
         let sky = around.radiance(position, mirrored).lerp(all_around, roughness);
         (matt * albedo + late) * all_around + at_once * sky
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::material::{Frame, uniform_hemisphere};
+    use super::super::sequence::point;
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// A white patch, with a bump that leans so far (the tangent), of these shares of metal and coat.
+    fn patch(lean: f64, metal: f64, coat: f64) -> Patch {
+        let mut finish = [0.0; Finish::COUNT];
+        finish[Finish::Metal as usize] = metal;
+        finish[Finish::Coat as usize] = coat;
+        finish[Finish::Roughness as usize] = 0.6;
+        let shading = DVec3::new(lean, 1.0, 0.3 * lean).normalize();
+        Patch { normal: DVec3::Y, shading, albedo: DVec3::ONE, finish, ..Patch::PLAIN }
+    }
+
+    #[test]
+    fn what_is_asked_for_and_what_is_drawn_are_the_same_light() {
+        let node = crate::expr::Graph::default().constant(0.0).unwrap();
+        let of = |matt| {
+            let material =
+                Material { matt, finish: [node; Finish::COUNT], ior: 1.5, emission: None, bump: None };
+            Reflecting::new(&material)
+        };
+        // Bright to one side.
+        let light = |d: DVec3| 1.0 + d.x;
+        let count = 1 << 15;
+        for (matt, metal, coat) in [
+            (Matt::Lambert, 0.0, 0.0),
+            (Matt::Rough, 0.0, 0.0),
+            (Matt::Lambert, 0.7, 0.0),
+            (Matt::Lambert, 0.0, 1.0),
+        ] {
+            let of = of(matt);
+            for lean in [0.0, 0.5, -2.0] {
+                let patch = patch(lean, metal, coat);
+                let to_eye = DVec3::new(-0.3, 0.8, 0.2).normalize();
+                let reflector = Reflector::new(&patch, Some(&of));
+                let (mut asked, mut drawn, mut all) = (0.0, 0.0, 0.0);
+                for i in 0..count {
+                    let from = Frame::around(DVec3::Y).to_world(uniform_hemisphere(point(1, i, 0)));
+                    asked += TAU * reflector.lit(to_eye, from).x * light(from) / f64::from(count);
+                    let choice = point(1, i, 1)[0];
+                    if let Some(Drawn { direction, share, .. }) =
+                        reflector.sample(choice, point(1, i, 2), to_eye)
+                    {
+                        assert!(direction.y > -1e-12 && (direction.length() - 1.0).abs() < 1e-9);
+                        drawn += share.x * light(direction) / f64::from(count);
+                        all += share.x / f64::from(count);
+                    }
+                }
+                assert!(
+                    (asked / drawn - 1.0).abs() < 0.02,
+                    "{matt:?} {metal} {coat} {lean}: {asked} {drawn}"
+                );
+                assert!((all - 1.0).abs() < 0.01, "{matt:?} {metal} {coat} {lean}: {all} of all light");
+            }
+        }
     }
 }

@@ -11,6 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Points evaluated together.
 const LANES: usize = 16;
 
+/// Cosine between a bump and the eye, at least.
+const GRAZING: f64 = 1e-3;
+
 /// The colour of a solid that has none.
 const GREY: DVec3 = DVec3::splat(0.6);
 
@@ -24,7 +27,7 @@ pub(super) struct Patch {
     pub position: DVec3,
     /// Unit normal, outwards.
     pub normal: DVec3,
-    /// Unit normal for the sake of light: the same but for bumps.
+    /// Unit normal for the sake of light: the same but for bumps, of which the eye sees the sides that face it.
     pub shading: DVec3,
     /// Share of the light that is reflected, by channel.
     pub albedo: DVec3,
@@ -38,7 +41,7 @@ pub(super) struct Patch {
 
 impl Patch {
     /// A matt grey one.
-    const PLAIN: Patch = Patch {
+    pub(super) const PLAIN: Patch = Patch {
         position: DVec3::ZERO,
         normal: DVec3::Y,
         shading: DVec3::Y,
@@ -49,16 +52,21 @@ impl Patch {
     };
 }
 
-/// Least roughness of what is seen in light that has been spread already.
+/// Roughness that is enough for what is seen in light that is spread.
 const BLURRED: f64 = 0.5;
 
 impl Patch {
-    /// Makes reflections as blurred as they may be to a path that comes from a matt place: a sharp image of the sun would
-    /// be met by one path in thousands, and shine as a speck (path space regularisation; Kaplanyan and Dachsbacher 2013). As
-    /// much light is reflected as before, in more directions.
-    pub fn blur(&mut self) {
+    /// The cosine at which light from a direction falls on it; zero if that is below it, or on the other side of its bump.
+    pub fn facing(&self, from: DVec3) -> f64 {
+        if self.normal.dot(from) > 0.0 { self.shading.dot(from).max(0.0) } else { 0.0 }
+    }
+
+    /// Makes reflections as blurred as they may be to a path on which images are so blurred by now: a sharp image of the sun
+    /// would be met by one in thousands of the paths that come from a matt place, and shine as a speck (path space
+    /// regularisation; Kaplanyan and Dachsbacher 2013). As much light is reflected as before, in more directions.
+    pub fn blur(&mut self, least: f64) {
         let roughness = &mut self.finish[Finish::Roughness as usize];
-        *roughness = roughness.max(BLURRED);
+        *roughness = roughness.max(least.min(BLURRED));
     }
 }
 
@@ -180,7 +188,7 @@ impl Surface {
             let patch = Patch {
                 position,
                 normal,
-                shading: bumped(normal, rise),
+                shading: bumped(normal, rise, -direction),
                 albedo: if given.is_nan() { MAGENTA } else { given.clamp(DVec3::ZERO, DVec3::ONE) },
                 finish: finish.map(|share| if share > 0.0 { share.min(1.0) } else { 0.0 }),
                 emission: DVec3::from_array(given_off.to_array().map(|c| if c > 0.0 { c } else { 0.0 })),
@@ -201,7 +209,12 @@ fn outputs<const N: usize>(
 }
 
 /// The normal of a surface raised by a height with a gradient: what the height does not say of the surface's own
-/// tangent plane does not matter (Blinn 1978).
-fn bumped(normal: DVec3, rise: DVec3) -> DVec3 {
-    (normal - (rise - rise.dot(normal) * normal)).try_normalize().unwrap_or(normal)
+/// tangent plane does not matter (Blinn 1978). Where the bump faces away from the eye, it is seen at the edge.
+fn bumped(normal: DVec3, rise: DVec3, to_eye: DVec3) -> DVec3 {
+    if rise == DVec3::ZERO {
+        return normal;
+    }
+    let bumped = (normal - (rise - rise.dot(normal) * normal)).try_normalize().unwrap_or(normal);
+    let facing = bumped.dot(to_eye);
+    if facing < GRAZING { (bumped + (GRAZING - facing) * to_eye).normalize() } else { bumped }
 }

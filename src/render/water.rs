@@ -18,9 +18,6 @@ pub(super) struct Water {
     mean: f64,
 }
 
-/// Steps of that mean.
-const STEPS: u32 = 64;
-
 /// A way on which light comes to a point of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Way {
@@ -39,17 +36,17 @@ impl Water {
     }
 
     fn of(law: material::Water, color: DVec3) -> Water {
-        let share = |i| {
-            let cos = (f64::from(i) + 0.5) / f64::from(STEPS);
-            2.0 * cos * (1.0 - material::dielectric(cos, law.ior)) / f64::from(STEPS)
-        };
-        Water { law, color, mean: (0..STEPS).map(share).sum() }
+        Water { law, color, mean: 1.0 - material::dielectric_mean(law.ior) }
     }
 
     /// How its surface reflects lights, per steradian: a sharper image of them would be seen by chance only.
     pub fn value(&self, patch: &Patch, to_eye: DVec3, to_light: DVec3) -> DVec3 {
-        let fresnel = Fresnel::Dielectric { ior: self.law.ior };
-        Gloss::new(patch.finish[Finish::Roughness as usize], fresnel).value(patch.shading, to_eye, to_light)
+        self.gloss(patch).value(patch.shading, to_eye, to_light)
+    }
+
+    /// Its ripples, too small to be seen.
+    fn gloss(&self, patch: &Patch) -> Gloss {
+        Gloss::new(patch.finish[Finish::Roughness as usize], Fresnel::Dielectric { ior: self.law.ior })
     }
 
     /// What light at this cosine to the vertical brings to what is below the surface, relative to light from all around: the
@@ -70,11 +67,13 @@ impl Water {
         self.law.transmittance(distance.min(f64::MAX))
     }
 
-    /// The ways on which light comes that leaves the surface towards the eye, above it.
-    pub fn ways(&self, patch: &Patch, to_eye: DVec3) -> [Option<Way>; 2] {
+    /// The ways on which light comes that leaves the surface towards the eye, above it: by a facet of its ripples, one for each
+    /// `u` in the unit square; without that, as if there were none.
+    pub fn ways(&self, patch: &Patch, to_eye: DVec3, u: Option<[f64; 2]>) -> [Option<Way>; 2] {
         // Waves that face away from the eye are seen from their backs only by mistake.
         let normal = if patch.shading.dot(to_eye) > 0.0 { patch.shading } else { patch.normal };
-        let Split { reflectance, reflected, refracted } = self.law.split(normal, to_eye);
+        let facet = u.map_or(normal, |u| self.gloss(patch).facet(u, normal, to_eye));
+        let Split { reflectance, reflected, refracted } = self.law.split(facet, to_eye);
         // What is mirrored into the water meets the next wave, about as if it came along the surface.
         let rising = reflected.dot(patch.normal);
         let along = reflected + (1e-3 - rising) * patch.normal;
@@ -107,6 +106,21 @@ mod tests {
                 let mirrored = material::dielectric(cos, ior);
                 assert!((mirrored + water.entering(cos) * out - 1.0).abs() < 1e-3, "{ior}, {cos}");
             }
+        }
+    }
+
+    #[test]
+    fn a_floor_under_water_is_the_same_with_directions_exchanged() {
+        let water = Water::of(material::Water { ior: 1.333, absorption: DVec3::ZERO }, DVec3::ZERO);
+        let patch = Patch { normal: DVec3::Y, shading: DVec3::Y, ..Patch::PLAIN };
+        let towards = |cos: f64| DVec3::new((1.0 - cos * cos).sqrt(), cos, 0.0);
+        let seen = |eye: f64, light: f64| {
+            let ways = water.ways(&patch, towards(eye), None);
+            let down = ways.into_iter().flatten().find(|way| way.is_down).unwrap();
+            down.share * water.entering(light)
+        };
+        for (a, b) in [(1.0, 0.1), (0.3, 0.05), (0.7, 0.2)] {
+            assert!((seen(a, b) / seen(b, a) - 1.0).abs() < 1e-12, "{a} {b}");
         }
     }
 }

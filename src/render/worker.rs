@@ -22,6 +22,14 @@ use std::sync::atomic::Ordering;
 /// stays in the cache and a cancelled job stops soon.
 const GROUP: usize = 4096;
 
+/// Side of a block of pixels, which know together what each may have missed.
+const BLOCK: u32 = 8;
+
+/// The block of a pixel of a tile.
+fn block(rect: &Rect, x: u32, y: u32) -> usize {
+    (y / BLOCK * rect.width.div_ceil(BLOCK) + x / BLOCK) as usize
+}
+
 /// A scene at one moment, and a caster made for its field.
 #[derive(Clone, Copy)]
 pub struct Shot<'a> {
@@ -51,6 +59,8 @@ pub(super) struct Seer<'a> {
     pub surface: Surface,
     pub moon: Option<Box<Seer<'a>>>,
     pub sea: Option<Box<Seer<'a>>>,
+    /// What is below its surface.
+    pub water: Option<Water>,
 }
 
 impl<'a> Seer<'a> {
@@ -61,17 +71,13 @@ impl<'a> Seer<'a> {
             surface: Surface::new(shot.scene),
             moon: shot.moon.map(|moon| Box::new(Seer::new(moon))),
             sea: shot.sea.map(|sea| Box::new(Seer::new(sea))),
+            water: shot.sea.and(shot.scene.sea.as_ref()).map(Water::new),
         }
     }
 
     /// Light that comes back from all around an eye under water.
     pub fn under_water(&self) -> Option<DVec3> {
         self.sea.as_ref().and_then(|sea| self.scene.glow_below(sea.scene))
-    }
-
-    /// The water, if there is any.
-    pub fn water(&self) -> Option<Water> {
-        self.sea.as_ref().and(self.scene.sea.as_ref()).map(Water::new)
     }
 }
 
@@ -128,8 +134,8 @@ impl<'a> Worker<'a> {
                     self.take(rect, some, start..round.end.min(start + at_once as u32), job)?;
                 }
             }
-            let is_done = |x: u32, y: u32| self.is_done((y * rect.width + x) as usize);
-            pixels.retain(|&(x, y)| !is_done(x, y));
+            let missed = self.missed(rect);
+            pixels.retain(|&(x, y)| !self.is_done((y * rect.width + x) as usize, missed[block(rect, x, y)]));
             round = round.end..settings.samples.min(2 * round.end);
         }
         self.stats.pixels += u64::from(area);
@@ -184,16 +190,29 @@ impl<'a> Worker<'a> {
                 };
                 outcome.put_beyond(light::beyond(lights, direction) + stars);
             }
-            self.sums[sample.in_tile].add(outcome);
+            self.sums[sample.in_tile].add(outcome, seer.scene.sky.background);
         }
         Some(())
     }
 
-    /// Whether a pixel has enough samples.
-    fn is_done(&self, pixel: usize) -> bool {
-        let Prepared { settings, sky, .. } = self.seers[0].scene;
+    /// Whether a pixel has enough samples, where pixels may have missed so much.
+    fn is_done(&self, pixel: usize, missed: f64) -> bool {
+        let settings = &self.seers[0].scene.settings;
         let shown = (libm::exp2(settings.exposure), settings.tone);
-        self.sums[pixel].is_enough(settings.noise, shown, sky.background)
+        self.sums[pixel].is_enough(settings.noise, shown, missed)
+    }
+
+    /// How much the pixels of each block of a tile may have missed, row by row: the mean over the block, or if that is more over
+    /// the tile, for what is so rare that a whole block misses it.
+    fn missed(&self, rect: &Rect) -> Vec<f64> {
+        let mut blocks = vec![(0.0, 0.0); block(rect, rect.width - 1, rect.height - 1) + 1];
+        for (x, y) in places(rect) {
+            let (sum, count) = &mut blocks[block(rect, x, y)];
+            *sum += self.sums[(y * rect.width + x) as usize].missed();
+            *count += 1.0;
+        }
+        let all = blocks.iter().map(|(sum, _)| sum).sum::<f64>() / f64::from(rect.width * rect.height);
+        blocks.into_iter().map(|(sum, count)| f64::max(sum / count, all)).collect()
     }
 
     /// Lists samples of pixels, as far as they belong to a moment.

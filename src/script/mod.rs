@@ -339,6 +339,12 @@ fn warnings(scene: &Scene) -> Vec<Diagnostic> {
                 .hint("smoothstep(low, high, x) is a step without a jump"),
         );
     }
+    if scene.film.irradiance_spacing > 0 && scene.film.bounces == 0 {
+        found.push(
+            Diagnostic::warning("`irradiance` of `film` has no effect where no light bounces")
+                .hint("allow a bounce, with `bounces: 1`, or leave `irradiance` out"),
+        );
+    }
     found
 }
 

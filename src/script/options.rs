@@ -164,9 +164,19 @@ impl<'a, 'b> Options<'a, 'b> {
             Ok(color) => color,
             Err(fault) => return Err(fault.key(key)),
         };
-        color
-            .filter(|c| c.is_finite() && c.min_element() >= 0.0)
-            .ok_or_else(|| self.wrong(key, wanted, &given))
+        let color = color.filter(|c| c.is_finite()).ok_or_else(|| self.wrong(key, wanted, &given))?;
+        self.positive(key, color)
+    }
+
+    /// A colour that is no less than black.
+    pub fn positive(&self, key: &str, color: DVec3) -> Outcome<DVec3> {
+        if color.min_element() >= 0.0 {
+            return Ok(color);
+        }
+        let [r, g, b] = color.to_array();
+        let name = &self.call.name;
+        let fault = Fault::new(format!("`{key}` of `{name}` is less than nothing: {r:?}, {g:?}, {b:?}"));
+        Err(fault.key(key).label("from 0 on allowed"))
     }
 
     /// A value that is not one of the plain kinds, for a caller that tells them apart.

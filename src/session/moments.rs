@@ -10,7 +10,8 @@ use crate::scene::{Scene, Shutter};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Most moments of a picture: what moves by less than this many pixels while the shutter is open leaves no steps.
+/// Most moments of a picture: what moves by less than this many pixels while the shutter is open leaves no steps. For each
+/// the script is run and its fields are made ready.
 const MOST: u32 = 64;
 
 impl Session {

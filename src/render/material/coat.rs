@@ -14,11 +14,8 @@
 //! that gets out.
 
 use super::mirrored::Mirrored;
-use super::{Balanced, Fresnel, Gloss, dielectric};
+use super::{Balanced, Fresnel, Gloss, dielectric_mean};
 use glam::DVec3;
-
-/// Steps of the mean of Fresnel's equation.
-const STEPS: u32 = 1000;
 
 /// Clear films of one index of refraction: what they mirror, for all roughnesses.
 #[derive(Clone, Debug)]
@@ -34,10 +31,7 @@ impl Film {
     pub fn new(ior: f64) -> Film {
         let ior = ior.max(1.0);
         let fresnel = Fresnel::Dielectric { ior };
-        let outside = (0..STEPS)
-            .map(|i| (f64::from(i) + 0.5) / f64::from(STEPS))
-            .map(|cos| 2.0 * cos * dielectric(cos, ior) / f64::from(STEPS))
-            .sum::<f64>();
+        let outside = dielectric_mean(ior);
         Film { fresnel, mirrored: Mirrored::new(fresnel), inside: 1.0 - (1.0 - outside) / (ior * ior) }
     }
 
@@ -54,8 +48,8 @@ impl Film {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Reflectance;
     use super::super::tests::{albedo, film, tilted};
+    use super::super::{Reflectance, dielectric};
     use super::*;
     use std::f64::consts::FRAC_1_PI;
 

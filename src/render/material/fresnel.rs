@@ -46,6 +46,15 @@ pub fn dielectric(cos: f64, ior: f64) -> f64 {
     0.5 * (across * across + along * along)
 }
 
+/// Mean share that is mirrored of light from all around, by the rule of midpoints.
+pub fn dielectric_mean(ior: f64) -> f64 {
+    const STEPS: u32 = 1000;
+    (0..STEPS)
+        .map(|i| (f64::from(i) + 0.5) / f64::from(STEPS))
+        .map(|cos| 2.0 * cos * dielectric(cos, ior) / f64::from(STEPS))
+        .sum()
+}
+
 /// Schlick's approximation (1994) from what is mirrored along the normal, for `cos` from 0 to 1.
 pub fn schlick(cos: f64, facing: DVec3) -> DVec3 {
     let rest = 1.0 - cos.clamp(0.0, 1.0);

@@ -54,6 +54,12 @@ impl Gloss {
         self.alpha * self.alpha / (PI * base * base)
     }
 
+    /// The normal of a facet: one for each `u` in the unit square, as often as the eye sees such facets.
+    pub fn facet(&self, u: [f64; 2], normal: DVec3, to_eye: DVec3) -> DVec3 {
+        let frame = Frame::around(normal);
+        frame.to_world(self.visible(u, frame.to_local(to_eye)))
+    }
+
     /// The normal of a facet that is seen from a direction, both in the frame of the surface.
     fn visible(&self, u: [f64; 2], eye: DVec3) -> DVec3 {
         let stretch = DVec3::new(self.alpha, self.alpha, 1.0);

@@ -41,7 +41,7 @@ pub use balanced::Balanced;
 pub use coat::Film;
 pub use dust::{Dust, Surge};
 pub use frame::{Frame, cosine_hemisphere, uniform_hemisphere};
-pub use fresnel::{Fresnel, dielectric, refract, schlick};
+pub use fresnel::{Fresnel, dielectric, dielectric_mean, refract, schlick};
 pub use gloss::Gloss;
 pub use lambert::Lambert;
 pub use metal::Metals;

@@ -85,7 +85,7 @@ impl Scout<'_> {
         let mut sum = Sum::NONE;
         for (i, moment) in self.moments.iter().enumerate() {
             let met = patch(i).map(|(sight, patch)| (&self.sights[sight], patch));
-            sum.add(&match met {
+            let outcome = match met {
                 None => moment.open(rect),
                 Some((sight, patch)) if sight.what == What::Moon => {
                     let mut outcome = moment.open(rect);
@@ -93,7 +93,8 @@ impl Scout<'_> {
                     outcome
                 }
                 Some((sight, patch)) => moment.met(rect, patch, sight.what == What::Sea),
-            });
+            };
+            sum.add(&outcome, moment.scene.sky.background);
         }
         // Nothing was sampled.
         let pixel = Pixel { samples: 0.0, ..sum.resolve() };
@@ -167,7 +168,7 @@ impl<'a> Moment<'a> {
     /// What leaves a patch of the solid, as if nothing stood in the way of any light.
     fn shine(&self, patch: &Patch, to_eye: DVec3) -> Light {
         let reflector = Reflector::new(patch, self.scene.reflecting.as_ref());
-        let straight = self.straight(patch, |from| reflector.value(to_eye, from));
+        let straight = self.straight(patch, |from| reflector.lit(to_eye, from));
         let indirect = reflector.ambient(to_eye, &self.scene.around());
         Light { direct: patch.emission + straight, indirect, sky: DVec3::ZERO }
     }
@@ -175,24 +176,24 @@ impl<'a> Moment<'a> {
     /// What leaves a patch of water: what it mirrors, and what comes back from the deep.
     fn mirror(&self, water: &Water, patch: &Patch, to_eye: DVec3) -> Light {
         let around = self.scene.around();
-        let falls = self.straight(patch, |_| DVec3::ONE) + PI * around.ambient(patch);
+        let falls =
+            self.straight(patch, |from| DVec3::splat(patch.facing(from))) + PI * around.ambient(patch);
         let comes = |way: Way| {
             let light =
                 if way.is_down { water.glow(falls) } else { around.radiance(patch.position, way.direction) };
             way.share * light
         };
-        let indirect = water.ways(patch, to_eye).into_iter().flatten().map(comes).sum();
-        let direct = self.straight(patch, |from| water.value(patch, to_eye, from));
+        let indirect = water.ways(patch, to_eye, None).into_iter().flatten().map(comes).sum();
+        let direct = self.straight(patch, |from| patch.facing(from) * water.value(patch, to_eye, from));
         Light { direct, indirect, sky: DVec3::ZERO }
     }
 
-    /// Light that falls on a patch straight from suns and lamps, as much of it as `value` says of where it comes from.
-    fn straight(&self, patch: &Patch, value: impl Fn(DVec3) -> DVec3) -> DVec3 {
+    /// Light that comes to a patch straight from suns and lamps, as much of it as `share` says of where it comes from.
+    fn straight(&self, patch: &Patch, share: impl Fn(DVec3) -> DVec3) -> DVec3 {
         let comes = |light| {
             let light::Arriving { from, irradiance, .. } =
                 light::arriving(light, patch.position, [MIDDLE; 2], self.scene.air.as_ref());
-            let facing = patch.shading.dot(from);
-            if facing > 0.0 { value(from) * irradiance * facing } else { DVec3::ZERO }
+            share(from) * irradiance
         };
         self.scene.lights.iter().map(comes).sum()
     }

@@ -22,7 +22,7 @@ const FOG: [f64; 2] = [1.0 / 50.0, 40.0];
 
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<Air>("Air");
-    let sentence = "Air around a planet. Options: radius, height (over which it thins by a factor e), scattering (per unit of length, at the radius), haze and fog (maps: scattering, absorption, height, asymmetry from -0.99 to 0.99, 0.8 for light that goes mostly straight on), ozone (a map: absorption, center and width, as heights), ground (the albedo of the planet, which lights from below), multiple (whether light counts that is scattered more than once), shafts (whether the solid throws shadows into the air; some ten times as many rays). Haze and fog are two layers of the same kind; an empty map makes them, or ozone, as strong beside the gas as on the Earth.";
+    let sentence = "Air around a planet. Options: radius, height (over which it thins by a factor e), scattering (per unit of length, at the radius), haze and fog (maps: scattering, absorption, height, asymmetry from -0.99 to 0.99, 0.8 for light that goes mostly straight on), ozone (a map: absorption, center and width, as heights), ground (the albedo of the planet, which lights from below), multiple (whether light counts that is scattered more than once), shafts (whether the solid throws shadows into the air; some ten times as many rays for each sun). Haze and fog are two layers of the same kind; an empty map makes them, or ozone, as strong beside the gas as on the Earth.";
     let example = "air(#{ radius: 1.0, height: 0.01, scattering: [5.8, 13.5, 33.1], haze: #{ asymmetry: 0.7 }, multiple: true })";
     lib.def("air(options)", sentence, example, air);
 }
