@@ -199,8 +199,7 @@ fn a_mirror_shows_highlights_as_sharp_as_they_are() {
 fn every_sun_makes_shafts() {
     let shoot = |suns: &str, shafts: bool| {
         let script = format!(
-            "import \"std/deform\" as deform; \
-             let wall = deform::moved(box([0.04, 0.6, 1.2]), [0.0, 1.0, 0.0]); \
+            "let wall = box([0.04, 0.6, 1.2]).translate([0.0, 1.0, 0.0]); \
              scene(#{{ surface: min(sphere(1.0), wall), bounds: 1.5, {suns}, \
              camera: look_at(#{{ eye: [-0.25, 1.06, 0.6], target: [-0.15, 1.05, 0.0], fov: 40.0 }}), \
              sky: sky(#{{ air: air(#{{ radius: 1.0, height: 0.05, scattering: [3, 3, 3], shafts: {shafts} }}) }}), \
