@@ -56,7 +56,7 @@ fn rays(seed: u64) -> Vec<Ray> {
     out
 }
 
-const ALL: [Kind; 9] = [
+const ALL: [Kind; 10] = [
     Kind::Sphere,
     Kind::Speculative,
     Kind::Segment,
@@ -65,6 +65,7 @@ const ALL: [Kind; 9] = [
     Kind::Reduced,
     Kind::Affine,
     Kind::Beam,
+    Kind::Octree,
     Kind::Auto,
 ];
 

@@ -177,7 +177,7 @@ pub(super) fn march<S: Strategy>(
 }
 
 /// The questions, each with the tape that answers it, those with the same tape next to each other.
-fn by_tape<'a, T: Number>(cells: &'a Cells, questions: &[[T; 3]]) -> Vec<(&'a Arc<Tape>, usize)> {
+pub(super) fn by_tape<'a, T: Number>(cells: &'a Cells, questions: &[[T; 3]]) -> Vec<(&'a Arc<Tape>, usize)> {
     if cells.is_uniform() {
         return (0..questions.len()).map(|i| (cells.tape(), i)).collect();
     }

@@ -16,7 +16,8 @@
 //! thesis did with them.
 //!
 //! [`Kind::Beam`] (`beam/`) has rays that go the same way share what is certain of all of them; their hits
-//! depend on the group, within the tolerance.
+//! depend on the group, within the tolerance. [`Kind::Octree`] (`octree/`) has all rays share what is certain of cubes that
+//! they pass, where values take long and the field has creases: flows along cellular noise.
 //!
 //! What rays share can be asked for by itself ([`Reach`], `reach/`): how far all lines through a tile of a picture are
 //! free.
@@ -29,6 +30,7 @@ mod bent;
 mod group;
 mod handover;
 mod later;
+mod octree;
 mod passage;
 mod pieces;
 mod reach;
@@ -50,6 +52,7 @@ use bent::Bent;
 use glam::DVec3;
 use group::{Group, march};
 use handover::Handover;
+use octree::Octree;
 use pieces::{Pieces, Seek};
 use segment::SegmentTracing;
 use sphere::SphereTracing;
@@ -225,13 +228,15 @@ pub enum Kind {
     Affine,
     /// Beams of rays with certificates on both sides.
     Beam,
+    /// Cubes that all rays share.
+    Octree,
     /// Bent rays against the solid before it flowed: the thesis' heuristic, never certified.
     Bent,
 }
 
 impl Kind {
     /// All kinds, with the names that the command line uses.
-    pub const ALL: [(Kind, &'static str); 10] = [
+    pub const ALL: [(Kind, &'static str); 11] = [
         (Kind::Beam, "beam"),
         (Kind::Auto, "auto"),
         (Kind::Sphere, "sphere"),
@@ -241,6 +246,7 @@ impl Kind {
         (Kind::Standard, "standard"),
         (Kind::Reduced, "reduced"),
         (Kind::Affine, "affine"),
+        (Kind::Octree, "octree"),
         (Kind::Bent, "bent"),
     ];
 }
@@ -299,6 +305,7 @@ pub fn caster_in(
         Kind::Reduced => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::halving(Seek::First), own))),
         Kind::Affine => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::trimming(Seek::First), own))),
         Kind::Beam => return Ok(Box::new(Beams::new(own))),
+        Kind::Octree => return octree(field, region, cells, cancel).ok_or(CastError::Stopped),
         Kind::Bent => {
             let flowed = cells.tape().flowed().ok_or(CastError::NoFlow)?;
             // Bent rays go as far out of the region as the flow carries them.
@@ -310,6 +317,14 @@ pub fn caster_in(
     }
     let relaxation = if kind == Kind::Sphere { 1.0 } else { RELAXATION };
     Ok(spheres(bound(field, region, cancel)?, relaxation, cells))
+}
+
+/// Casts through cubes; beams do where the field may have no value.
+fn octree(field: &Field, region: &Aabb, cells: &Arc<Cells>, cancel: &AtomicBool) -> Option<Box<dyn Caster>> {
+    if !cells.is_defined() {
+        return Some(Box::new(Beams::new(cells.clone())));
+    }
+    Octree::new(field, region, cells, cancel).map(|octree| Box::new(octree) as Box<dyn Caster>)
 }
 
 /// The Lipschitz bound that sphere tracing needs.
@@ -338,7 +353,10 @@ fn auto(
         let (at_points, along_pieces) = costs(cells.tape().census());
         let most = along_pieces * trial(&mut *beams, typical, f64::INFINITY, cancel) / at_points;
         if trial(&mut *balls, typical, most, cancel) < most {
-            return balls;
+            // Balls that take so long to find are worth sharing.
+            let is_carried = cells.is_defined() && cells.tape().census().carried > 0;
+            let shared = if is_carried { octree(field, region, cells, cancel) } else { None };
+            return shared.unwrap_or(balls);
         }
     }
     beams

@@ -52,7 +52,7 @@ pub struct PictureOptions {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Film::MAX_SAMPLES)))]
     pub samples: Option<u32>,
 
-    /// How rays find the surface: auto, beam, sphere, speculative, segment or affine; to compare with,
+    /// How rays find the surface: auto, beam, octree, sphere, speculative, segment or affine; to compare with,
     /// reduced, standard, interval or, for flowed solids, bent
     #[arg(long, value_name = "KIND", default_value = "auto", hide_possible_values = true)]
     #[arg(value_parser = PossibleValuesParser::new(Kind::ALL.map(|k| k.1)).map(|s| kind(&s)))]

@@ -131,6 +131,8 @@ pub(super) struct Seen {
     sag: Pack,
     lipschitz: Pack,
     hessian: Pack,
+    /// How far gradients may be from the one in the middle as it is computed.
+    turn: Pack,
     /// What the value and the gradient may be off by.
     off: [Pack; 2],
     /// How far it may be from the value in the middle; where that says more than the gradient, nothing else does.
@@ -179,6 +181,7 @@ pub(super) fn seen_back(
         sag: UP * sag,
         lipschitz: UP * (f.steep * ball.steep).least(own + turned),
         hessian: UP * bent,
+        turn: UP * turned,
         off: [UP * off, off_grad],
         reach: f.reach,
         is_near: std::array::from_fn(|i| whole.0[i] <= f.reach.0[i]),
@@ -198,13 +201,14 @@ impl Seen {
         if !self.is_near[i] {
             let jet = Point { value, ..Point::default() };
             let bow = Interval::radius(self.reach.0[i]);
-            return (Local { jet, bounds, bow, sag: infinite }, [off, 0.0, 0.0]);
+            return (Local { jet, bounds, bow, sag: infinite, turn: infinite }, [off, 0.0, 0.0]);
         }
         let jet = Point { value, grad: self.grad.map(|g| g.0[i]), hess: [0.0; 6] };
         let bow = Interval { lo: -self.bows[0].0[i], hi: self.bows[1].0[i] };
         // Without a bound on second derivatives the gradient serves the bow alone, which holds for it as it is computed.
         let is_bounded = self.hessian.0[i].is_finite() && off_grad.is_finite();
         let (hessian, off_grad) = if is_bounded { (self.hessian.0[i], off_grad) } else { (infinite, 0.0) };
-        (Local { jet, bounds: Bounds { hessian, ..bounds }, bow, sag }, [off, off_grad, 0.0])
+        let turn = bound(self.turn);
+        (Local { jet, bounds: Bounds { hessian, ..bounds }, bow, sag, turn }, [off, off_grad, 0.0])
     }
 }

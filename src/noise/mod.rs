@@ -215,7 +215,13 @@ impl Noise {
     fn placed(&self, local: Local, radius: f64, reach: f64) -> Local {
         let k = self.frequency;
         let bounds = creased(local.bounds, &self.kind.bounds(), radius * k, reach).at_frequency(k);
-        Local { jet: scaled(local.jet, k), bounds, bow: local.bow, sag: local.sag * k * k }
+        Local {
+            jet: scaled(local.jet, k),
+            bounds,
+            bow: local.bow,
+            sag: local.sag * k * k,
+            turn: local.turn * k.abs(),
+        }
     }
 }
 

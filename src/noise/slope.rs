@@ -116,6 +116,7 @@ impl<K: Kernel> Kernel for Slope<'_, K> {
             // The kernel's own bow says nothing about that of its slope.
             bow: Interval::ENTIRE,
             sag: f64::INFINITY,
+            turn: f64::INFINITY,
         }
     }
 

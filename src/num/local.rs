@@ -59,6 +59,8 @@ pub struct Local {
     pub bow: Interval,
     /// The same is at most `sag |x - c|^2 / 2` in the ball; infinite where no more is known than by `bounds`.
     pub sag: f64,
+    /// How far gradients in the ball may be from the one at the centre; infinite where no more is known than by `bounds`.
+    pub turn: f64,
 }
 
 impl Local {
@@ -67,13 +69,13 @@ impl Local {
         let infinite = f64::INFINITY;
         let jet = Point { value: 0.0, grad: [0.0; 3], hess: [0.0; 6] };
         let bounds = Bounds { range: infinite, lipschitz: infinite, hessian: infinite, third: infinite };
-        (Local { jet, bounds, bow: Interval::ENTIRE, sag: infinite }, [infinite; 3])
+        (Local { jet, bounds, bow: Interval::ENTIRE, sag: infinite, turn: infinite }, [infinite; 3])
     };
 
     /// The jet and the bounds are all there is to say.
     #[inline(always)]
     pub fn uniform(jet: Point, bounds: Bounds) -> Local {
-        Local { jet, bounds, bow: Interval::ENTIRE, sag: f64::INFINITY }
+        Local { jet, bounds, bow: Interval::ENTIRE, sag: f64::INFINITY, turn: f64::INFINITY }
     }
 
     /// What a smooth kernel knows of the ball of `radius` from the jet at its centre, of which every
@@ -104,6 +106,7 @@ impl Local {
             },
             bow: Interval::radius(radius * radius * (0.5 * h + third / 6.0) * up),
             sag: f64::INFINITY,
+            turn: f64::INFINITY,
         }
     }
 

@@ -205,7 +205,7 @@ impl Kernel for Curve {
 
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
         let (jet, bow) = self.strand.around(order, at.into(), radius);
-        Local { jet, bounds: BOUNDS, bow, sag: f64::INFINITY }
+        Local { jet, bounds: BOUNDS, bow, sag: f64::INFINITY, turn: f64::INFINITY }
     }
 
     fn error(&self, size: f64) -> [f64; 3] {

@@ -264,8 +264,15 @@ fn a_caster_that_strides_on_is_found_out() {
 
 #[test]
 fn nor_by_any_other_caster() {
-    let others =
-        [Kind::Sphere, Kind::Speculative, Kind::Segment, Kind::Interval, Kind::Reduced, Kind::Affine];
+    let others = [
+        Kind::Octree,
+        Kind::Sphere,
+        Kind::Speculative,
+        Kind::Segment,
+        Kind::Interval,
+        Kind::Reduced,
+        Kind::Affine,
+    ];
     let mut kinds: Vec<(Kind, usize)> = others.map(|kind| (kind, 2)).into();
     // An arithmetic that works on one question at a time is slow.
     kinds.push((Kind::Standard, 64));

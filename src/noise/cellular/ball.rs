@@ -210,7 +210,7 @@ fn bounded(noise: &Cellular, jet: Point, r: f64, bow: Interval, curvature: f64) 
         hessian: curvature * up,
         ..global
     };
-    Local { jet, bounds, bow, sag: f64::INFINITY }
+    Local { jet, bounds, bow, sag: f64::INFINITY, turn: f64::INFINITY }
 }
 
 /// The distances that matter, nearest first.

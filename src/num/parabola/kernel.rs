@@ -159,7 +159,7 @@ impl<const K: usize> Parabola<K> {
     /// What is known of a kernel at a point that reaches this far.
     #[inline(always)]
     fn expand(local: &Local, error: [f64; 3], reach: Reach, p: &[Self; 3]) -> Self {
-        let Local { jet, bounds: b, bow, sag } = *local;
+        let Local { jet, bounds: b, bow, sag, .. } = *local;
         let (d, w, r) = (reach.along, reach.beside, reach.whole());
         // Only the Taylor form reads the gradient, which some kernels cannot vouch for.
         let (still, tilted) = (error[0], error[0] + 2.0 * error[1] * r);

@@ -97,7 +97,7 @@ impl Known {
     /// From the jet in the centre, of which each order may be off by `error`.
     #[inline(always)]
     fn new(local: &Local, error: [f64; 3], far: f64) -> Known {
-        let Local { jet, bounds: b, bow, sag } = local;
+        let Local { jet, bounds: b, bow, sag, turn } = local;
         let is_value = jet.value.is_finite() & !b.drown(far);
         let grad_sum = jet.grad[0] + jet.grad[1] + jet.grad[2] + error[1];
         // Also where nothing is known of second derivatives, but of what the gradient leaves out.
@@ -119,7 +119,7 @@ impl Known {
         let [e0, e1, e2] = error;
         let twist = choose(is_hess, b.third * far + e2, b.hessian);
         let differ = (length(jet.grad) + b.lipschitz) * ROUND_UP;
-        let first = choose(is_grad, least(b.hessian * far, differ) + e1, b.lipschitz);
+        let first = choose(is_grad, least(least(b.hessian * far, differ), *turn) + e1, b.lipschitz);
         let second = choose(is_hess, 0.5 * b.third * far * far + e1 + e2 * far, first);
         // Values: the Lipschitz bound where the gradient is left out, the range where the value is.
         let flat = choose(is_value, least(b.lipschitz * far, f64::INFINITY) + e0, b.range);

@@ -255,7 +255,7 @@ impl Kernel for Distance {
         // Places, and so the tangent planes of triangles, are off by the error of distances.
         let bow = bow + Interval::radius(4.0 * slack + 2.0 * self.gap);
         let bow = if bow.mag() < 2.0 * radius { bow } else { unknown };
-        Local { jet, bounds: self.bounds(), bow, sag: f64::INFINITY }
+        Local { jet, bounds: self.bounds(), bow, sag: f64::INFINITY, turn: f64::INFINITY }
     }
 
     /// Distances are off by less than the slack of searches. The sign may be wrong within as much of

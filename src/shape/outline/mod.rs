@@ -166,7 +166,7 @@ impl Kernel for Outline {
             None if d > radius => self.strand.bow(x, radius, &reading, sign * gradient) * sign,
             None => Interval::ENTIRE,
         };
-        Local { jet, bounds: BOUNDS, bow, sag: f64::INFINITY }
+        Local { jet, bounds: BOUNDS, bow, sag: f64::INFINITY, turn: f64::INFINITY }
     }
 
     fn error(&self, size: f64) -> [f64; 3] {

@@ -1,7 +1,7 @@
 // The controls beside the picture, and messages on it.
 
 export const LAYERS = ["light", "normals", "cost", "depth", "albedo"];
-const CASTERS = ["auto", "beam", "sphere", "speculative", "segment", "affine", "reduced", "standard", "interval", "bent"];
+const CASTERS = ["auto", "beam", "sphere", "speculative", "segment", "affine", "reduced", "standard", "interval", "octree", "bent"];
 
 export const by = (id) => document.getElementById(id);
 
