@@ -130,10 +130,12 @@ impl Tree {
         let mut exit = f64::INFINITY;
         for axis in 0..3 {
             let direction = ray.direction[axis];
+            if direction == 0.0 {
+                continue;
+            }
             let face = cube.at[axis] as f64 + f64::from(u8::from(direction > 0.0));
             let at = (self.corner[axis] + 2.0 * half * face - ray.origin[axis]) / direction;
-            // Along faces there is no number.
-            exit = if at < exit { at } else { exit };
+            exit = exit.min(at);
         }
         exit.max(t)
     }

@@ -34,7 +34,7 @@ const NEAR: f64 = 0.6;
 /// Cubes whose balls are as large as this many tolerances are passed by many rays: a pixel in pictures.
 const MANY: f64 = 500.0;
 
-/// Cubes that a ray looks at closely before it is given up.
+/// Steps after which a ray is given up.
 const PATIENCE: u32 = 100_000;
 
 /// What a ray wants to know next.
@@ -65,8 +65,7 @@ pub(super) struct Walk {
     cube: Cube,
     /// Times that its cubes are cut at most.
     deepest: u32,
-    /// Cubes that it looked at.
-    looks: u32,
+    steps: u32,
     /// What is known in the cube, and in those around it, the largest first.
     bounds: Vec<Bounds>,
     doing: Doing,
@@ -123,7 +122,7 @@ impl Walk {
             is_outside: false,
             cube: Cube::default(),
             deepest: tree.deepest(ray),
-            looks: 0,
+            steps: 0,
             bounds: vec![Bounds { steep, rate: steep, root: f64::NAN }],
             doing,
         }
@@ -132,7 +131,9 @@ impl Walk {
     /// Goes on as far as it can with what the tree knows.
     pub fn next(&mut self, tree: &Tree) -> Next {
         loop {
+            self.steps += 1;
             match self.doing {
+                _ if self.steps > PATIENCE => return Next::GivenUp(self.t),
                 Doing::Coming if !self.bounds().steep.is_finite() => self.doing = Doing::Looking,
                 Doing::Coming if !self.is_among_many(tree) => self.go_on(tree),
                 Doing::Coming => match tree.value(self.cube) {
@@ -190,7 +191,6 @@ impl Walk {
 
     /// Goes on with what is known around its cube.
     pub fn look(&mut self, tree: &Tree, fact: &Fact) {
-        self.looks += 1;
         let (middle, radius) = tree.ball(self.cube);
         let exit = self.exit(tree);
         let line = self.line;
@@ -220,7 +220,7 @@ impl Walk {
             }
         } else if 2.0 * radius <= self.line.tolerance.at(self.t) {
             self.doing = Doing::Done(Hit { t: self.t, certified: fact.least.is_finite() });
-        } else if self.cube.level == self.deepest || self.looks > PATIENCE {
+        } else if self.cube.level == self.deepest {
             self.doing = Doing::GivenUp;
         } else {
             self.go_deeper(tree);
