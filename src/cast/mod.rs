@@ -353,10 +353,7 @@ fn auto(
         let (at_points, along_pieces) = costs(cells.tape().census());
         let most = along_pieces * trial(&mut *beams, typical, f64::INFINITY, cancel) / at_points;
         if trial(&mut *balls, typical, most, cancel) < most {
-            // Balls that take so long to find are worth sharing.
-            let is_carried = cells.is_defined() && cells.tape().census().carried > 0;
-            let shared = if is_carried { octree(field, region, cells, cancel) } else { None };
-            return shared.unwrap_or(balls);
+            return balls;
         }
     }
     beams

@@ -130,8 +130,9 @@ impl Octave {
     fn placed(&self, placement: &Placement, order: Order, local: &Local, radius: f64, reach: f64) -> Local {
         let k = self.noise.frequency;
         let bounds = creased(local.bounds, &self.noise.kind.bounds(), radius * k, reach);
-        let sag = local.sag * k * k;
-        Local { jet: placement.turned(k, order, local.jet), bounds: bounds.at_frequency(k), sag, ..*local }
+        let (sag, turn) = (local.sag * k * k, local.turn * k.abs());
+        let jet = placement.turned(k, order, local.jet);
+        Local { jet, bounds: bounds.at_frequency(k), bow: local.bow, sag, turn }
     }
 
     /// The octave of which this one is the slope along an axis in space, and that axis. Where it is

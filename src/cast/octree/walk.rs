@@ -220,7 +220,7 @@ impl Walk {
             }
         } else if 2.0 * radius <= self.line.tolerance.at(self.t) {
             self.doing = Doing::Done(Hit { t: self.t, certified: fact.least.is_finite() });
-        } else if self.cube.level == self.deepest {
+        } else if self.cube.level >= self.deepest {
             self.doing = Doing::GivenUp;
         } else {
             self.go_deeper(tree);
