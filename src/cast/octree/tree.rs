@@ -4,7 +4,7 @@
 //! difference who asks first. Beyond so many cubes nothing is kept any more: then it is found again by whoever asks.
 
 use crate::cast::Ray;
-use crate::num::Taylor;
+use crate::num::{ROUNDOFF, Taylor};
 use crate::scene::Aabb;
 use glam::DVec3;
 use std::sync::OnceLock;
@@ -110,18 +110,31 @@ impl Tree {
 
     /// How many times the region is cut at most before cubes are so small that what is rounded counts along a ray.
     pub fn deepest(&self, ray: &Ray) -> u32 {
-        let rounding = ray.rounding(ray.near.abs().max(ray.far.abs()));
-        let smallest = 0.25 * ROOM * self.half(0) / rounding;
+        let smallest = 0.25 * ROOM * self.half(0) / self.rounding(ray, ray.near.abs().max(ray.far.abs()));
         (smallest as u64).checked_ilog2().unwrap_or(0).min(DEEPEST)
+    }
+
+    /// How far, on any axis, places on a ray up to `t` and faces may be from where they are computed.
+    pub fn rounding(&self, ray: &Ray, t: f64) -> f64 {
+        ray.rounding(t) + 4.0 * ROUNDOFF * (self.corner.abs().max_element() + self.side)
     }
 
     /// The cube of a size that a ray comes into, or is in, at `t`. What is close to a face is taken to be behind it, so
     /// that rays get on.
     pub fn cube(&self, ray: &Ray, t: f64, level: u32) -> Cube {
         let (half, last) = (self.half(level), (1u64 << level) - 1);
-        let ahead = 2.0 * ray.rounding(t.abs()) * ray.direction.signum();
+        let ahead = 2.0 * self.rounding(ray, t.abs()) * ray.direction.signum();
         let place = (ray.at(t) + ahead - self.corner) / (2.0 * half);
         Cube { level, at: place.to_array().map(|x| (x as u64).min(last)) }
+    }
+
+    /// The part of a cube that a ray is in at `t`; the closest one where the ray is about to leave the cube.
+    pub fn part(&self, cube: Cube, ray: &Ray, t: f64) -> Cube {
+        let Cube { level, at } = self.cube(ray, t, cube.level + 1);
+        Cube {
+            level,
+            at: std::array::from_fn(|axis| at[axis].clamp(2 * cube.at[axis], 2 * cube.at[axis] + 1)),
+        }
     }
 
     /// Where a ray that is in a cube at `t` leaves it.

@@ -17,6 +17,7 @@
 
 use super::tree::{Cube, Fact, Tree};
 use crate::cast::{Hit, Ray};
+use crate::num::ROUNDOFF;
 use glam::DVec3;
 
 // All were chosen on figures 9.8 and 9.9 of the thesis; minima are flat.
@@ -113,7 +114,8 @@ struct Fall {
 impl Walk {
     /// A ray through a field whose gradients are no longer than `steep`.
     pub fn new(number: usize, ray: &Ray, any: bool, (tree, steep): (&Tree, f64)) -> Walk {
-        let doing = if ray.near <= ray.far { Doing::Coming } else { Doing::Done(Hit::MISS) };
+        let nothing = Hit { certified: ray.near > ray.far, ..Hit::MISS };
+        let doing = if ray.near <= ray.far { Doing::Coming } else { Doing::Done(nothing) };
         Walk {
             ray: number,
             line: *ray,
@@ -195,8 +197,10 @@ impl Walk {
         let exit = self.exit(tree);
         let line = self.line;
         let at = |t: f64| fact.value + fact.grad.dot(line.at(t) - middle);
-        let (slope, turn) = (fact.grad.dot(line.direction), fact.turn);
-        let (here, there) = (at(self.t) - fact.bow, at(exit) - fact.bow);
+        // Places are rounded, and so is what is found from them.
+        let bow = fact.bow + 4.0 * fact.steep * tree.rounding(&line, exit.abs().max(self.t.abs()));
+        let (slope, turn) = (fact.grad.dot(line.direction), fact.turn + 8.0 * ROUNDOFF * fact.steep);
+        let (here, there) = (at(self.t) - bow, at(exit) - bow);
         if fact.least > 0.0 || (here > 0.0 && there > 0.0) {
             return self.pass(tree, exit);
         }
@@ -207,7 +211,7 @@ impl Walk {
         self.know(fact.steep, turn - slope, self.t - at(self.t) / slope);
         if turn < -STEADY * slope {
             let fall = Fall { t: self.t, value: at(self.t), slope, turn };
-            if there + 2.0 * fact.bow < 0.0 {
+            if there + 2.0 * bow < 0.0 {
                 self.cross(fall, exit, None);
             } else {
                 self.doing = Doing::Leaving(fall, exit);
@@ -220,8 +224,6 @@ impl Walk {
             }
         } else if 2.0 * radius <= self.line.tolerance.at(self.t) {
             self.doing = Doing::Done(Hit { t: self.t, certified: fact.least.is_finite() });
-        } else if self.cube.level >= self.deepest {
-            self.doing = Doing::GivenUp;
         } else {
             self.go_deeper(tree);
         }
@@ -262,7 +264,8 @@ impl Walk {
     /// Goes on with a value here, which is above zero.
     fn stride(&mut self, tree: &Tree, value: f64) {
         let (exit, Bounds { rate, .. }) = (self.exit(tree), self.bounds());
-        let to = self.t + (1.0 - 1e-9) * value / rate;
+        let rounding = 2.0 * tree.rounding(&self.line, self.t.abs());
+        let to = (self.t + (1.0 - 1e-9) * value / rate - rounding).max(self.t);
         if to >= exit {
             return self.pass(tree, exit);
         }
@@ -277,20 +280,29 @@ impl Walk {
 
     /// Looks at the part of its cube that it is in.
     fn go_deeper(&mut self, tree: &Tree) {
+        if self.cube.level >= self.deepest {
+            self.doing = Doing::GivenUp;
+            return;
+        }
         let bounds = self.bounds();
         self.bounds.resize(self.cube.level as usize + 1, bounds);
-        self.cube = tree.cube(&self.line, self.t, self.cube.level + 1);
+        self.cube = tree.part(self.cube, &self.line, self.t);
         self.doing = Doing::Coming;
     }
 
     /// Leaves a cube behind, and goes on in the largest one ahead.
     fn pass(&mut self, tree: &Tree, exit: f64) {
+        let before = self.t;
         (self.t, self.is_outside, self.doing) = (exit, true, Doing::Coming);
         if exit >= self.line.far {
             self.doing = Doing::Done(Hit::MISS);
             return;
         }
         let ahead = tree.cube(&self.line, exit, self.cube.level);
+        if ahead == self.cube && exit <= before {
+            self.doing = Doing::GivenUp;
+            return;
+        }
         self.cube = self.cube.largest_around(ahead);
         self.bounds.truncate((self.cube.level as usize).max(1));
     }
@@ -318,8 +330,9 @@ impl Walk {
         let secant = if secant.is_nan() { -fall.slope } else { secant };
         let guess = (at + value / secant).max(from).min(to);
         // Half of the tolerance is left for what is rounded.
-        self.doing = if to - from <= 0.5 * self.line.tolerance.at(from) {
-            Doing::Done(Hit { t: guess.max(self.t), certified: true })
+        let is_close = to - from <= 0.5 * self.line.tolerance.at(from);
+        self.doing = if is_close || guess == at {
+            Doing::Done(Hit { t: guess.max(self.t), certified: is_close })
         } else {
             Doing::Falling(fall, [from, to], guess, Some((at, value)))
         };
