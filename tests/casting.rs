@@ -161,36 +161,6 @@ fn any_grouping_gives_the_same_hits() {
 }
 
 #[test]
-fn rays_from_within_the_region_get_on_through_cubes() {
-    // A hollow around all origins, which are where coordinates say least of places in the region.
-    let mut b = Build::default();
-    let ball = b.sphere([0.0; 3], 0.8);
-    let hollow = b.neg(ball);
-    let field = b.field(hollow);
-    let mut cubes = caster(Kind::Octree, &field, &Aabb::cube(REGION), &[]).expect("a caster");
-    let mut rng = StdRng::seed_from_u64(8);
-    let signs = |i: usize, axis: usize| [1.0, -1.0, 0.0, -0.0][i / 4usize.pow(axis as u32) % 4];
-    let ray = |i: usize| {
-        let direction = DVec3::from_array(std::array::from_fn(|axis| {
-            signs(i, axis) * if i < 64 { 1.0 } else { rng.random_range(0.01..1.0) }
-        }));
-        let origin = if i < 64 { DVec3::ZERO } else { DVec3::splat(rng.random_range(-0.1..0.1)) };
-        let tolerance = Tolerance { least: 1e-9, growth: 1e-6 };
-        (direction != DVec3::ZERO).then(|| {
-            let direction = direction.normalize();
-            Ray { origin, direction, near: 0.0, far: 1.4, tolerance }
-        })
-    };
-    let rays: Vec<Ray> = (0..6400).filter_map(ray).collect();
-    let (mut hits, mut stats) = (vec![Hit::MISS; rays.len()], CastStats::default());
-    cubes.first_hits(&rays, &mut hits, &mut stats, &AtomicBool::new(false));
-    for (ray, hit) in rays.iter().zip(&hits) {
-        let end = ray.at(hit.t).length();
-        assert!(hit.certified && (end - 0.8).abs() < 1e-5, "{ray:?}: {hit:?}, {end}");
-    }
-}
-
-#[test]
 fn any_hits_are_those_rays_that_have_a_first_hit() {
     type Scene = fn(&mut Build) -> NodeId;
     let scenes: [Scene; 3] = [common::three_octaves, common::thin_shell, common::square_root_ridges];

@@ -198,3 +198,42 @@ impl Tree {
 fn part(cube: Cube, up: u32) -> usize {
     (0..3).map(|axis| ((cube.at[axis] >> up & 1) as usize) << axis).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cast::Tolerance;
+    use rand::{RngExt, SeedableRng, rngs::StdRng};
+
+    #[test]
+    fn rays_get_on_from_wherever_they_begin_and_are_in_the_balls_around_their_cubes() {
+        let mut rng = StdRng::seed_from_u64(8);
+        for half in [1.4, 10.0, 100.0] {
+            let tree = Tree::new(&Aabb::cube(half));
+            for i in 0..640 {
+                // All signs, and along axes and faces; from the middle of the region too.
+                let sign = |axis: u32| [1.0, -1.0, 0.0, -0.0][i / 4usize.pow(axis) % 4];
+                let mut at = |most: f64| rng.random_range(0.0..most);
+                let direction = DVec3::new(sign(0) * at(1.0), sign(1) * at(1.0), sign(2) * at(1.0));
+                let Some(direction) = direction.try_normalize() else { continue };
+                let origin = if i % 2 == 0 { DVec3::ZERO } else { DVec3::new(at(0.1), at(0.1), at(0.1)) };
+                let (far, tolerance) = (half - 0.2, Tolerance::fixed(1e-9));
+                let ray = Ray { origin, direction, near: 0.0, far, tolerance };
+                for level in [1, 6, 20, tree.deepest(&ray)] {
+                    let (mut t, mut cube) = (0.0, tree.cube(&ray, 0.0, level));
+                    for _ in 0..100 {
+                        let (exit, (middle, radius)) = (tree.exit(&ray, t, cube), tree.ball(cube));
+                        let off = |t: f64| ray.at(t).distance(middle);
+                        assert!(off(t).max(off(exit)) <= radius, "{ray:?} at {t}, {exit}: {cube:?}");
+                        if exit >= ray.far {
+                            break;
+                        }
+                        let next = tree.cube(&ray, exit, level);
+                        assert!(next != cube || exit > t, "{ray:?} at {t} in {cube:?}");
+                        (t, cube) = (exit, next);
+                    }
+                }
+            }
+        }
+    }
+}

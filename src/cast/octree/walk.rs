@@ -102,10 +102,9 @@ enum Doing {
     GivenUp,
 }
 
-/// How a field falls along a ray: as a line that has `value` at `t`, with slopes no further than `turn` from its own.
+/// How a field falls along a ray: as a line that has `value` where the ray is, with slopes no further than `turn` from its own.
 #[derive(Clone, Copy)]
 struct Fall {
-    t: f64,
     value: f64,
     slope: f64,
     turn: f64,
@@ -210,7 +209,7 @@ impl Walk {
         }
         self.know(fact.steep, turn - slope, self.t - at(self.t) / slope);
         if turn < -STEADY * slope {
-            let fall = Fall { t: self.t, value: at(self.t), slope, turn };
+            let fall = Fall { value: at(self.t), slope, turn };
             if there + 2.0 * bow < 0.0 {
                 self.cross(fall, exit, None);
             } else {
@@ -313,7 +312,7 @@ impl Walk {
             self.doing = Doing::Done(Hit { t: self.t, certified: true });
             return;
         }
-        let guess = (fall.t - fall.value / fall.slope).clamp(self.t, exit);
+        let guess = (self.t - fall.value / fall.slope).clamp(self.t, exit);
         match last {
             Some(last) => self.fall(fall, [self.t, exit], last, None),
             None => self.doing = Doing::Falling(fall, [self.t, exit], guess, None),
