@@ -468,7 +468,7 @@ mod composites {
     use orogen::noise::{
         Allowed, Fractal, Kind as NoiseKind, Model, Noise, Recipe, Setting, Settings, Signal,
     };
-    use orogen::num::{Affine, Dual, Interval, Jet, Many, Parabola, Parabolas, Reduced};
+    use orogen::num::{Affine, Dual, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Taylors};
     use orogen::op::Op;
     use orogen::shape::convolution::{Convolution, Density, Primitive};
     use orogen::shape::curve::{Curve, Degree, Kind};
@@ -789,6 +789,27 @@ mod composites {
             }
         });
         assert!(shorter > 5, "pruning never shortened a tape");
+    }
+
+    #[test]
+    fn balls_say_the_same_whatever_their_neighbours() {
+        each("balls", |g, root, rng| {
+            let mut batch = Evaluator::<Taylors<4>>::new(Arc::new(Tape::new(g, &[root])));
+            let balls: [([f64; 3], f64); 4] =
+                std::array::from_fn(|_| (std::array::from_fn(|_| coordinate(rng)), radius(rng)));
+            let mut ask = |of: [usize; 4]| {
+                let mut at: [Taylors<4>; 3] = std::array::from_fn(|_| Number::constant(0.0));
+                for (lane, i) in of.into_iter().enumerate() {
+                    Taylors::set_ball(&mut at, lane, balls[i].0, balls[i].1);
+                }
+                let out = batch.eval(&at);
+                [0, 1, 2, 3].map(|lane| format!("{:?}", out.lane(lane)))
+            };
+            let together = ask([0, 1, 2, 3]);
+            for (i, together) in together.iter().enumerate() {
+                assert_eq!(ask([i; 4])[0], *together, "{:?}\n{g:?}", balls[i]);
+            }
+        });
     }
 
     #[test]

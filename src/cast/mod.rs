@@ -348,15 +348,19 @@ fn auto(
 ) -> Box<dyn Caster> {
     let mut beams: Box<dyn Caster> = Box::new(Beams::new(cells.clone()));
     let lipschitz = lipschitz_until(field, region, &|| cancel.load(Ordering::Relaxed));
-    if let Some(lipschitz) = lipschitz.filter(|&bound| bound > 0.0 && bound < STEEP) {
-        let mut balls = spheres(lipschitz, RELAXATION, cells);
-        let (at_points, along_pieces) = costs(cells.tape().census());
-        let most = along_pieces * trial(&mut *beams, typical, f64::INFINITY, cancel) / at_points;
-        if trial(&mut *balls, typical, most, cancel) < most {
-            return balls;
-        }
+    let Some(lipschitz) = lipschitz.filter(|&bound| bound > 0.0 && bound < STEEP) else { return beams };
+    let mut balls = spheres(lipschitz, RELAXATION, cells);
+    let (at_points, along_pieces) = costs(cells.tape().census());
+    let enough = cells.tape().work() as f64 * PATIENCE / along_pieces;
+    let (seen, spent) = trial(&mut *beams, typical, enough, cancel);
+    let most = along_pieces * spent / at_points;
+    if trial(&mut *balls, &typical[..seen], most, cancel).1 >= most {
+        return beams;
     }
-    beams
+    // Balls that take so long to find are worth sharing.
+    let is_carried = cells.is_defined() && cells.tape().census().carried > 0;
+    let shared = if is_carried { octree(field, region, cells, cancel) } else { None };
+    shared.unwrap_or(balls)
 }
 
 /// What an evaluation at a point costs, and what one along a piece of a line: about as many
@@ -373,16 +377,19 @@ fn costs(census: Census) -> (f64, f64) {
 /// Lipschitz bound above which sphere tracing is not worth a trial.
 const STEEP: f64 = 1e4;
 
-/// Work that the rays need; no more than some of them where that is more than `most`.
-fn trial(caster: &mut dyn Caster, bundles: &[Vec<Ray>], most: f64, cancel: &AtomicBool) -> f64 {
+/// Nanoseconds, as [`costs`] counts them, after which a trial takes no further bundle.
+const PATIENCE: f64 = 1e10;
+
+/// How many of the bundles were cast, and the work that they took; no more once it is more than `most`.
+fn trial(caster: &mut dyn Caster, bundles: &[Vec<Ray>], most: f64, cancel: &AtomicBool) -> (usize, f64) {
     let mut stats = CastStats::default();
-    for rays in bundles {
+    for (i, rays) in bundles.iter().enumerate() {
         caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats, cancel);
         if stats.work as f64 >= most {
-            break;
+            return (i + 1, stats.work as f64);
         }
     }
-    stats.work as f64
+    (bundles.len(), stats.work as f64)
 }
 
 /// Over-relaxation of speculative sphere tracing, as Worley and Hart recommend.

@@ -160,10 +160,11 @@ impl Prepared {
         Some(water.glow(PI * self.around().overhead(self.view.eye)))
     }
 
-    /// Bundles of neighbouring lines of sight all over the picture, for choosing a caster.
+    /// Bundles of neighbouring lines of sight all over the picture, for choosing a caster; that in its middle comes first.
     pub fn typical_rays(&self) -> Vec<Vec<Ray>> {
         /// Bundles across the picture, and rays across a bundle.
         const ACROSS: u32 = 3;
+        const MIDDLE_FIRST: [u32; 9] = [4, 0, 5, 1, 6, 2, 7, 3, 8];
         const WITHIN: u32 = 8;
         let Settings { width, height, bounds, .. } = self.settings;
         let corner = |i: u32, size: u32| (f64::from(i) + 0.5) / f64::from(ACROSS) * f64::from(size);
@@ -175,6 +176,6 @@ impl Prepared {
             };
             (0..WITHIN * WITHIN).filter_map(|j| piece(through(j), &bounds, self.tolerance)).collect()
         };
-        (0..ACROSS * ACROSS).map(bundle).collect()
+        MIDDLE_FIRST.map(bundle).to_vec()
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! What is found out of the field around a cube, once, serves all rays that pass it, those to the eye as those to lights: most
 //! are through with hardly an evaluation of their own, and where a ray meets the surface it does so within a cube in which
-//! the field falls for sure, down to a root that a few values at points tell (`walk.rs`). It is meant for fields that
-//! flows carry: a value takes a whole trajectory, and an expansion over a ball several times as much.
+//! the field falls for sure, down to a root that a few values at points tell (`walk.rs`). Fields that flows carry are cast in
+//! this way: a value takes a whole trajectory, and an expansion over a ball several times as much.
 //!
 //! Which cubes there are depends on the rays, not what is known of them (`tree.rs`), so that hits are the same whoever
 //! asks first.

@@ -27,6 +27,9 @@ use crate::num::{Bounds, Function, Interval, Kernel, Local, Order, PAIRS, Point,
 /// more than three times those).
 const SUMS: f64 = 400.0;
 
+/// What is known of the middle of a ball of which only the range of the kernel counts.
+const UNSEEN: Point = Point { value: f64::NAN, grad: [0.0; 3], hess: [0.0; 6] };
+
 /// The three arguments together.
 #[derive(Clone, Copy)]
 struct Argument {
@@ -142,29 +145,29 @@ impl Known {
 impl<const B: usize> Taylors<B> {
     /// Writes the image of a point under a kernel to `out`.
     pub(super) fn image<K: Kernel + ?Sized>(k: &K, p: [&Self; 3], out: &mut Self) {
-        if k.is_uniform() || Self::are_blind(&k.bounds(), p) {
-            out.uniform(k, p);
+        let blind = Self::blind(&k.bounds(), p);
+        if k.is_uniform() || blind == [true; B] {
+            out.uniform(k, p, &blind);
         } else {
-            out.local(k, p);
+            out.local(k, p, &blind);
         }
     }
 
-    /// Whether all balls are so large that only the range of the kernel counts.
-    fn are_blind(bounds: &Bounds, p: [&Self; 3]) -> bool {
-        let mut blind = true;
-        for i in 0..B {
+    /// Which balls are so large that only the range of the kernel counts; each for itself, so that no lane depends on its
+    /// neighbours.
+    fn blind(bounds: &Bounds, p: [&Self; 3]) -> [bool; B] {
+        std::array::from_fn(|i| {
             let half = |axis: usize| 0.5 * (p[axis].range[1][i] - p[axis].range[0][i]);
             let wide = half(0).max(half(1)).max(half(2));
-            blind &= bounds.drown(wide * (1.0 - 1e-9));
-        }
-        blind
+            bounds.drown(wide * (1.0 - 1e-9))
+        })
     }
 
     /// The image under a kernel of which the jets and the bounds are all there is to say.
-    fn uniform<K: Kernel + ?Sized>(&mut self, k: &K, p: [&Self; 3]) {
+    fn uniform<K: Kernel + ?Sized>(&mut self, k: &K, p: [&Self; 3], blind: &[bool; B]) {
         let bounds = k.bounds();
         let (mut value, mut grad, mut hess) = ([0.0; B], [[0.0; B]; 3], [[0.0; B]; 6]);
-        if !Self::are_blind(&bounds, p) {
+        if blind != &[true; B] {
             let out = Jets {
                 value: &mut value,
                 grad: Some(grad.each_mut().map(|g| &mut g[..])),
@@ -178,10 +181,12 @@ impl<const B: usize> Taylors<B> {
             #[inline(always)]
             |i| {
                 let x = Argument::at(p, i);
-                let mut jet =
-                    Point { value: value[i], grad: [grad[0][i], grad[1][i], grad[2][i]], hess: [0.0; 6] };
-                for k in 0..6 {
-                    jet.hess[k] = hess[k][i];
+                let mut jet = UNSEEN;
+                if !blind[i] {
+                    (jet.value, jet.grad) = (value[i], [grad[0][i], grad[1][i], grad[2][i]]);
+                    for k in 0..6 {
+                        jet.hess[k] = hess[k][i];
+                    }
                 }
                 let error = error.at(size(&x));
                 Taylor::composed(&Known::new(&Local::uniform(jet, bounds), error, x.far), &x)
@@ -217,7 +222,7 @@ impl<const B: usize> Taylors<B> {
     }
 
     /// The image under a kernel that knows more about a small ball than about all of space.
-    fn local<K: Kernel + ?Sized>(&mut self, k: &K, p: [&Self; 3]) {
+    fn local<K: Kernel + ?Sized>(&mut self, k: &K, p: [&Self; 3], blind: &[bool; B]) {
         let mut far = [0.0; B];
         widest(
             #[inline(always)]
@@ -227,13 +232,28 @@ impl<const B: usize> Taylors<B> {
                 }
             },
         );
+        // The balls that the kernel sees, side by side.
+        let (mut seen, mut count) = ([0; B], 0);
+        let (mut at, mut radius) = ([[0.0; B]; 3], [0.0; B]);
+        for i in (0..B).filter(|&i| !blind[i]) {
+            (at[0][count], at[1][count], at[2][count]) = (p[0].value[i], p[1].value[i], p[2].value[i]);
+            (radius[count], seen[i]) = (far[i], count);
+            count += 1;
+        }
         let mut locals = [Local::UNKNOWN; B];
-        k.locals(Order::Hessian, [&p[0].value, &p[1].value, &p[2].value], &far, &mut locals);
+        let balls = at.each_ref().map(|at| &at[..count]);
+        k.locals(Order::Hessian, balls, &radius[..count], &mut locals[..count]);
+        let (bounds, growing) = (k.bounds(), Growing::new(k));
         self.fill_widest(
             #[inline(always)]
             |i| {
-                let (local, error) = &locals[i];
-                Taylor::composed(&Known::new(local, *error, far[i]), &Argument::at(p, i))
+                let x = Argument::at(p, i);
+                let (local, error) = if blind[i] {
+                    (Local::uniform(UNSEEN, bounds), growing.at(size(&x)))
+                } else {
+                    locals[seen[i]]
+                };
+                Taylor::composed(&Known::new(&local, error, far[i]), &x)
             },
         );
     }
