@@ -206,6 +206,8 @@ fn parts_and_frames_that_make_no_sense() {
         ("render rock.rhai --frames all", &["--frames 1-250:5"]),
         ("render rock.rhai --frames 1-5 -o rock.png", &["number of a frame", "rock.####.png"]),
         ("render rock.rhai --frames 1-5 --fps 0", &["--fps 25"]),
+        ("render rock.rhai --frames 1-5 --fps -5", &["--fps 25"]),
+        ("render rock.rhai --fps --frames 1-5", &["a value is required for '--fps"]),
         ("render rock.rhai --frames 1-5 --stats", &["cannot be used with"]),
         ("merge -o a.png", &["PART"]),
         ("merge a.png", &["--output"]),

@@ -172,10 +172,30 @@ fn no_bump_is_black() {
         .replace("[1.0, 3.0, 0.5]", "[2.5, 0.4, 0.0]")
         .replace("fov: 20.0", "projection: \"orthographic\", height: 0.5")
         .replace("strength: 0.0", "azimuth: 90.0, elevation: 9.0902769");
-    let picture = shoot(&script, &Order::default());
-    let light = picture.pixels.iter().filter(|pixel| pixel.alpha == 1.0).map(|pixel| pixel.direct[1]);
-    let dark = light.filter(|light| *light <= 0.0).count();
-    assert_eq!(dark, 0);
+    let flat = script.replace("0.5 * gradient(3).scaled(6.0)", "0.0 * x");
+    let lights = |script: &str| -> Vec<f32> {
+        let picture = shoot(script, &Order::default());
+        picture.pixels.iter().filter(|pixel| pixel.alpha == 1.0).map(|pixel| pixel.direct[1]).collect()
+    };
+    let (bumpy, flat) = (lights(&script), lights(&flat));
+    let level = flat[0];
+    assert!(level > 0.0 && flat.iter().all(|light| (light / level - 1.0).abs() < 1e-3));
+    let dark = bumpy.iter().filter(|light| **light < 0.1 * level).count();
+    assert!(bumpy.len() > 100 && 20 * dark < bumpy.len(), "{dark} of {}", bumpy.len());
+}
+
+#[test]
+fn bumps_mirror_the_sky_above_them_whatever_way_it_is_found() {
+    let sky = "zenith: vec3(1.0), nadir: vec3(0.0)";
+    for material in ["metal: 1.0, roughness: 0.0", "metal: 1.0, roughness: 0.3", "coat: 1.0, roughness: 0.5"]
+    {
+        for film in ["samples: 4", "samples: 256, bounces: 1", "samples: 4, occlusion: 0.1"] {
+            let bumpy = format!("material: material(#{{ {material}, bump: 0.3 * gradient(3).scaled(4.0) }})");
+            let script = ground(&bumpy, sky, film).replace("[1.0, 3.0, 0.5]", "[3.0, 0.8, 0.5]");
+            let light = mean(&shoot(&script, &Order::default()));
+            assert!((light - 1.0).abs() < 0.02, "{material}, {film}: {light}");
+        }
+    }
 }
 
 #[test]

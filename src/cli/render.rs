@@ -65,7 +65,7 @@ pub struct Args {
     frames: Option<Frames>,
 
     /// Frames a second
-    #[arg(long, value_name = "F", default_value = "25", requires = "frames", value_parser = frames::rate, allow_hyphen_values = true)]
+    #[arg(long, value_name = "F", default_value = "25", requires = "frames", value_parser = frames::rate, allow_negative_numbers = true)]
     fps: f64,
 
     /// Says what the picture cost, in a table or to a file: rays, evaluations, octaves, seconds

@@ -36,7 +36,7 @@ pub struct Args {
     output: Output,
 
     /// Frames a second
-    #[arg(long, value_name = "F", default_value = "25", value_parser = frames::rate, allow_hyphen_values = true)]
+    #[arg(long, value_name = "F", default_value = "25", value_parser = frames::rate, allow_negative_numbers = true)]
     fps: f64,
 
     /// H.264's constant rate factor: smaller is better and larger, 18 looks like the frames

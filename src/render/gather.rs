@@ -156,6 +156,9 @@ impl Tally {
     }
 }
 
+/// Light that all tone curves show as white, or nearly so.
+const WHITE: f64 = 4.0;
+
 /// Weights of red, green and blue in luminance (Rec. 709).
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
@@ -208,10 +211,11 @@ impl Sum {
         shown(mean + error) - shown(mean - error) < 2.0 * noise
     }
 
-    /// How far the mean would be off if a sample that is unlike all others of its pixel had not been taken. For what all samples
-    /// of a pixel have missed they cannot tell; but in the mean over pixels it is as much as what was met once (Good 1953).
-    pub fn missed(&self) -> f64 {
-        if self.count > 1 { self.shown.lone() / f64::from(self.count) } else { 0.0 }
+    /// How far the mean would be off if a sample that is unlike all others of its pixel had not been taken, as far as a screen
+    /// shows it with a gain. For what all samples of a pixel have missed they cannot tell; but in the mean over pixels it is as
+    /// much as what was met once (Good 1953).
+    pub fn missed(&self, gain: f64) -> f64 {
+        if self.count > 1 { (self.shown.lone() / f64::from(self.count)).min(WHITE / gain) } else { 0.0 }
     }
 
     /// Square of the standard error of the mean luminance of light. One sample says nothing of it: then it is taken to be as

@@ -27,6 +27,7 @@ use super::surface::{Patch, Surface};
 use super::worker::Seer;
 use crate::cast::{Hit, Ray};
 use crate::num::morton2;
+use crate::scene::Finish;
 use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -329,11 +330,12 @@ impl Paths {
             match &water {
                 Some(water) if path.is_water => {
                     let u = to.samples[path.sample].pair(Purpose::Onward { step });
+                    let blur = path.blur.max(patch.finish[Finish::Roughness as usize]);
                     for way in water.ways(patch, -path.direction, Some(u)).into_iter().flatten() {
                         let weight = path.weight * way.share;
                         let under = way.is_down.then(|| self.glow[path.patch]);
                         let origin = scene.lifted(patch, if way.is_down { -1.0 } else { 1.0 });
-                        onward.push(Path { origin, direction: way.direction, weight, under, ..path });
+                        onward.push(Path { origin, direction: way.direction, weight, under, blur, ..path });
                     }
                 }
                 _ if path.bounce < scene.settings.bounces && !self.shared[path.patch] => {

@@ -209,12 +209,13 @@ fn outputs<const N: usize>(
 }
 
 /// The normal of a surface raised by a height with a gradient: what the height does not say of the surface's own
-/// tangent plane does not matter (Blinn 1978). Where the bump faces away from the eye, it is seen at the edge.
+/// tangent plane does not matter (Blinn 1978). Of a bump that faces away from the eye the other side is seen.
 fn bumped(normal: DVec3, rise: DVec3, to_eye: DVec3) -> DVec3 {
     if rise == DVec3::ZERO {
         return normal;
     }
     let bumped = (normal - (rise - rise.dot(normal) * normal)).try_normalize().unwrap_or(normal);
+    let bumped = bumped - 2.0 * bumped.dot(to_eye).min(0.0) * to_eye;
     let facing = bumped.dot(to_eye);
     if facing < GRAZING { (bumped + (GRAZING - facing) * to_eye).normalize() } else { bumped }
 }

@@ -198,17 +198,22 @@ impl<'a> Worker<'a> {
     /// Whether a pixel has enough samples, where pixels may have missed so much.
     fn is_done(&self, pixel: usize, missed: f64) -> bool {
         let settings = &self.seers[0].scene.settings;
-        let shown = (libm::exp2(settings.exposure), settings.tone);
-        self.sums[pixel].is_enough(settings.noise, shown, missed)
+        self.sums[pixel].is_enough(settings.noise, (self.gain(), settings.tone), missed)
+    }
+
+    /// What light is multiplied with before it is shown.
+    fn gain(&self) -> f64 {
+        libm::exp2(self.seers[0].scene.settings.exposure)
     }
 
     /// How much the pixels of each block of a tile may have missed, row by row: the mean over the block, or if that is more over
     /// the tile, for what is so rare that a whole block misses it.
     fn missed(&self, rect: &Rect) -> Vec<f64> {
+        let gain = self.gain();
         let mut blocks = vec![(0.0, 0.0); block(rect, rect.width - 1, rect.height - 1) + 1];
         for (x, y) in places(rect) {
             let (sum, count) = &mut blocks[block(rect, x, y)];
-            *sum += self.sums[(y * rect.width + x) as usize].missed();
+            *sum += self.sums[(y * rect.width + x) as usize].missed(gain);
             *count += 1.0;
         }
         let all = blocks.iter().map(|(sum, _)| sum).sum::<f64>() / f64::from(rect.width * rect.height);

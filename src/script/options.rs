@@ -168,15 +168,27 @@ impl<'a, 'b> Options<'a, 'b> {
         self.positive(key, color)
     }
 
-    /// A colour that is no less than black.
+    /// A colour that is no less than black, and finite.
     pub fn positive(&self, key: &str, color: DVec3) -> Outcome<DVec3> {
-        if color.min_element() >= 0.0 {
+        if color.is_finite() && color.min_element() >= 0.0 {
             return Ok(color);
         }
         let [r, g, b] = color.to_array();
         let name = &self.call.name;
-        let fault = Fault::new(format!("`{key}` of `{name}` is less than nothing: {r:?}, {g:?}, {b:?}"));
-        Err(fault.key(key).label("from 0 on allowed"))
+        let what = if color.is_finite() { "less than nothing" } else { "not finite" };
+        let fault = Fault::new(format!("`{key}` of `{name}` is {what}: {r:?}, {g:?}, {b:?}"));
+        Err(fault.key(key).label("numbers from 0 on allowed"))
+    }
+
+    /// A share: a number from 0 to 1, or a field.
+    pub fn share(&mut self, key: &'static str, default: f64) -> Outcome<NodeId> {
+        match self.get(key) {
+            Some(given) if number(&given).is_none() => Ok(self.field(key)?.node),
+            _ => {
+                let share = self.number(key, 0.0..=1.0, default)?;
+                self.call.host.constant(share)
+            }
+        }
     }
 
     /// A value that is not one of the plain kinds, for a caller that tells them apart.

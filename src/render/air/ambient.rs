@@ -12,7 +12,7 @@ use std::ops::{Add, Mul};
 use std::sync::atomic::AtomicBool;
 
 /// Heights of the sun, and levels.
-const SIZE: [usize; 2] = [34, 20];
+const SIZE: [usize; 2] = [34, 32];
 
 /// Rays above and below the horizon.
 const RAYS: [usize; 2] = [18, 6];
@@ -85,7 +85,7 @@ impl Table {
         cancel: &AtomicBool,
     ) -> Option<Table> {
         let shell = sunlight.medium.shell;
-        let shares = SunTable::new(shell, SIZE, cancel, |r| {
+        let shares = SunTable::new(sunlight.medium, SIZE, cancel, |r| {
             // Where there is nothing above, or below, the share of nothing is what it tends to.
             let r = r.clamp(shell.radius_at(NEAR), shell.radius_at(1.0 - NEAR));
             let rays = rays(sunlight.medium, r, RAYS, STEPS);

@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 /// Heights of the sun, and levels.
-const SIZE: [usize; 2] = [32, 24];
+const SIZE: [usize; 2] = [32, 32];
 
 /// Rays above and below the horizon.
 const RAYS: [usize; 2] = [14, 6];
@@ -35,7 +35,7 @@ const SIDES: usize = 4;
 
 /// The table of `Psi` above ground of an albedo; `None` if that was cancelled.
 pub(super) fn table(sunlight: Sunlight<'_>, albedo: DVec3, cancel: &AtomicBool) -> Option<SunTable<DVec3>> {
-    SunTable::new(sunlight.medium.shell, SIZE, cancel, |r| {
+    SunTable::new(sunlight.medium, SIZE, cancel, |r| {
         let rays = rays(sunlight.medium, r, RAYS, STEPS);
         let sent_back: DVec3 = rays.iter().map(sent_back).sum();
         move |mu| {

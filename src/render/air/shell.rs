@@ -2,6 +2,7 @@
 
 use super::exp::exp;
 use super::grid::{Grid, share};
+use super::medium::{Medium, TOP};
 use glam::DVec3;
 use std::ops::{Add, Mul};
 use std::sync::atomic::AtomicBool;
@@ -53,6 +54,34 @@ impl Shell {
     }
 }
 
+/// Heights for light that changes within the thinnest layer. They grow as `sinh^2(k u)` for `u` from 0 at the ground to 1 at
+/// the top: at first as `u^2`, then by equal factors, as nodes along lines of sight do.
+#[derive(Clone, Copy, Debug)]
+struct Heights {
+    shell: Shell,
+    /// The height for which the sine is 1.
+    unit: f64,
+    k: f64,
+}
+
+impl Heights {
+    fn of(medium: &Medium) -> Heights {
+        let (shell, unit) = (medium.shell, TOP * medium.finest);
+        Heights { shell, unit, k: libm::asinh(((shell.top - shell.radius) / unit).sqrt()) }
+    }
+
+    fn at(&self, r: f64) -> f64 {
+        let Shell { radius, top } = self.shell;
+        libm::asinh(((r.clamp(radius, top) - radius) / self.unit).sqrt()) / self.k
+    }
+
+    fn radius(&self, u: f64) -> f64 {
+        let Shell { radius, top } = self.shell;
+        let sine = libm::sinh(self.k * u);
+        (radius + self.unit * (sine * sine)).min(top)
+    }
+}
+
 /// Light by channel, of one or several kinds.
 pub(super) trait Light: Copy + Send + Add<Output = Self> + Mul<f64, Output = Self> {
     /// What a function makes of each kind.
@@ -65,14 +94,14 @@ impl Light for DVec3 {
     }
 }
 
-/// Light at levels of the air, for suns at all heights.
+/// Light at heights in the air, for suns at all heights.
 ///
 /// At dusk light fades by a factor or two from one degree to the next, over many powers of ten, so what is kept, and
-/// what is cubic between the nodes, is its logarithm: few heights of the sun do. In thick air it also changes from level to
-/// level, within the way that light goes there.
+/// what is cubic between the nodes, is its logarithm: few heights of the sun do. In thick air it also changes with the height,
+/// within the way that light goes there.
 #[derive(Clone, Debug)]
 pub(super) struct SunTable<T> {
-    shell: Shell,
+    heights: Heights,
     logarithms: Grid<T>,
 }
 
@@ -80,20 +109,21 @@ pub(super) struct SunTable<T> {
 const LEAST: f64 = 1e-30;
 
 impl<T: Light> SunTable<T> {
-    /// Makes a table of some heights of the sun by some levels: `at(r)` prepares for a radius and gives
+    /// Makes a table of some heights of the sun by some in the air of a medium: `at(r)` prepares for a radius and gives
     /// the light for cosines of the sun to the vertical. `None` if that was cancelled.
     pub fn new<F: Fn(f64) -> T>(
-        shell: Shell,
+        medium: &Medium,
         [suns, levels]: [usize; 2],
         cancel: &AtomicBool,
         at: impl Fn(f64) -> F + Sync,
     ) -> Option<SunTable<T>> {
         let logarithm = |light: DVec3| DVec3::from_array((light + LEAST).to_array().map(libm::log));
+        let heights = Heights::of(medium);
         let logarithms = Grid::new([suns, levels], cancel, |level| {
-            let value = at(shell.radius_at(level));
-            (0..suns).map(move |i| value(shell.cosine_at(share(i, suns))).map(logarithm))
+            let value = at(heights.radius(level));
+            (0..suns).map(move |i| value(heights.shell.cosine_at(share(i, suns))).map(logarithm))
         });
-        Some(SunTable { shell, logarithms: logarithms? })
+        Some(SunTable { heights, logarithms: logarithms? })
     }
 
     /// The light at a point, with the direction towards the sun.
@@ -104,7 +134,7 @@ impl<T: Light> SunTable<T> {
 
     /// The light at a radius for a sun at the cosine `mu` to the vertical.
     pub fn at(&self, r: f64, mu: f64) -> T {
-        let logarithm = self.logarithms.cubic(self.shell.height_of_sun(mu), self.shell.level(r));
+        let logarithm = self.logarithms.cubic(self.heights.shell.height_of_sun(mu), self.heights.at(r));
         logarithm.map(|x| (DVec3::from_array(exp(x.to_array())) - LEAST).max(DVec3::ZERO))
     }
 }

@@ -59,7 +59,7 @@ impl Reflectance for Balanced<'_> {
             true => self.gloss.sample(u, normal, to_eye)?.direction,
             false => Frame::around(normal).to_world(around_z(self.mirrored.sample(u[0]), u[1])),
         };
-        bounce(self, normal, to_eye, direction)
+        Some(Bounce { is_spread: !gloss, ..bounce(self, normal, to_eye, direction)? })
     }
 
     fn pdf(&self, normal: DVec3, to_eye: DVec3, to_light: DVec3) -> f64 {

@@ -87,7 +87,7 @@ impl Reflectance for Gloss {
         // value * cos / pdf, without the density of facets, which is the same in both.
         let [from_eye, from_light] = [self.stretched(eye), self.stretched(light)];
         let unshadowed = light * (eye + from_eye) / (eye * from_light + light * from_eye);
-        Some(Bounce { direction, weight: self.fresnel.at(cos_h) * unshadowed })
+        Some(Bounce { direction, weight: self.fresnel.at(cos_h) * unshadowed, is_spread: false })
     }
 
     fn pdf(&self, normal: DVec3, to_eye: DVec3, to_light: DVec3) -> f64 {

@@ -20,7 +20,7 @@ impl Reflectance for Lambert {
 
     fn sample(&self, u: [f64; 2], normal: DVec3, to_eye: DVec3) -> Option<Bounce> {
         let direction = Frame::around(normal).to_world(cosine_hemisphere(u));
-        cosines(normal, to_eye, direction).map(|_| Bounce { direction, weight: self.albedo })
+        cosines(normal, to_eye, direction).map(|_| Bounce { direction, weight: self.albedo, is_spread: true })
     }
 
     fn pdf(&self, normal: DVec3, to_eye: DVec3, to_light: DVec3) -> f64 {

@@ -58,6 +58,8 @@ pub struct Bounce {
     pub direction: DVec3,
     /// What its radiance counts: `f cos` over the density of the direction.
     pub weight: DVec3,
+    /// Whether it was chosen among all directions, as what is matt does, not about a mirrored one.
+    pub is_spread: bool,
 }
 
 /// What reflects light in all directions.
@@ -85,7 +87,10 @@ fn cosines(normal: DVec3, to_eye: DVec3, to_light: DVec3) -> Option<[f64; 2]> {
 fn bounce(model: &impl Reflectance, normal: DVec3, to_eye: DVec3, direction: DVec3) -> Option<Bounce> {
     let [_, cos] = cosines(normal, to_eye, direction)?;
     let pdf = model.pdf(normal, to_eye, direction);
-    (pdf > 0.0).then(|| Bounce { direction, weight: model.value(normal, to_eye, direction) * (cos / pdf) })
+    (pdf > 0.0).then(|| {
+        let weight = model.value(normal, to_eye, direction) * (cos / pdf);
+        Bounce { direction, weight, is_spread: true }
+    })
 }
 
 /// Chooses between two ways to sample, the first with a probability: which, and `u` spread anew over

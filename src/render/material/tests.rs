@@ -81,7 +81,7 @@ fn pointwise(name: &str, model: &impl Reflectance) {
 
 /// A sample is above the surface and has the weight that value and density say.
 fn sampled(name: &str, model: &impl Reflectance, normal: DVec3, eye: DVec3, u: [f64; 2]) {
-    let Some(Bounce { direction, weight }) = model.sample(u, normal, eye) else { return };
+    let Some(Bounce { direction, weight, .. }) = model.sample(u, normal, eye) else { return };
     assert!((direction.length() - 1.0).abs() < 1e-12 && direction.dot(normal) > 0.0, "{name}");
     assert!(weight.min_element() >= 0.0 && weight.max_element() < 50.0, "{name}: {weight} for {u:?}");
     let pdf = model.pdf(normal, eye, direction);

@@ -4,7 +4,6 @@ use super::{Call, Library};
 use crate::scene::{Finish, Material, Matt};
 use crate::script::fault::Outcome;
 use crate::script::options::Options;
-use crate::script::value::number;
 use rhai::Dynamic;
 
 pub(super) fn register(lib: &mut Library<'_>) {
@@ -19,10 +18,7 @@ fn material(c: &Call<'_>) -> Outcome<Dynamic> {
     let matt = Matt::ALL.into_iter().find(|(_, known)| *known == name).map(|(matt, _)| matt);
     let mut finish = [c.host.constant(0.0)?; Finish::COUNT];
     for (node, (_, name, default)) in finish.iter_mut().zip(Finish::ALL) {
-        *node = match o.get(name) {
-            Some(given) if number(&given).is_none() => o.field(name)?.node,
-            _ => c.host.constant(o.number(name, 0.0..=1.0, default)?)?,
-        };
+        *node = o.share(name, default)?;
     }
     let ior = o.number("ior", 1.0..=4.0, 1.5)?;
     let emission = match o.get("emission") {

@@ -46,11 +46,7 @@ fn sea(c: &Call<'_>) -> Outcome<Dynamic> {
     let given = o.get("surface").is_some();
     let field = if given { o.field("surface")?.node } else { unit_sphere(c)? };
     let mut finish = [c.host.constant(0.0)?; Finish::COUNT];
-    let roughness = match o.get("roughness") {
-        Some(_) => o.field("roughness")?.node,
-        None => c.host.constant(0.1)?,
-    };
-    finish[Finish::Roughness as usize] = roughness;
+    finish[Finish::Roughness as usize] = o.share("roughness", 0.1)?;
     let bump = match o.get("waves") {
         Some(_) => Some(o.field("waves")?.node),
         None => None,

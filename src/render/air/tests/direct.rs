@@ -5,9 +5,14 @@ use super::*;
 /// How far off light may be.
 const OFF: f64 = 0.02;
 
+/// Fog in which light from above is scattered twice on the way to the ground.
+fn dense() -> Air {
+    Air { fog: Some(haze(4000.0, 5e-4)), multiple: true, ..clear() }
+}
+
 /// Air of every kind.
-fn all() -> [Air; 6] {
-    [clear(), earth(), foggy(), thick(), preset("mars_air"), preset("titan_air")]
+fn all() -> [Air; 7] {
+    [clear(), earth(), foggy(), dense(), thick(), preset("mars_air"), preset("titan_air")]
 }
 
 /// Of what is brightest of a colour, what its faintest may be off: on Titan there is a hundredth as much blue as red.
@@ -129,9 +134,12 @@ fn several_turns_agree_with_direct_integration() {
     let by_day = [(1e-6, 60.0_f64), (4e-4, 20.0), (1e-3, 5.0), (4e-3, 35.0)];
     let twilight = [(1e-6, 0.3), (1e-6, -1.0), (1e-4, -3.0), (1e-6, -4.8), (1e-3, -6.0), (4e-3, -8.0)];
     several_turns_agree(&earth(), by_day.into_iter().chain(twilight));
-    for name in ["mars_air", "titan_air"] {
-        several_turns_agree(&preset(name), by_day);
+    // Between the heights at which light is kept, too, of which there are thirty below the first of these.
+    let low = [(1.3e-5, 10.0), (5e-5, 60.0), (1.4e-4, 30.0), (3.2e-4, 10.0), (5.4e-4, -3.0)];
+    for air in [foggy(), thick(), preset("mars_air"), preset("titan_air")] {
+        several_turns_agree(&air, by_day.into_iter().chain(low));
     }
+    several_turns_agree(&dense(), by_day.into_iter().chain(low));
 }
 
 fn several_turns_agree(air: &Air, places: impl IntoIterator<Item = (f64, f64)>) {
@@ -186,8 +194,8 @@ fn ambient_light_is_the_mean_of_the_sky() {
     ];
     let earth = Air { ground: DVec3::new(0.5, 0.3, 0.1), ..earth() };
     ambient_light_is_the_mean(&earth, by_day.into_iter().chain(high_up).chain(twilight));
-    for name in ["mars_air", "titan_air"] {
-        ambient_light_is_the_mean(&preset(name), by_day);
+    for air in [foggy(), dense(), preset("mars_air"), preset("titan_air")] {
+        ambient_light_is_the_mean(&air, by_day);
     }
 }
 
