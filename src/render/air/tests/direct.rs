@@ -137,7 +137,7 @@ fn several_turns_agree_with_direct_integration() {
     // Between the heights at which light is kept, too, of which there are thirty below the first of these.
     let low = [(1.3e-5, 10.0), (5e-5, 60.0), (1.4e-4, 30.0), (3.2e-4, 10.0), (5.4e-4, -3.0)];
     for air in [foggy(), thick(), preset("mars_air"), preset("titan_air")] {
-        several_turns_agree(&air, by_day.into_iter().chain(low));
+        several_turns_agree(&air, by_day.into_iter().chain(low).chain(twilight));
     }
     several_turns_agree(&dense(), by_day.into_iter().chain(low));
 }
@@ -172,7 +172,7 @@ fn several_turns_agree(air: &Air, places: impl IntoIterator<Item = (f64, f64)>) 
             }
         }
         let (direct, found) = (second / (1.0 - back), psi.at(r, sun.y));
-        let faint = FAINT * direct.max_element();
+        let faint = 0.1 * FAINT * direct.max_element();
         assert!(close(found, direct, OFF, faint), "{h} {elevation}: {found} for {direct}");
     }
 }
@@ -194,9 +194,10 @@ fn ambient_light_is_the_mean_of_the_sky() {
     ];
     let earth = Air { ground: DVec3::new(0.5, 0.3, 0.1), ..earth() };
     ambient_light_is_the_mean(&earth, by_day.into_iter().chain(high_up).chain(twilight));
-    for air in [foggy(), dense(), preset("mars_air"), preset("titan_air")] {
-        ambient_light_is_the_mean(&air, by_day);
+    for air in [dense(), preset("mars_air"), preset("titan_air")] {
+        ambient_light_is_the_mean(&air, by_day.into_iter().chain(twilight));
     }
+    ambient_light_is_the_mean(&foggy(), by_day);
 }
 
 fn ambient_light_is_the_mean(air: &Air, places: impl IntoIterator<Item = (f64, f64)>) {
