@@ -145,12 +145,14 @@ fn any_grouping_gives_the_same_hits() {
     // Rays of a beam share what they find, so that their hits agree to within the tolerance only.
     // Bent ones are for flowed solids.
     for (kind, _) in Kind::ALL.into_iter().filter(|k| ![Kind::Beam, Kind::Bent].contains(&k.0)) {
-        let mut made =
-            caster(kind, &b.field(root), &Aabb::cube(REGION), &[rays(4)[..100].to_vec()]).expect("a caster");
+        let fresh = || {
+            caster(kind, &b.field(root), &Aabb::cube(REGION), &[rays(4)[..100].to_vec()]).expect("a caster")
+        };
         let rays = &rays(4)[..700];
         let mut whole = vec![Hit::MISS; rays.len()];
-        made.first_hits(rays, &mut whole, &mut CastStats::default(), &AtomicBool::new(false));
+        fresh().first_hits(rays, &mut whole, &mut CastStats::default(), &AtomicBool::new(false));
         for size in [1, 7, 64] {
+            let mut made = fresh();
             let mut parts = vec![Hit::MISS; rays.len()];
             for (rays, out) in rays.chunks(size).zip(parts.chunks_mut(size)) {
                 made.first_hits(rays, out, &mut CastStats::default(), &AtomicBool::new(false));

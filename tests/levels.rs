@@ -27,7 +27,13 @@ let rough = gradient(1).at(4.0 * p) + value(2).at(3.0 * p) + value_gradient(3).a
 scene(#{ surface: sphere(1.0) + 0.03 * rough, sun: sun(#{ azimuth: 80.0, elevation: 30.0 }) })
 "#;
 
-/// Scenes by name: shapes, octaves with and without a Lipschitz bound, a planet in its air, all noises.
+/// A ball that cellular noise carries along, which is cast through cubes that all rays share.
+const CARRIED: &str = r#"
+scene(#{ surface: sphere(1.0).flow(0.2 * vector_noise(cellular(7).scaled(4.0)), #{ steps: 4 }),
+    sun: sun(#{ azimuth: 80.0, elevation: 30.0 }) })
+"#;
+
+/// Scenes by name: shapes, octaves with and without a Lipschitz bound, a planet in its air, all noises, a flow.
 fn scenes() -> Vec<(&'static str, Scene)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let files = ["tests/golden/shapes", "tests/golden/octaves", "tests/golden/ridges", "scripts/planet"];
@@ -35,7 +41,10 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         let path = root.join(name).with_extension("rhai");
         (name, Request::new(Script::File(path), Arc::new(Disk)))
     };
-    let requests = files.into_iter().map(file).chain([("noises", Request::text(NOISES))]);
+    let requests = files
+        .into_iter()
+        .map(file)
+        .chain([("noises", NOISES), ("carried", CARRIED)].map(|(name, text)| (name, Request::text(text))));
     requests.map(|(name, request)| (name, compile(&request).scene.expect("a scene"))).collect()
 }
 
@@ -89,14 +98,20 @@ fn every_instruction_set_makes_the_same_pictures() {
         }
     }
     for (name, scene) in &scenes {
-        for caster in [Kind::Beam, Kind::Auto] {
+        let through_cubes = (*name == "carried").then_some(Kind::Octree);
+        for caster in [Kind::Beam, Kind::Auto].into_iter().chain(through_cubes) {
             let shoot = |level: Level, threads: usize| {
                 let threads = NonZeroUsize::new(threads);
                 let order =
                     Order { size: Some((40, 24)), samples: Some(1), caster, threads, ..Order::default() };
                 let level = limit_simd(level);
                 let never = AtomicBool::new(false);
-                (level, all_of(render(scene, &order, &Job::unwatched(&never)).expect("a picture")))
+                let mut all = all_of(render(scene, &order, &Job::unwatched(&never)).expect("a picture"));
+                if *name == "carried" {
+                    // Threads that ask about a cube at once both evaluate the noise there.
+                    all.2.octaves = Default::default();
+                }
+                (level, all)
             };
             let (_, plain) = shoot(Level::Baseline, 1);
             assert!(plain.2.primary.hits > 40, "{name}: {:?}", plain.2);

@@ -140,7 +140,7 @@ pub struct CastStats {
     /// [Work](crate::tape::Tape::work) of the tapes that were evaluated, times the lanes of their batches,
     /// idle ones included.
     pub work: u64,
-    /// Of the evaluations, the ones that served a whole beam of rays.
+    /// Of the evaluations, the ones that served a whole beam of rays, or all that pass a cube; these count for each.
     pub shared: u64,
     /// Beams of which every ray was proven to miss at once.
     pub culled: u64,
@@ -190,7 +190,7 @@ pub trait Caster: Send {
     }
 
     /// Evaluations of the field that each ray of the last group needed, in their order; one that served
-    /// `n` rays at once is `1 / n` to each of them. Together they are what the group added to
+    /// `n` rays of a beam at once is `1 / n` to each of them. Together they are what the group added to
     /// [`CastStats::evaluations`], but for rounding. They are always counted, since that costs nothing
     /// beside an evaluation.
     fn costs(&self) -> &[f64];
@@ -360,7 +360,7 @@ fn auto(
     // Balls that take so long to find are worth sharing.
     let is_carried = cells.is_defined() && cells.tape().census().carried > 0;
     let shared = if is_carried { octree(field, region, cells, cancel) } else { None };
-    shared.unwrap_or(balls)
+    shared.filter(|cubes| cubes.lipschitz().is_some_and(|bound| bound < STEEP)).unwrap_or(balls)
 }
 
 /// What an evaluation at a point costs, and what one along a piece of a line: about as many

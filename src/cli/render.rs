@@ -73,7 +73,8 @@ pub struct Args {
     /// A field evaluation is one at a point or over a piece of a ray, for a ray or for a whole beam of
     /// rays. An octave is a noise at one place: octaves are counted where they are evaluated, in every
     /// lane of a batch, so that lanes that wait for others count too; what fades out with distance, or
-    /// is skipped because a piece is too long for it, does not.
+    /// is skipped because a piece is too long for it, does not. Rays that share cubes count what they ask of
+    /// them, be it known or not; octaves are then a few more or less as threads happen to ask.
     #[arg(long, value_name = "FILE.json", num_args = 0..=1, value_parser = statistics_path)]
     stats: Option<Option<PathBuf>>,
 

@@ -6,7 +6,7 @@
 //! this way: a value takes a whole trajectory, and an expansion over a ball several times as much.
 //!
 //! Which cubes there are depends on the rays, not what is known of them (`tree.rs`), so that hits are the same whoever
-//! asks first.
+//! asks first. So are statistics: a ray counts what it wants to know of cubes, be it known by then or not.
 
 mod tree;
 mod walk;
@@ -82,24 +82,24 @@ impl Octree {
                         Hit { t, certified: false }
                     }
                 };
+                let [asked, of_cubes] = walk.asked;
+                self.costs[ray] = asked as f64;
+                stats.evaluations += asked;
+                stats.steps += asked;
+                stats.shared += of_cubes;
+                stats.work += asked * self.cells.tape().work();
                 out[ray] = hit;
                 stats.hits += u64::from(hit.is_hit());
                 stats.uncertified += u64::from(!hit.certified);
                 false
             });
-            self.tell_facts(&mut walks, &mut cubes, stats, cancel);
-            self.tell_values(&mut walks, &mut places, stats, cancel);
+            self.tell_facts(&mut walks, &mut cubes, cancel);
+            self.tell_values(&mut walks, &mut places, cancel);
         }
     }
 
     /// Finds out about cubes, and tells the rays that asked.
-    fn tell_facts(
-        &mut self,
-        walks: &mut [Walk],
-        asked: &mut [(Cube, usize)],
-        stats: &mut CastStats,
-        cancel: &AtomicBool,
-    ) {
+    fn tell_facts(&mut self, walks: &mut [Walk], asked: &mut [(Cube, usize)], cancel: &AtomicBool) {
         asked.sort_unstable();
         let groups: Vec<&[(Cube, usize)]> = asked.chunk_by(|a, b| a.0 == b.0).collect();
         let ball = |group: &[(Cube, usize)]| self.tree.ball(group[0].0);
@@ -119,16 +119,11 @@ impl Octree {
                     Taylors::set_ball(&mut p, lane, middle.to_array(), radius);
                 }
                 let f = evaluator.eval(&p);
-                stats.evaluations += batch.len() as u64;
-                stats.steps += batch.len() as u64;
-                stats.work += same[0].0.work() * BALLS as u64;
                 for (lane, &(_, i)) in batch.iter().enumerate() {
                     let (group, cube) = (groups[i], groups[i][0].0);
                     let fact = Fact::new(&f.lane(lane), self.tree.ball(cube).1);
                     self.tree.keep_fact(cube, fact);
-                    stats.shared += u64::from(group.len() > 1);
                     for &(_, ray) in group {
-                        self.costs[ray] += 1.0 / group.len() as f64;
                         of(walks, ray).look(&self.tree, &fact);
                     }
                 }
@@ -141,7 +136,6 @@ impl Octree {
         &mut self,
         walks: &mut [Walk],
         asked: &mut [(Option<Cube>, usize, DVec3)],
-        stats: &mut CastStats,
         cancel: &AtomicBool,
     ) {
         asked.sort_unstable_by_key(|&(cube, ray, _)| (cube, ray));
@@ -156,17 +150,12 @@ impl Octree {
                 let lane = |axis: usize, lane: usize| places[batch[lane.min(batch.len() - 1)].1][axis];
                 let p = [0, 1, 2].map(|axis| Many(std::array::from_fn(|i| lane(axis, i))));
                 let f = evaluator.eval(&p);
-                stats.evaluations += batch.len() as u64;
-                stats.steps += batch.len() as u64;
-                stats.work += same[0].0.work() * LANES as u64;
                 for (&value, &(_, i)) in f.0.iter().zip(batch) {
                     let group = groups[i];
-                    stats.shared += u64::from(group.len() > 1);
                     if let Some(cube) = group[0].0 {
                         self.tree.keep_value(cube, value);
                     }
                     for &(cube, ray, _) in group {
-                        self.costs[ray] += 1.0 / group.len() as f64;
                         match cube {
                             Some(_) => of(walks, ray).come(&self.tree, value),
                             None => of(walks, ray).learn(&self.tree, value),

@@ -31,6 +31,8 @@ pub(super) struct Fact {
     pub bow: f64,
     pub turn: f64,
     pub least: f64,
+    /// Whether it has a value all over the ball.
+    pub is_defined: bool,
     /// Bound on the length of gradients.
     pub steep: f64,
 }
@@ -46,6 +48,7 @@ impl Fact {
             bow: f.bow[0],
             turn: scale * f.turn[0] * (1.0 + 1e-12),
             least: f.range.lo,
+            is_defined: f.range.is_finite(),
             steep: scale * f.steepness() * (1.0 + 1e-12),
         }
     }

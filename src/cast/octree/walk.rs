@@ -67,6 +67,8 @@ pub(super) struct Walk {
     /// Times that its cubes are cut at most.
     deepest: u32,
     steps: u32,
+    /// What it asked for, whether that was known or not; and of that, what was about cubes.
+    pub asked: [u64; 2],
     /// What is known in the cube, and in those around it, the largest first.
     bounds: Vec<Bounds>,
     doing: Doing,
@@ -124,6 +126,7 @@ impl Walk {
             cube: Cube::default(),
             deepest: tree.deepest(ray),
             steps: 0,
+            asked: [0; 2],
             bounds: vec![Bounds { steep, rate: steep, root: f64::NAN }],
             doing,
         }
@@ -159,6 +162,17 @@ impl Walk {
         self.bounds[level.min(self.bounds.len() - 1)]
     }
 
+    /// What values may be off by along the ray up to `t` because places are rounded, for the bound on gradients here.
+    fn slack(&self, tree: &Tree, t: f64) -> f64 {
+        4.0 * self.bounds().steep * tree.rounding(&self.line, t.abs())
+    }
+
+    /// Counts a question.
+    fn count(&mut self, is_of_cube: bool) {
+        self.asked[0] += 1;
+        self.asked[1] += u64::from(is_of_cube);
+    }
+
     /// Whether many rays pass the cube.
     fn is_among_many(&self, tree: &Tree) -> bool {
         tree.ball(self.cube).1 > MANY * self.line.tolerance.at(self.t)
@@ -170,13 +184,14 @@ impl Walk {
 
     /// Goes on with the value in the middle of its cube.
     pub fn come(&mut self, tree: &Tree, value: f64) {
+        self.count(true);
         let ((middle, radius), Bounds { steep, .. }) = (tree.ball(self.cube), self.bounds());
-        // A hair less, for what is rounded.
-        let free = (1.0 - 1e-9) * value / steep;
-        if free > radius {
-            return self.pass(tree, self.exit(tree));
-        }
         let exit = self.exit(tree);
+        // A hair less, for what is rounded.
+        let free = (1.0 - 1e-9) * (value - self.slack(tree, exit)) / steep;
+        if free > radius {
+            return self.pass(tree, exit);
+        }
         if let Some(end) = end_in_ball(&self.line, self.t, middle, free) {
             if end >= exit {
                 return self.pass(tree, exit);
@@ -192,6 +207,7 @@ impl Walk {
 
     /// Goes on with what is known around its cube.
     pub fn look(&mut self, tree: &Tree, fact: &Fact) {
+        self.count(true);
         let (middle, radius) = tree.ball(self.cube);
         let exit = self.exit(tree);
         let line = self.line;
@@ -211,7 +227,7 @@ impl Walk {
         if turn < -STEADY * slope {
             let fall = Fall { value: at(self.t), slope, turn };
             if there + 2.0 * bow < 0.0 {
-                self.cross(fall, exit, None);
+                self.cross(tree, fall, exit, None);
             } else {
                 self.doing = Doing::Leaving(fall, exit);
             }
@@ -222,7 +238,7 @@ impl Walk {
                 self.doing = Doing::Beginning;
             }
         } else if 2.0 * radius <= self.line.tolerance.at(self.t) {
-            self.doing = Doing::Done(Hit { t: self.t, certified: fact.least.is_finite() });
+            self.doing = Doing::Done(Hit { t: self.t, certified: fact.is_defined });
         } else {
             self.go_deeper(tree);
         }
@@ -230,6 +246,7 @@ impl Walk {
 
     /// Goes on with the value that it asked for.
     pub fn learn(&mut self, tree: &Tree, value: f64) {
+        self.count(false);
         match self.doing {
             _ if value.is_nan() => self.doing = Doing::Done(Hit { t: self.t, certified: false }),
             Doing::Striding if value > 0.0 => self.stride(tree, value),
@@ -237,9 +254,8 @@ impl Walk {
             Doing::Striding | Doing::Beginning => {
                 self.doing = Doing::Done(Hit { t: self.t, certified: true });
             }
-            Doing::Leaving(_, exit) if value > 0.0 => self.pass(tree, exit),
-            Doing::Leaving(fall, exit) => self.cross(fall, exit, Some((exit, value))),
-            Doing::Falling(fall, between, at, last) => self.fall(fall, between, (at, value), last),
+            Doing::Leaving(fall, exit) => self.leave(tree, fall, exit, value),
+            Doing::Falling(fall, between, at, last) => self.fall(tree, fall, between, (at, value), last),
             Doing::Coming | Doing::Looking | Doing::Done(_) | Doing::GivenUp => {}
         }
     }
@@ -263,8 +279,12 @@ impl Walk {
     /// Goes on with a value here, which is above zero.
     fn stride(&mut self, tree: &Tree, value: f64) {
         let (exit, Bounds { rate, .. }) = (self.exit(tree), self.bounds());
-        let rounding = 2.0 * tree.rounding(&self.line, self.t.abs());
-        let to = (self.t + (1.0 - 1e-9) * value / rate - rounding).max(self.t);
+        let above = value - self.slack(tree, exit);
+        if above <= 0.0 {
+            self.doing = Doing::Looking;
+            return;
+        }
+        let to = self.t + (1.0 - 1e-9) * above / rate;
         if to >= exit {
             return self.pass(tree, exit);
         }
@@ -306,32 +326,58 @@ impl Walk {
         self.bounds.truncate((self.cube.level as usize).max(1));
     }
 
+    /// Leaves a cube in which it falls, with the value there: inside, or outside; or so close to the surface that nobody can
+    /// tell, and then it meets it there, if it falls fast enough for that to be no further than the tolerance ahead.
+    fn leave(&mut self, tree: &Tree, fall: Fall, exit: f64, value: f64) {
+        let slack = self.slack(tree, exit);
+        let early = exit - 2.0 * slack / (-fall.slope - fall.turn);
+        if value > slack {
+            self.pass(tree, exit);
+        } else if value < -slack {
+            self.cross(tree, fall, exit, Some((exit, value)));
+        } else if exit - early <= self.line.tolerance.at(early) {
+            self.doing = Doing::Done(Hit { t: early.max(self.t), certified: true });
+        } else {
+            self.go_deeper(tree);
+        }
+    }
+
     /// Meets the surface once before `exit`, where it is inside.
-    fn cross(&mut self, fall: Fall, exit: f64, last: Option<(f64, f64)>) {
+    fn cross(&mut self, tree: &Tree, fall: Fall, exit: f64, last: Option<(f64, f64)>) {
         if self.any {
             self.doing = Doing::Done(Hit { t: self.t, certified: true });
             return;
         }
         let guess = (self.t - fall.value / fall.slope).clamp(self.t, exit);
         match last {
-            Some(last) => self.fall(fall, [self.t, exit], last, None),
+            Some(last) => self.fall(tree, fall, [self.t, exit], last, None),
             None => self.doing = Doing::Falling(fall, [self.t, exit], guess, None),
         }
     }
 
     /// Closes in on a root with a value.
-    fn fall(&mut self, fall: Fall, [from, to]: [f64; 2], (at, value): (f64, f64), last: Option<(f64, f64)>) {
+    fn fall(
+        &mut self,
+        tree: &Tree,
+        fall: Fall,
+        [from, to]: [f64; 2],
+        (at, value): (f64, f64),
+        last: Option<(f64, f64)>,
+    ) {
         let (least, most) = (-fall.slope - fall.turn, -fall.slope + fall.turn);
-        let [a, b] = [at + value / least, at + value / most];
-        let (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+        let slack = self.slack(tree, to);
+        // What is above zero comes down to it no sooner than at the largest slope, what is below has at the least.
+        let [low, high] = [value - slack, value + slack];
+        let from = from.max(at + low / if low > 0.0 { most } else { least });
+        let to = to.min(at + high / if high > 0.0 { least } else { most });
         // The slope between this place and the one before, if there is one that it can be.
         let secant = last.map_or(-fall.slope, |(t, v)| ((value - v) / (t - at)).clamp(least, most));
         let secant = if secant.is_nan() { -fall.slope } else { secant };
         let guess = (at + value / secant).max(from).min(to);
         // Half of the tolerance is left for what is rounded.
         let is_close = to - from <= 0.5 * self.line.tolerance.at(from);
-        self.doing = if is_close || guess == at {
-            Doing::Done(Hit { t: guess.max(self.t), certified: is_close })
+        self.doing = if is_close || guess == at || value.abs() <= slack {
+            Doing::Done(Hit { t: from.max(self.t), certified: is_close })
         } else {
             Doing::Falling(fall, [from, to], guess, Some((at, value)))
         };
