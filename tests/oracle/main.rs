@@ -198,7 +198,7 @@ fn check_all(kinds: &[(Kind, usize)], [tiles, costly]: [usize; 2]) {
         for (kind, tally) in
             check(surface, &b.field(root), kinds, if surface.costly { costly } else { tiles })
         {
-            let Tally { stats, met, early, differ, faults: found } = tally;
+            let Tally { stats, met, early, differ, faults: mut found } = tally;
             rays += stats.rays;
             let CastStats { given_up, uncertified, .. } = stats;
             let per_ray = stats.evaluations as f64 / stats.rays as f64;
@@ -208,6 +208,10 @@ fn check_all(kinds: &[(Kind, usize)], [tiles, costly]: [usize; 2]) {
                 format!("{kind:?}"),
                 stats.rays
             );
+            let makes_pictures = [Kind::Auto, Kind::Beam, Kind::Octree].contains(&kind);
+            if makes_pictures && !surface.undefined && 200 * given_up > stats.rays {
+                found.push(format!("{given_up} of {} rays given up", stats.rays));
+            }
             let count = found.len();
             let named = |fault| format!("{}, {kind:?}, {count} faults: {fault}", surface.name);
             faults.extend(found.into_iter().take(3).map(named));
