@@ -145,7 +145,7 @@ if [ "$wanted" != "  " ]; then
     picture 9.10b 9.10 --size 200x200
     picture 9.11b 9.11 --set whole=off --size 200x200
     picture 9.11d 9.11 --size 200x200
-    picture 9.12b 9.12 --set octaves=5 --size 228x138
+    picture 9.12b 9.12 --set octaves=5 --size 114x69
 fi
 
 # The kernels: 4.4 the quintic fade, 4.9 the kernels of sparse convolution.
