@@ -107,7 +107,7 @@ fn every_instruction_set_makes_the_same_pictures() {
                 let level = limit_simd(level);
                 let never = AtomicBool::new(false);
                 let mut all = all_of(render(scene, &order, &Job::unwatched(&never)).expect("a picture"));
-                if *name == "carried" {
+                if *name == "carried" && caster != Kind::Beam {
                     // Threads that ask about a cube at once both evaluate the noise there.
                     all.2.octaves = Default::default();
                 }

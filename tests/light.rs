@@ -182,6 +182,7 @@ fn few_bumps_are_dark_where_the_sun_is_behind_the_eye() {
     assert!(level > 0.0 && flat.iter().all(|light| (light / level - 1.0).abs() < 1e-3), "{flat:?}");
     let dark = bumpy.iter().filter(|light| **light < 0.1 * level).count();
     assert!(bumpy.len() > 100 && 8 * dark < bumpy.len(), "{dark} of {}", bumpy.len());
+    assert!(bumpy.iter().all(|light| *light > 0.0));
 }
 
 #[test]

@@ -138,7 +138,7 @@ pub struct CastStats {
     /// Evaluations of the field, at points or over pieces of rays.
     pub evaluations: u64,
     /// [Work](crate::tape::Tape::work) of the tapes that were evaluated, times the lanes of their batches,
-    /// idle ones included.
+    /// idle ones included; of cubes that rays share, as if each ray asked by itself.
     pub work: u64,
     /// Of the evaluations, the ones that served a whole beam of rays, or all that pass a cube; these count for each.
     pub shared: u64,

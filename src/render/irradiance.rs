@@ -18,8 +18,8 @@
 //!
 //! For `s = m` that is the irradiance. As normals turn from there, the first term has the right slope: the halves above two
 //! surfaces differ in light along the horizon alone, which counts for nothing yet. The second is what these differ by, if
-//! light along the horizon is all alike; instead of light from below the surface that it stands on, a bump gets what the
-//! [other sides](super::reflect) of bumps throw to it. So light that is the same from all sides has the right value whatever the
+//! light along the horizon is all alike; instead of light from below the surface that it stands on, a bump gets what that
+//! [throws](super::reflect) to it. So light that is the same from all sides has the right value whatever the
 //! normals.
 //!
 //! Between the places light is blended as by a cubic B-spline, among those that lie in about the same plane and face about

@@ -129,7 +129,7 @@ impl Surroundings<'_> {
     }
 
     /// Mean radiance over the hemisphere that a patch faces, weighted as a matt surface does. A bump sees what the surface
-    /// below it does not hide, and that in the [other sides](super::reflect) of bumps; this is their sum where the surface is
+    /// below it does not hide, and what its surface [throws](super::reflect) to it; this is their sum where the surface is
     /// level or upright.
     pub fn ambient(&self, patch: &Patch) -> DVec3 {
         let up = self.up(patch.position);

@@ -162,9 +162,9 @@ impl Prepared {
 
     /// Bundles of neighbouring lines of sight all over the picture, for choosing a caster; that in its middle comes first.
     pub fn typical_rays(&self) -> Vec<Vec<Ray>> {
-        /// Bundles across the picture, and rays across a bundle.
+        /// Bundles across the picture, their order row by row, and rays across a bundle.
         const ACROSS: u32 = 3;
-        const MIDDLE_FIRST: [u32; 9] = [4, 0, 5, 1, 6, 2, 7, 3, 8];
+        const MIDDLE_FIRST: [u32; (ACROSS * ACROSS) as usize] = [4, 0, 5, 1, 6, 2, 7, 3, 8];
         const WITHIN: u32 = 8;
         let Settings { width, height, bounds, .. } = self.settings;
         let corner = |i: u32, size: u32| (f64::from(i) + 0.5) / f64::from(ACROSS) * f64::from(size);

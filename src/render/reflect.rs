@@ -21,7 +21,7 @@
 //! ```
 //!
 //! is what bumps hide of the sun from each other (Smith 1967). So suns and lamps count for one over that. Each bump takes its own
-//! slope for `m`, which comes to within a twentieth of the light that there is for slopes up to 0.3.
+//! slope for `m`, which for slopes up to 0.3 makes it a twentieth more than there is at most, and a tenth less.
 
 use super::light::Surroundings;
 use super::material::{Bounce, Dust, Film, Fresnel, Lambert, Metals, OrenNayar, Phase, Reflectance, Surge};
@@ -121,7 +121,7 @@ impl<'a> Reflector<'a> {
         self.reflected(to_eye, to_light) * self.unhidden(to_light)
     }
 
-    /// The reflectance function, with the cosine, for light that comes from above.
+    /// The reflectance function, with the cosine, for light that comes from above, whatever else does.
     fn reflected(&self, to_eye: DVec3, to_light: DVec3) -> DVec3 {
         self.about_bump(to_eye, to_light) + self.about_bump(to_eye, self.thrown(to_light))
     }
@@ -136,7 +136,7 @@ impl<'a> Reflector<'a> {
         if a < 1.6 { 1.0 / (1.0 + 2.0 * hidden) } else { 1.0 }
     }
 
-    /// The same for light from one direction, which may be below the surface.
+    /// The reflectance function about the bump alone, with its cosine; light may come from below the surface.
     fn about_bump(&self, to_eye: DVec3, to_light: DVec3) -> DVec3 {
         let normal = self.patch.shading;
         let cosine = normal.dot(to_light);

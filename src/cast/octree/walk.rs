@@ -376,8 +376,11 @@ impl Walk {
         let guess = (at + value / secant).max(from).min(to);
         // Half of the tolerance is left for what is rounded.
         let is_close = to - from <= 0.5 * self.line.tolerance.at(from);
-        self.doing = if is_close || guess == at || value.abs() <= slack {
-            Doing::Done(Hit { t: from.max(self.t), certified: is_close })
+        self.doing = if is_close {
+            Doing::Done(Hit { t: from.max(self.t), certified: true })
+        } else if guess == at || value.abs() <= slack {
+            self.t = from.max(self.t);
+            Doing::GivenUp
         } else {
             Doing::Falling(fall, [from, to], guess, Some((at, value)))
         };

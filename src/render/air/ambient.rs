@@ -11,7 +11,7 @@ use glam::DVec3;
 use std::ops::{Add, Mul};
 use std::sync::atomic::AtomicBool;
 
-/// Heights of the sun, and levels.
+/// Heights of the sun, and of places.
 const SIZE: [usize; 2] = [34, 32];
 
 /// Rays above and below the horizon.

@@ -21,7 +21,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
-/// Heights of the sun, and levels.
+/// Heights of the sun, and of places.
 const SIZE: [usize; 2] = [32, 32];
 
 /// Rays above and below the horizon.

@@ -109,18 +109,18 @@ pub(super) struct SunTable<T> {
 const LEAST: f64 = 1e-30;
 
 impl<T: Light> SunTable<T> {
-    /// Makes a table of some heights of the sun by some in the air of a medium: `at(r)` prepares for a radius and gives
+    /// Makes a table of some heights of the sun by some of places in the air of a medium: `at(r)` prepares for a radius and gives
     /// the light for cosines of the sun to the vertical. `None` if that was cancelled.
     pub fn new<F: Fn(f64) -> T>(
         medium: &Medium,
-        [suns, levels]: [usize; 2],
+        [suns, places]: [usize; 2],
         cancel: &AtomicBool,
         at: impl Fn(f64) -> F + Sync,
     ) -> Option<SunTable<T>> {
         let logarithm = |light: DVec3| DVec3::from_array((light + LEAST).to_array().map(libm::log));
         let heights = Heights::of(medium);
-        let logarithms = Grid::new([suns, levels], cancel, |level| {
-            let value = at(heights.radius(level));
+        let logarithms = Grid::new([suns, places], cancel, |u| {
+            let value = at(heights.radius(u));
             (0..suns).map(move |i| value(heights.shell.cosine_at(share(i, suns))).map(logarithm))
         });
         Some(SunTable { heights, logarithms: logarithms? })

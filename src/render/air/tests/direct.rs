@@ -134,7 +134,7 @@ fn several_turns_agree_with_direct_integration() {
     let by_day = [(1e-6, 60.0_f64), (4e-4, 20.0), (1e-3, 5.0), (4e-3, 35.0)];
     let twilight = [(1e-6, 0.3), (1e-6, -1.0), (1e-4, -3.0), (1e-6, -4.8), (1e-3, -6.0), (4e-3, -8.0)];
     several_turns_agree(&earth(), by_day.into_iter().chain(twilight));
-    // Between the heights at which light is kept, too, of which there are thirty below the first of these.
+    // Low, and between the heights at which light is kept.
     let low = [(1.3e-5, 10.0), (5e-5, 60.0), (1.4e-4, 30.0), (3.2e-4, 10.0), (5.4e-4, -3.0)];
     for air in [foggy(), thick(), preset("mars_air"), preset("titan_air")] {
         several_turns_agree(&air, by_day.into_iter().chain(low).chain(twilight));
