@@ -64,7 +64,7 @@ impl<V: Code<3>, F: Code<1>> Flowed<V, F> {
         let ends = ends(&self.velocity, self.steps, at);
         let mut values = vec![0.0; ends.len()];
         let [x, y, z] = [0, 1, 2].map(|axis| ends.iter().map(|end| end[axis]).collect::<Vec<f64>>());
-        let mut run = self.field.runner();
+        let mut run = self.field.runner::<Many<f64, { LANES }>>();
         in_lanes([&x, &y, &z], |x, _| x, |at| run(&at), |i, [value]| values[i] = value);
         (ends, values)
     }
@@ -131,6 +131,7 @@ impl<V: Code<3>, F: Code<1>> Kernel for Flowed<V, F> {
     fn jets(&self, at: [&[f64]; 3], out: Jets<'_>) {
         let Jets { value, grad, hess } = out;
         match (grad, hess) {
+            (None, _) if value.len() > 1 => value.copy_from_slice(&self.trace(at).1),
             (None, _) => self.carried(at, |x, _| x, |v| *v == 0.0, |i, v: &f64| value[i] = *v),
             (Some(mut grad), None) => self.carried(
                 at,
