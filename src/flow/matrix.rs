@@ -20,37 +20,63 @@ pub(super) const ONE: Matrix = {
 /// Covers the rounding of sums of up to a hundred terms that are not negative.
 pub(super) const UP: f64 = 1.0 + 256.0 * ROUNDOFF;
 
+// Entries are written out one by one. Of loops over them the compiler would make vectors across entries, which it must
+// gather, instead of vectors across balls.
+
+/// A vector by its entries.
+#[inline(always)]
+pub(super) fn vector(entry: impl Fn(usize) -> Pack) -> Vector {
+    [entry(0), entry(1), entry(2)]
+}
+
+/// A matrix by its entries.
+#[inline(always)]
+pub(super) fn matrix(entry: impl Fn(usize, usize) -> Pack) -> Matrix {
+    [
+        [entry(0, 0), entry(0, 1), entry(0, 2)],
+        [entry(1, 0), entry(1, 1), entry(1, 2)],
+        [entry(2, 0), entry(2, 1), entry(2, 2)],
+    ]
+}
+
+/// A symmetric matrix by its entries.
+#[inline(always)]
+pub(super) fn symmetric(entry: impl Fn(usize, usize) -> Pack) -> Symmetric {
+    [entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)]
+}
+
+/// Six numbers of symmetric matrices one by one.
+#[inline(always)]
+pub(super) fn six(number: impl Fn(usize) -> Pack) -> Symmetric {
+    [number(0), number(1), number(2), number(3), number(4), number(5)]
+}
+
 /// `a b`.
 #[inline(always)]
 pub(super) fn times(a: &Matrix, b: &Matrix) -> Matrix {
-    let mut out = [[Pack::ZERO; 3]; 3];
-    for i in 0..3 {
-        for j in 0..3 {
-            out[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
-        }
-    }
-    out
+    matrix(
+        #[inline(always)]
+        |i, j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j],
+    )
 }
 
 /// `m^T v`.
 #[inline(always)]
 pub(super) fn transposed_times(m: &Matrix, v: &Vector) -> Vector {
-    let mut out = [Pack::ZERO; 3];
-    for j in 0..3 {
-        out[j] = m[0][j] * v[0] + m[1][j] * v[1] + m[2][j] * v[2];
-    }
-    out
+    vector(
+        #[inline(always)]
+        |j| m[0][j] * v[0] + m[1][j] * v[1] + m[2][j] * v[2],
+    )
 }
 
 /// `m^T s m`.
 #[inline(always)]
 pub(super) fn congruent(m: &Matrix, [xx, yy, zz, xy, xz, yz]: &Symmetric) -> Symmetric {
     let s = times(&[[*xx, *xy, *xz], [*xy, *yy, *yz], [*xz, *yz, *zz]], m);
-    let mut out = [Pack::ZERO; 6];
-    for (out, (i, j)) in out.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]) {
-        *out = m[0][i] * s[0][j] + m[1][i] * s[1][j] + m[2][i] * s[2][j];
-    }
-    out
+    symmetric(
+        #[inline(always)]
+        |i, j| m[0][i] * s[0][j] + m[1][i] * s[1][j] + m[2][i] * s[2][j],
+    )
 }
 
 /// Length, rounded up.
@@ -62,10 +88,10 @@ pub(super) fn length([x, y, z]: &Vector) -> Pack {
 /// Bound on the spectral norm: the root of the largest eigenvalue of `A A^T`.
 #[inline(always)]
 pub(super) fn norm(a: &Matrix) -> Pack {
-    let mut square = [Pack::ZERO; 6];
-    for (out, (i, j)) in square.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]) {
-        *out = a[i][0] * a[j][0] + a[i][1] * a[j][1] + a[i][2] * a[j][2];
-    }
+    let square = symmetric(
+        #[inline(always)]
+        |i, j| a[i][0] * a[j][0] + a[i][1] * a[j][1] + a[i][2] * a[j][2],
+    );
     let trace = square[0] + square[1] + square[2];
     // Rounding of the entries.
     UP * (UP * (largest(&square).larger(Pack::ZERO) + 32.0 * ROUNDOFF * trace)).sqrt()

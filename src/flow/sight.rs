@@ -1,6 +1,8 @@
 //! How a field at the end of a trajectory looks from the start: the way back through the steps. See [`tube`](super::tube).
 
-use super::matrix::{Symmetric, UP, Vector, congruent, largest, length, spread, transposed_times};
+use super::matrix::{
+    Symmetric, UP, Vector, congruent, largest, length, six, spread, transposed_times, vector,
+};
 use super::pack::{BALLS, Pack};
 use super::stage::Roundings;
 use super::tube::{Ball, Step};
@@ -93,30 +95,34 @@ impl Sight {
         let (mut back, mut back_turn, mut turned) = ([Pack::ZERO; 3], Pack::ZERO, turn);
         for (stage, share, lead) in STAGES {
             let past = &step.stages[stage];
-            let mut covector = [Pack::ZERO; 3];
-            for k in 0..3 {
-                covector[k] = h * share * p[k] + h * lead * back[k];
-            }
+            let covector = vector(
+                #[inline(always)]
+                |k| h * share * p[k] + h * lead * back[k],
+            );
             let (size, vary) = (length(&covector), h * share * turn + h * lead * back_turn);
-            let mut hess = [Pack::ZERO; 6];
-            for k in 0..6 {
-                hess[k] = covector[0] * past.stage.hess[0][k]
-                    + covector[1] * past.stage.hess[1][k]
-                    + covector[2] * past.stage.hess[2][k];
-            }
-            let seen = congruent(&past.linear, &hess);
-            for k in 0..6 {
-                self.hess[k] += seen[k];
-            }
             self.bow += size * (past.stage.bow + past.moved);
-            self.rest += size * (past.stage.rest + past.moved) + spread(&hess) * past.cross;
+            self.rest += size * (past.stage.rest + past.moved);
+            if let Some([x, y, z]) = &past.stage.hess {
+                let hess = six(
+                    #[inline(always)]
+                    |k| covector[0] * x[k] + covector[1] * y[k] + covector[2] * z[k],
+                );
+                let (sum, seen) = (self.hess, congruent(&past.linear, &hess));
+                self.hess = six(
+                    #[inline(always)]
+                    |k| sum[k] + seen[k],
+                );
+                self.rest += spread(&hess) * past.cross;
+            }
             self.bent += (size + vary) * past.bent;
             back = transposed_times(&past.stage.slope, &covector);
             back_turn = past.stage.steep * vary + past.stage.turn * size;
             turned += back_turn;
-            for k in 0..3 {
-                self.p[k] += back[k];
-            }
+            let p = self.p;
+            self.p = vector(
+                #[inline(always)]
+                |k| p[k] + back[k],
+            );
         }
         self.turn = UP * turned.least(step.steep * turn + step.turn * size);
     }

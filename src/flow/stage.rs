@@ -11,7 +11,7 @@
 //!
 //! The derivatives of a slope are a symmetric matrix, of which these are bounds as a whole.
 
-use super::matrix::{Matrix, Symmetric, UP, Vector, length, norm, spread};
+use super::matrix::{Matrix, Symmetric, UP, Vector, length, norm, six, spread, vector};
 use super::pack::{BALLS, Pack};
 use crate::num::{Growing, Jets, Kernel, ROUNDOFF, Taylors, widest};
 
@@ -53,8 +53,8 @@ pub enum Parts<'a, K> {
 pub(super) struct Stage {
     pub velocity: Vector,
     pub slope: Matrix,
-    /// Second derivatives of its components.
-    pub hess: [Symmetric; 3],
+    /// Second derivatives of its components, where they say anything.
+    pub hess: Option<[Symmetric; 3]>,
     /// What `slope` leaves out of the velocity over the ball, and what is left out with second derivatives.
     pub bow: Pack,
     pub rest: Pack,
@@ -91,6 +91,7 @@ impl Stage {
         let (out, scale) = (self, radius.inverse());
         let (mut bow, mut rest, mut spread) = ([Pack::ZERO; 3], [Pack::ZERO; 3], [Pack::ZERO; 3]);
         let (mut turn, mut bent) = ([Pack::ZERO; 3], [Pack::ZERO; 3]);
+        let mut hess = [[Pack::ZERO; 6]; 3];
         for i in 0..3 {
             let lanes: [_; BALLS] = std::array::from_fn(|l| u[i].lane(l));
             out.velocity[i] = Pack::from_fn(|l| lanes[l].value);
@@ -98,7 +99,7 @@ impl Stage {
                 out.slope[i][j] = scale * Pack::from_fn(|l| lanes[l].grad[j]);
             }
             for k in 0..6 {
-                out.hess[i][k] = scale * scale * Pack::from_fn(|l| lanes[l].hess[k]);
+                hess[i][k] = scale * scale * Pack::from_fn(|l| lanes[l].hess[k]);
             }
             bow[i] = Pack::from_fn(|l| lanes[l].bow[0]);
             rest[i] = Pack::from_fn(|l| lanes[l].bow[1]);
@@ -107,6 +108,7 @@ impl Stage {
             turn[i] = Pack::from_fn(|l| lanes[l].turn[0]);
             bent[i] = Pack::from_fn(|l| lanes[l].curvature());
         }
+        out.hess = Some(hess);
         let rounded = 2.0 * (rounding.value + rounding.grad * radius);
         out.blur = 2.0 * rounding.grad;
         out.off = 2.0 * rounding.value;
@@ -165,21 +167,23 @@ impl Stage {
     pub fn set_kernels<K: Kernel>(&mut self, parts: &[(&K, f64); 3], at: &Vector, radius: Pack) {
         let out = self;
         let mut squares: Row = [Pack::ZERO; 8];
+        let hess = out.hess.insert([[Pack::ZERO; 6]; 3]);
         for (row, (kernel, k)) in parts.iter().enumerate() {
             let (growing, middles) = (Growing::new(*kernel), Middles::new(*kernel, at));
             widest(
                 #[inline(always)]
                 || {
                     out.velocity[row] = *k * middles.value;
-                    for axis in 0..3 {
-                        out.slope[row][axis] = *k * middles.grad[axis];
-                    }
-                    for entry in 0..6 {
-                        out.hess[row][entry] = *k * middles.hess[entry];
-                    }
-                    for (square, bound) in
-                        squares.iter_mut().zip(of_kernel(*kernel, &growing, &middles, radius))
-                    {
+                    out.slope[row] = vector(
+                        #[inline(always)]
+                        |axis| *k * middles.grad[axis],
+                    );
+                    hess[row] = six(
+                        #[inline(always)]
+                        |entry| *k * middles.hess[entry],
+                    );
+                    let bounds = of_kernel(*kernel, &growing, &middles, radius);
+                    for (square, bound) in squares.iter_mut().zip(bounds) {
                         *square += k * k * (bound * bound);
                     }
                 },
@@ -197,11 +201,10 @@ impl Stage {
             #[inline(always)]
             || {
                 let (error, g) = (errors(&growing, middles.size), length(&middles.grad));
-                let mut h = middles.hess;
-                for entry in &mut h {
-                    *entry = k * *entry;
-                }
-                let [xx, yy, zz, xy, xz, yz] = h;
+                let [xx, yy, zz, xy, xz, yz] = six(
+                    #[inline(always)]
+                    |entry| k * middles.hess[entry],
+                );
                 let (factor, all) = (k.abs() * UP, Pack::ONE);
                 let (third, hessian) = (bounds.third * r, bounds.hessian * all);
                 let curved = spread(&middles.hess) + 3.0 * error[2];
@@ -212,7 +215,7 @@ impl Stage {
                 *self = Stage {
                     velocity: [k * middles.grad[0], k * middles.grad[1], k * middles.grad[2]],
                     slope: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
-                    hess: [[Pack::ZERO; 6]; 3],
+                    hess: None,
                     bow,
                     rest: bow,
                     spread: factor * ((steep * r).least(bounds.lipschitz * all + g) + off),

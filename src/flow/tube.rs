@@ -36,11 +36,12 @@
 //! is carried along (`off`, `blur`), and counts among what linear parts leave out.
 
 use super::Code;
-use super::matrix::{Matrix, ONE, UP, Vector, length, norm, times};
+use super::matrix::{Matrix, ONE, UP, Vector, length, matrix, norm, times, vector};
 use super::pack::{BALLS, Pack};
 use super::sight::seen_back;
 use super::stage::{Parts, Rounding, Stage};
 use crate::num::{Local, Number, ROUNDOFF, Taylors, widest};
+use std::cell::Cell;
 
 /// Where the points of a ball are within a step.
 #[derive(Clone, Copy, Default)]
@@ -102,12 +103,15 @@ impl Change {
 
     #[inline(always)]
     fn add(&mut self, k: f64, o: &Change) {
-        for i in 0..3 {
-            self.velocity[i] += k * o.velocity[i];
-            for j in 0..3 {
-                self.linear[i][j] += k * o.linear[i][j];
-            }
-        }
+        let (velocity, linear) = (self.velocity, self.linear);
+        self.velocity = vector(
+            #[inline(always)]
+            |i| velocity[i] + k * o.velocity[i],
+        );
+        self.linear = matrix(
+            #[inline(always)]
+            |i, j| linear[i][j] + k * o.linear[i][j],
+        );
         self.rest += k * o.rest;
         self.spread += k * o.spread;
         self.goes += k * o.goes;
@@ -211,13 +215,14 @@ impl Ball {
     #[inline(always)]
     fn place(&self, time: f64, change: &Change) -> Place {
         let radius = self.radius;
-        let (mut at, mut linear) = (self.at, ONE);
-        for i in 0..3 {
-            at[i] += time * change.velocity[i];
-            for j in 0..3 {
-                linear[i][j] += time * change.linear[i][j];
-            }
-        }
+        let at = vector(
+            #[inline(always)]
+            |i| self.at[i] + time * change.velocity[i],
+        );
+        let linear = matrix(
+            #[inline(always)]
+            |i, j| ONE[i][j] + time * change.linear[i][j],
+        );
         let rounding = 4.0 * ROUNDOFF * (length(&self.at) + time * change.speed);
         let steep = UP * (Pack::ONE + time * change.steep);
         let linear_rounding = 32.0 * ROUNDOFF * steep;
@@ -281,6 +286,11 @@ pub(super) struct Tube<'a, V, F> {
     pub rounding: [Rounding; 2],
 }
 
+thread_local! {
+    /// Steps to write on: a hundred kilobytes or so that are not worth clearing for each batch of balls.
+    static STEPS: Cell<Vec<Step>> = const { Cell::new(Vec::new()) };
+}
+
 /// The smallest radius, relative to the size of the coordinates: rounding is what such balls are made of.
 const SPECK: f64 = 1e-14;
 
@@ -293,7 +303,8 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
         let middle = at.map(|at| Pack::from_fn(|i| at[i.min(last)]));
         let size = middle.iter().fold(Pack::ONE, |size, x| size.larger(x.abs()));
         let start = Ball::new(middle, Pack::from_fn(|i| radius[i.min(last)]).larger(SPECK * size));
-        let (ball, moves, steps) = self.followed(start, size);
+        let mut steps = STEPS.take();
+        let (ball, moves) = self.followed(start, size, &mut steps);
         // Lanes that do not move are where they were, and have taken no steps.
         let own = |i: usize| if moves[i] { &ball } else { &start };
         let mut numbers = [Taylors::<BALLS>::constant(0.0); 3];
@@ -308,22 +319,27 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
                 || seen_back(&values, ball, (h, steps), rounding),
             )
         };
-        let (moved, still) = (seen(&ball, &steps), seen(&start, &[]));
+        let moved = moves.contains(&true).then(|| seen(&ball, &steps[..self.steps as usize]));
+        let still = moves.contains(&false).then(|| seen(&start, &[]));
         for (i, out) in out.iter_mut().enumerate() {
-            *out = if moves[i] { &moved } else { &still }.local(i);
+            let own = if moves[i] { &moved } else { &still };
+            if let Some(seen) = own {
+                *out = seen.local(i);
+            }
         }
+        STEPS.set(steps);
     }
 
-    /// Where balls come to, which of them move, and the steps on the way; nothing is said of those that do not move.
-    fn followed(&self, start: Ball, size: Pack) -> (Ball, [bool; BALLS], Vec<Step>) {
+    /// Where balls come to, and which of them move, with the steps on the way; nothing is said of those that do not move.
+    fn followed(&self, start: Ball, size: Pack, steps: &mut Vec<Step>) -> (Ball, [bool; BALLS]) {
         let h = 1.0 / f64::from(self.steps);
         let mut run = self.velocity.runner::<Taylors<BALLS>>();
-        let mut steps: Vec<Step> = Vec::with_capacity(self.steps as usize);
+        if steps.len() < self.steps as usize {
+            steps.resize_with(self.steps as usize, Step::default);
+        }
         let (mut ball, mut moves) = (start, [true; BALLS]);
         let (mut changes, mut place) = ([Change::default(); 4], Place::default());
-        for number in 0..self.steps {
-            steps.push(Step::default());
-            let Some(step) = steps.last_mut() else { break };
+        for (number, step) in steps.iter_mut().take(self.steps as usize).enumerate() {
             for stage in 0..4 {
                 let time = [0.0, 0.5, 0.5, 1.0][stage] * h;
                 let past = &mut step.stages[stage];
@@ -338,7 +354,7 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
                 if number == 0 && stage == 0 {
                     moves = past.stage.moves();
                     if moves == [false; BALLS] {
-                        return (start, moves, Vec::new());
+                        return (start, moves);
                     }
                 }
                 widest(
@@ -355,7 +371,7 @@ impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
                 || ball.advance(h, &changes, step),
             );
         }
-        (ball, moves, steps)
+        (ball, moves)
     }
 }
 

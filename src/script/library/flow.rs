@@ -12,9 +12,9 @@ use crate::script::value::{Field, Value, VectorField};
 use rhai::{Dynamic, INT};
 use std::sync::Arc;
 
-/// Error of a flow as a share of how far it carries points, unless another is asked for: a tenth of a pixel where they
-/// are carried across a thousand.
-const TOLERANCE: f64 = 1e-4;
+/// Error of a flow as a share of how far it carries points, unless another is asked for: half a pixel where they are carried
+/// across five hundred. Steps do not show otherwise, as the map of whatever many is as smooth as the velocity.
+const TOLERANCE: f64 = 1e-3;
 
 /// Most flows within flows: each carries through all steps of the next.
 const DEEPEST: usize = 16;
@@ -56,7 +56,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     });
     lib.def(
         "flow(f, v, options)",
-        "The same with options:\n\n- tolerance: mean error as a share of how far points are carried (1e-9 to 0.1; 1e-4); from it, and from the velocity where it is largest around the origin, follow the steps\n- steps: how many steps there are instead (1 to 512); each asks for the velocity four times",
+        "The same with options:\n\n- tolerance: mean error as a share of how far points are carried (1e-9 to 0.1; 1e-3); from it, and from the velocity where it is largest around the origin, follow the steps\n- steps: how many steps there are instead (1 to 512); each asks for the velocity four times",
         "sphere(1.0).flow(vec3(0.4 * y, 0, 0), #{ steps: 16 })",
         |c| flow(c, 1.0, precision(c)?),
     );
