@@ -168,8 +168,7 @@ impl<V: Code<3>, F: Code<1>> Kernel for Flowed<V, F> {
     }
 
     fn locals(&self, _: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [(Local, [f64; 3])]) {
-        let tube =
-            Tube { velocity: &self.velocity, field: &self.field, steps: self.steps, rounding: self.rounding };
+        let tube = Tube::new(&self.velocity, &self.field, self.steps, self.rounding);
         for (batch, out) in out.chunks_mut(BALLS).enumerate() {
             let own = batch * BALLS..batch * BALLS + out.len();
             tube.locals(at.map(|at| &at[own.clone()]), &radius[own.clone()], out);

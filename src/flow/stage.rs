@@ -13,7 +13,7 @@
 
 use super::matrix::{Matrix, Symmetric, UP, Vector, length, norm, six, spread, vector};
 use super::pack::{BALLS, Pack};
-use crate::num::{Growing, Jets, Kernel, ROUNDOFF, Taylors, widest};
+use crate::num::{Bounds, Growing, Jets, Kernel, ROUNDOFF, Taylors, widest};
 
 /// What values and gradients that are computed at a point may be off by.
 #[derive(Clone, Copy, Debug, Default)]
@@ -46,6 +46,20 @@ pub enum Parts<'a, K> {
     Kernels([(&'a K, f64); 3]),
     /// The slope of a kernel at the point, with a factor.
     Slope(&'a K, f64),
+}
+
+/// A kernel with its factor, and what holds for all balls.
+pub(super) struct KnownKernel<'a, K> {
+    kernel: &'a K,
+    factor: f64,
+    bounds: Bounds,
+    growing: Growing,
+}
+
+impl<'a, K: Kernel> KnownKernel<'a, K> {
+    pub fn new(kernel: &'a K, factor: f64) -> Self {
+        KnownKernel { kernel, factor, bounds: kernel.bounds(), growing: Growing::new(kernel) }
+    }
 }
 
 /// A velocity over balls.
@@ -155,8 +169,15 @@ impl Middles {
 /// How the errors of a kernel grow, for many points.
 #[inline(always)]
 fn errors(growing: &Growing, size: Pack) -> [Pack; 3] {
-    let lanes: [[f64; 3]; BALLS] = std::array::from_fn(|i| growing.at(size.0[i]));
-    [0, 1, 2].map(|order| Pack::from_fn(|i| lanes[i][order]))
+    vector(
+        #[inline(always)]
+        |order| {
+            Pack::from_fn(
+                #[inline(always)]
+                |i| growing.of(order, size.0[i]),
+            )
+        },
+    )
 }
 
 /// Bounds on a component of a velocity: `bow`, `rest`, `spread`, `steep`, `bent`, `turn`, `off` and `blur` of a [`Stage`].
@@ -164,25 +185,25 @@ type Row = [Pack; 8];
 
 impl Stage {
     /// Of three kernels.
-    pub fn set_kernels<K: Kernel>(&mut self, parts: &[(&K, f64); 3], at: &Vector, radius: Pack) {
+    pub fn set_kernels<K: Kernel>(&mut self, parts: &[KnownKernel<'_, K>; 3], at: &Vector, radius: Pack) {
         let out = self;
         let mut squares: Row = [Pack::ZERO; 8];
         let hess = out.hess.insert([[Pack::ZERO; 6]; 3]);
-        for (row, (kernel, k)) in parts.iter().enumerate() {
-            let (growing, middles) = (Growing::new(*kernel), Middles::new(*kernel, at));
+        for (row, known) in parts.iter().enumerate() {
+            let (k, middles) = (known.factor, Middles::new(known.kernel, at));
             widest(
                 #[inline(always)]
                 || {
-                    out.velocity[row] = *k * middles.value;
+                    out.velocity[row] = k * middles.value;
                     out.slope[row] = vector(
                         #[inline(always)]
-                        |axis| *k * middles.grad[axis],
+                        |axis| k * middles.grad[axis],
                     );
                     hess[row] = six(
                         #[inline(always)]
-                        |entry| *k * middles.hess[entry],
+                        |entry| k * middles.hess[entry],
                     );
-                    let bounds = of_kernel(*kernel, &growing, &middles, radius);
+                    let bounds = of_kernel(known, &middles, radius);
                     for (square, bound) in squares.iter_mut().zip(bounds) {
                         *square += k * k * (bound * bound);
                     }
@@ -195,12 +216,12 @@ impl Stage {
     }
 
     /// Of the slope of a kernel.
-    pub fn set_slope<K: Kernel>(&mut self, kernel: &K, k: f64, at: &Vector, r: Pack) {
-        let (bounds, growing, middles) = (kernel.bounds(), Growing::new(kernel), Middles::new(kernel, at));
+    pub fn set_slope<K: Kernel>(&mut self, known: &KnownKernel<'_, K>, at: &Vector, r: Pack) {
+        let (k, bounds, middles) = (known.factor, known.bounds, Middles::new(known.kernel, at));
         widest(
             #[inline(always)]
             || {
-                let (error, g) = (errors(&growing, middles.size), length(&middles.grad));
+                let (error, g) = (errors(&known.growing, middles.size), length(&middles.grad));
                 let [xx, yy, zz, xy, xz, yz] = six(
                     #[inline(always)]
                     |entry| k * middles.hess[entry],
@@ -233,9 +254,9 @@ impl Stage {
 
 /// What is known of a kernel over balls, beside its jets.
 #[inline(always)]
-fn of_kernel<K: Kernel>(kernel: &K, growing: &Growing, middles: &Middles, r: Pack) -> Row {
-    let (bounds, all) = (kernel.bounds(), Pack::ONE);
-    let error = errors(growing, middles.size);
+fn of_kernel<K>(known: &KnownKernel<'_, K>, middles: &Middles, r: Pack) -> Row {
+    let (bounds, all) = (known.bounds, Pack::ONE);
+    let error = errors(&known.growing, middles.size);
     let (g, value, third) = (length(&middles.grad), middles.value.abs(), bounds.third * r);
     let curved = spread(&middles.hess) + 3.0 * error[2];
     let hessian = bounds.hessian * all;

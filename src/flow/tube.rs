@@ -39,7 +39,7 @@ use super::Code;
 use super::matrix::{Matrix, ONE, UP, Vector, length, matrix, norm, times, vector};
 use super::pack::{BALLS, Pack};
 use super::sight::seen_back;
-use super::stage::{Parts, Rounding, Stage};
+use super::stage::{KnownKernel, Parts, Rounding, Stage};
 use crate::num::{Local, Number, ROUNDOFF, Taylors, widest};
 use std::cell::Cell;
 
@@ -278,12 +278,20 @@ impl Ball {
 }
 
 /// What is known of a field over balls, after a velocity has carried them along.
-pub(super) struct Tube<'a, V, F> {
-    pub velocity: &'a V,
-    pub field: &'a F,
-    pub steps: u32,
+pub(super) struct Tube<'a, V: Code<3>, F> {
+    velocity: &'a V,
+    parts: Known<'a, V::Part>,
+    field: &'a F,
+    steps: u32,
     /// What both are off by at points not further than 1, where they do not say.
-    pub rounding: [Rounding; 2],
+    rounding: [Rounding; 2],
+}
+
+/// What a velocity is made of, with what holds for all balls.
+enum Known<'a, K> {
+    Nothing,
+    Kernels([KnownKernel<'a, K>; 3]),
+    Slope(KnownKernel<'a, K>),
 }
 
 thread_local! {
@@ -294,7 +302,16 @@ thread_local! {
 /// The smallest radius, relative to the size of the coordinates: rounding is what such balls are made of.
 const SPECK: f64 = 1e-14;
 
-impl<V: Code<3>, F: Code<1>> Tube<'_, V, F> {
+impl<'a, V: Code<3>, F: Code<1>> Tube<'a, V, F> {
+    pub fn new(velocity: &'a V, field: &'a F, steps: u32, rounding: [Rounding; 2]) -> Self {
+        let parts = match velocity.parts() {
+            Parts::Any => Known::Nothing,
+            Parts::Kernels(parts) => Known::Kernels(parts.map(|(kernel, k)| KnownKernel::new(kernel, k))),
+            Parts::Slope(kernel, k) => Known::Slope(KnownKernel::new(kernel, k)),
+        };
+        Tube { velocity, parts, field, steps, rounding }
+    }
+
     /// The field over as many balls as `out` has entries, 8 at most and one at least, with what its jets in the middle may
     /// be off by.
     pub fn locals(&self, at: [&[f64]; 3], radius: &[f64], out: &mut [(Local, [f64; 3])]) {
@@ -384,10 +401,10 @@ impl<V: Code<3>, F> Tube<'_, V, F> {
         run: &mut impl FnMut(&[Taylors<BALLS>; 3]) -> [Taylors<BALLS>; 3],
         out: &mut Stage,
     ) {
-        match self.velocity.parts() {
-            Parts::Kernels(parts) => out.set_kernels(&parts, &place.at, place.radius),
-            Parts::Slope(kernel, k) => out.set_slope(kernel, k, &place.at, place.radius),
-            Parts::Any => {
+        match &self.parts {
+            Known::Kernels(parts) => out.set_kernels(parts, &place.at, place.radius),
+            Known::Slope(part) => out.set_slope(part, &place.at, place.radius),
+            Known::Nothing => {
                 let mut numbers = [Taylors::<BALLS>::constant(0.0); 3];
                 for i in 0..BALLS {
                     Taylors::set_ball(&mut numbers, i, place.at.map(|x| x.0[i]), place.radius.0[i]);

@@ -139,8 +139,13 @@ impl Growing {
     /// At points of so large coordinates.
     #[inline(always)]
     pub fn at(&self, size: f64) -> [f64; 3] {
-        let at = |i: usize| (self.start[i] + self.growth[i] * size) * UP;
-        [at(0), at(1), at(2)]
+        [self.of(0, size), self.of(1, size), self.of(2, size)]
+    }
+
+    /// That of the value (0), first (1) or second derivatives (2) there.
+    #[inline(always)]
+    pub fn of(&self, order: usize, size: f64) -> f64 {
+        (self.start[order] + self.growth[order] * size) * UP
     }
 }
 
