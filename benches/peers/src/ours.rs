@@ -4,8 +4,8 @@ use crate::{SIZE, View};
 use glam::{DMat3, DVec3};
 use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, caster_in};
 use orogen::expr::{Graph, NodeId, text};
-use orogen::field::Field;
-use orogen::mesh::{Fineness, Watch};
+use orogen::field::{Field, Watch};
+use orogen::mesh::Fineness;
 use orogen::num::{Dual, Many};
 use orogen::scene::{Aabb, Scene};
 use orogen::script::{Request, compile};
@@ -103,12 +103,13 @@ fn rays(view: &View) -> (Vec<Ray>, Vec<usize>) {
         for i in 0..GROUP {
             let (column, row) =
                 (tile % (SIZE / 64) * 64 + every_other(i), tile / (SIZE / 64) * 64 + every_other(i >> 1));
-            let origin = turned * DVec3::new(place(column), -place(row), 1.0);
+            // A little behind where the picture begins: rays that begin at zero begin on a surface.
+            let origin = turned * DVec3::new(place(column), -place(row), 2.0);
             rays.push(Ray {
                 origin,
                 direction,
-                near: 0.0,
-                far: 2.0 * view.half,
+                near: view.half,
+                far: 3.0 * view.half,
                 tolerance: Tolerance::fixed(TOLERANCE),
             });
             pixels.push(row * SIZE + column);

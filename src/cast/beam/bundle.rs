@@ -1,6 +1,7 @@
 //! Bundles: lines of sight of one frame that march as one, until their own width is what limits them.
 
 use super::batch::Batches;
+use super::close::closes;
 use super::frame::{Frame, Place, Section};
 use super::march::{Answer, March, Next, Piece};
 use super::sketch::Sketch;
@@ -38,6 +39,8 @@ pub struct Bundle {
     piece: Piece,
     /// What was seen last, in which section.
     last: Option<(Sketch, Section)>,
+    /// The answer that its rays end by.
+    closed: Option<Parabola<2>>,
     rays: usize,
     tolerance: Tolerance,
     /// Whether a piece that is short because little of the way is left is looked at however wide the bundle is: for
@@ -53,6 +56,8 @@ pub(in crate::cast) enum State {
     Free,
     /// Its parts go on.
     Ended,
+    /// Its rays end by what was seen last.
+    Closed,
 }
 
 impl Bundle {
@@ -64,7 +69,18 @@ impl Bundle {
         (rays, tolerance): (usize, Tolerance),
     ) -> Bundle {
         let (state, piece) = (State::Marching, Piece::default());
-        Bundle { frame, section, march, state, piece, last: None, rays, tolerance, is_whole: false }
+        Bundle {
+            frame,
+            section,
+            march,
+            state,
+            piece,
+            last: None,
+            closed: None,
+            rays,
+            tolerance,
+            is_whole: false,
+        }
     }
 
     /// All lines through a rectangle of places in a frame, as far as they are in a region; `None` if none is.
@@ -170,6 +186,15 @@ impl Bundle {
             Next::Look if self.march.pieces <= PATIENCE => State::Marching,
             _ => State::Ended,
         };
+        let tolerance = self.tolerance.at(self.march.free);
+        if !self.is_whole && self.state != State::Free && closes(f, tolerance, self.piece) {
+            (self.state, self.closed) = (State::Closed, Some(*f));
+        }
+    }
+
+    /// The answer that its rays end by, if one closes in on their roots, and the piece that it is about.
+    pub(super) fn closed(&self) -> Option<(&Parabola<2>, Piece)> {
+        Some((self.closed.as_ref()?, self.piece))
     }
 
     /// The depth at which the field is expected to be zero on a line of the frame.

@@ -147,10 +147,19 @@ impl Frame {
     }
 
     /// Distance along a ray for each unit of depth, and by how much distances begin later.
-    fn line(&self, ray: &Ray) -> [f64; 2] {
+    pub(super) fn line(&self, ray: &Ray) -> [f64; 2] {
         let stretch = if self.kind == Kind::Parallel { 1.0 } else { 1.0 / ray.direction.dot(self.axis) };
         let later = if self.kind == Kind::Origin { 0.0 } else { (ray.origin - self.origin).dot(self.axis) };
         [stretch, later * stretch]
+    }
+
+    /// More than the numbers that places at a depth are computed from.
+    fn place_size(&self, depth: f64) -> f64 {
+        match self.kind {
+            Kind::Origin => depth.abs(),
+            Kind::Parallel => self.size,
+            Kind::Alongside => depth.abs() + self.size,
+        }
     }
 
     /// The depth that a ray has reached at `t`.
@@ -301,6 +310,22 @@ impl Section {
     pub(super) fn relative(&self, place: &Place, depth: f64) -> [f64; 2] {
         let ([x, y], [u, v], [a, b]) = (place.at(depth), self.centre.at(depth), self.extent(depth));
         [(x - u) / a, (y - v) / b]
+    }
+
+    /// Where a ray of the section is at a depth, from the centre, in units of the extent, and how far that may be off.
+    pub(super) fn known(&self, frame: &Frame, ray: &Ray, depth: f64) -> [[f64; 2]; 2] {
+        let place = frame.place(ray);
+        let (at, size) = (self.relative(&place, depth), frame.place_size(depth));
+        let extent = self.extent(depth);
+        let (mut known, mut blur) = ([0.0; 2], [1.0; 2]);
+        for k in 0..2 {
+            // More than what places and the centre are rounded by; no number bounds nothing.
+            let off = 1e-12 + 64.0 * f64::EPSILON * size / extent[k];
+            if off < 1.0 && at[k].abs() <= 1.0 + off {
+                (known[k], blur[k]) = (at[k], off);
+            }
+        }
+        [known, blur]
     }
 
     /// A place and how far, at most, a piece of the beam reaches from it along any axis.

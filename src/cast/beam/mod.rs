@@ -13,6 +13,7 @@
 
 mod batch;
 mod bundle;
+mod close;
 mod frame;
 mod march;
 mod sketch;
@@ -279,11 +280,14 @@ impl Beams {
             self.march_beams(stats, cancel);
             let Memory { beams, parts, thin, .. } = &mut self.memory;
             for beam in beams.iter() {
-                match beam.bundle.state {
-                    State::Free => out[beam.rays.clone()].fill(Hit::MISS),
-                    State::Ended => beam.cut(rays, want, (parts, thin), out),
+                match (beam.bundle.state, beam.bundle.closed()) {
+                    (State::Free, _) => out[beam.rays.clone()].fill(Hit::MISS),
+                    (State::Closed, Some(answer)) if want == Want::First && self.cells.is_defined() => {
+                        stats.hits += beam.close(answer, rays, thin, out);
+                    }
+                    (State::Ended | State::Closed, _) => beam.cut(rays, want, (parts, thin), out),
                     // Given up.
-                    State::Marching => {}
+                    (State::Marching, _) => {}
                 }
             }
             beams.clear();

@@ -26,6 +26,11 @@ impl Sketch {
         self.piece.mid
     }
 
+    /// Where the field is expected to be zero in the middle of the section, in halves of the piece from its middle.
+    pub(super) fn unit_root(&self) -> Option<f64> {
+        descent(self.along)
+    }
+
     /// Where the field is expected to be zero, at a place in the section given in units of its extent.
     pub(super) fn root(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let [value, slope, bend] = self.along;

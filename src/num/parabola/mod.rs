@@ -80,6 +80,21 @@ impl<const K: usize> Parabola<K> {
         out
     }
 
+    /// The quantity where the side symbols are these numbers, each of which may be off by so much.
+    #[inline(always)]
+    pub fn at(&self, sides: [f64; K], blur: [f64; K]) -> Parabola<0> {
+        let Parabola { mut mid, mut rest, side, range } = *self;
+        let mut size = mid[0].abs();
+        for k in 0..K {
+            let part = side[k] * sides[k];
+            mid[0] += part;
+            size += part.abs();
+            rest[0] += (side[k] * blur[k]).abs();
+        }
+        rest[0] = rest[0] * ROUND_UP + 2.0 * CHARGE * size + TINY;
+        Parabola { mid, rest, side: [], range }
+    }
+
     /// Sum of the magnitudes of the side symbols' factors, rounded up.
     #[inline(always)]
     fn breadth(&self) -> f64 {

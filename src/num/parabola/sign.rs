@@ -23,6 +23,17 @@ impl<const K: usize> Parabola<K> {
     }
 }
 
+impl Parabola<0> {
+    /// Whether the quantity is negative for certain at a place, in units of the half length from the middle.
+    pub fn is_below_at(&self, e: f64) -> bool {
+        let ([c, b, a], [r, s, q]) = (self.mid, self.rest);
+        let value = c + e * (b + e * a);
+        let size = c.abs() + (e * b).abs() + e * e * a.abs() + r + e.abs() * s + e * e * q;
+        let above = value + r + e.abs() * s + e * e * q + 16.0 * ROUNDOFF * size;
+        e.abs() < 1.0 && above < 0.0
+    }
+}
+
 impl<const B: usize, const K: usize> Parabolas<B, K> {
     /// What is certain of both halves of every lane's piece: backwards, then forwards.
     pub fn halves(&self) -> [[Half; 2]; B] {

@@ -1,0 +1,107 @@
+//! Rays that end together.
+//!
+//! What is known of a beam over a piece is a form with two symbols for where in the beam a ray is. With the place of a ray
+//! put in for these, it is what is known of that ray alone, as if it had been asked about the piece by itself. So where
+//! the field is flat enough across a beam, one answer closes in on the roots of all its rays, and none of them needs
+//! an evaluation of its own: the faces of a part, or a sphere looked at a few pixels at a time.
+
+use super::Beam;
+use super::frame::is_real;
+use super::march::{Answer, March, Next, Piece};
+use super::sketch::Sketch;
+use super::thin::Thin;
+use crate::cast::{Hit, Ray};
+use crate::num::{Half, Parabola, Parabolas};
+
+/// Rays that are answered side by side.
+const LANES: usize = 16;
+
+/// Whether an answer about a piece brackets the roots of all rays of its beam to within a tolerance, as far as its middle
+/// says: where these are, the band is no wider than that.
+pub(super) fn closes(f: &Parabola<2>, tolerance: f64, piece: Piece) -> bool {
+    let Some(e) = Sketch::new(f, piece).unit_root() else { return false };
+    let farthest = e.abs() + (f.side[0].abs() + f.side[1].abs()) / slope(f, e);
+    farthest <= 1.0 && 2.0 * WIDER * doubt(f, farthest) * piece.half <= slope(f, e) * tolerance
+}
+
+/// How far behind a root a place is looked for that is inside for certain, as a share of how far it may be.
+const WIDER: f64 = 1.1;
+
+/// How steeply a form falls at a place, in halves of its piece from the middle.
+fn slope<const K: usize>(f: &Parabola<K>, e: f64) -> f64 {
+    (f.mid[1] + 2.0 * e * f.mid[2]).abs()
+}
+
+/// How far a quantity may be from its middle so far from the middle of the piece.
+fn doubt<const K: usize>(f: &Parabola<K>, e: f64) -> f64 {
+    f.rest[0] + e.abs() * (f.rest[1] + e.abs() * f.rest[2])
+}
+
+impl Beam {
+    /// Ends its rays by an answer about a piece, and says how many of them hit; those that it says too little of go on
+    /// alone, from what it does say.
+    pub(super) fn close(
+        &self,
+        (f, piece): (&Parabola<2>, Piece),
+        rays: &[Ray],
+        thin: &mut Vec<Thin>,
+        out: &mut [Hit],
+    ) -> u64 {
+        let mut hits = 0;
+        let own: Vec<usize> = self.rays.clone().filter(|&i| is_real(&rays[i])).collect();
+        for own in own.chunks(LANES) {
+            let mut forms = Parabolas::<LANES, 0>::all(f.at([0.0; 2], [1.0; 2]));
+            for (lane, &i) in own.iter().enumerate() {
+                let [at, blur] = self.bundle.section.known(&self.bundle.frame, &rays[i], piece.mid);
+                forms.set(lane, &f.at(at, blur));
+            }
+            let halves = forms.halves();
+            for (lane, &i) in own.iter().enumerate() {
+                let (hit, onward) = self.ended(&rays[i], piece, &forms.lane(lane), halves[lane]);
+                hits += u64::from(hit.is_some_and(|hit| hit.is_hit()));
+                match hit {
+                    Some(hit) => out[i] = hit,
+                    None => thin.push(Thin::new(i, Ray { near: onward.free, ..rays[i] }, onward)),
+                }
+            }
+        }
+        hits
+    }
+
+    /// How a ray ends by an answer, if it does, and how it goes on if not.
+    fn ended(
+        &self,
+        ray: &Ray,
+        piece: Piece,
+        form: &Parabola<0>,
+        halves: [Half; 2],
+    ) -> (Option<Hit>, March) {
+        let sketch = Sketch::new(form, piece);
+        let answer = Answer { halves, root: sketch.root([0.0; 2]), finite: form.range.is_finite() };
+        let (frame, all) = (&self.bundle.frame, &self.bundle.march);
+        let [stretch, _] = frame.line(ray);
+        let hair = |depth: f64| frame.hair(depth);
+        let distance = |depth: f64| frame.distance(ray, depth);
+        let [near, far] = [ray.near, ray.far].map(|t| frame.depth(ray, t));
+        let mut march = March::new(all.free.max(near - hair(near)), far + hair(far), all.stretch, answer.root);
+        // Halves tell of the nearest place inside to the middle, not of the first one.
+        let behind = |e: f64| e + WIDER * doubt(form, e) / slope(form, e);
+        if let Some(e) = sketch.unit_root().map(behind).filter(|e| form.is_below_at(*e)) {
+            let inside = piece.mid + e * piece.half;
+            march.inside = if (march.free..=march.far).contains(&inside) { inside } else { f64::INFINITY };
+        }
+        let tolerance = ray.tolerance.at(distance(march.free));
+        let hit = match march.tell(piece, &answer, tolerance / stretch) {
+            Next::Free => Some(Hit::MISS),
+            Next::Root(a, b) => {
+                let t = distance(answer.root.unwrap_or(a).clamp(a, b)).clamp(ray.near, ray.far);
+                Some(Hit { t, certified: true })
+            }
+            Next::Look | Next::Stuck(_) => None,
+        };
+        let near = distance(march.free - hair(march.free)).max(ray.near);
+        let mut onward = March::new(near, ray.far, march.stretch * stretch, march.root.map(distance));
+        onward.inside = distance(march.inside + hair(march.inside));
+        (hit, onward)
+    }
+}
