@@ -60,18 +60,24 @@ impl Model {
         let half = view.half * 3f64.sqrt();
         let region = Aabb::cube(half);
         let cells = Arc::new(Cells::new(field.tape().clone(), &region.intervals()));
-        let (rays, pixels) = rays(view);
-        let typical: Vec<Vec<Ray>> = rays.chunks(64).step_by(rays.len() / 640).map(<[Ray]>::to_vec).collect();
+        let frame = Screen::new(view);
+        let (mut rays, mut pixels) = (Vec::new(), Vec::new());
+        let mut typical = Vec::new();
+        for tile in (0..TILES).step_by(TILES / 10) {
+            frame.tile(tile, &mut rays, &mut pixels);
+            typical.push(rays[..64].to_vec());
+        }
         let (mut stats, never) = (CastStats::default(), AtomicBool::new(false));
         let mut caster = caster_in(Kind::Auto, field, &region, &cells, &typical, &never)
             .expect("beams serve every field");
         let mut shading = Normals::new(&cells);
         let mut covered = vec![false; SIZE * SIZE];
         let mut hits = vec![Hit::MISS; GROUP];
-        for (rays, pixels) in rays.chunks(GROUP).zip(pixels.chunks(GROUP)) {
-            caster.first_hits(rays, &mut hits, &mut stats, &never);
-            let met = || hits.iter().zip(rays).filter(|(hit, _)| hit.is_hit());
-            for (hit, &pixel) in hits.iter().zip(pixels) {
+        for tile in 0..TILES {
+            frame.tile(tile, &mut rays, &mut pixels);
+            caster.first_hits(&rays, &mut hits, &mut stats, &never);
+            let met = || hits.iter().zip(&rays).filter(|(hit, _)| hit.is_hit());
+            for (hit, &pixel) in hits.iter().zip(&pixels) {
                 covered[pixel] = hit.is_hit();
             }
             if normals {
@@ -92,30 +98,36 @@ fn expression(path: &Path) -> Result<(Graph, NodeId), String> {
     Ok((graph, root))
 }
 
-/// Rays along the z axis through the middles of pixels, tile by tile, and where the pixels are.
-fn rays(view: &View) -> (Vec<Ray>, Vec<usize>) {
-    let [x, z] = view.turns.map(f64::to_radians);
-    let turned = DMat3::from_rotation_x(x) * DMat3::from_rotation_z(z) * view.half;
-    let direction = (turned * DVec3::NEG_Z).normalize();
-    let place = |i: usize| 2.0 * (i as f64 + 0.5) / SIZE as f64 - 1.0;
-    let (mut rays, mut pixels) = (Vec::new(), Vec::new());
-    for tile in 0..SIZE * SIZE / GROUP {
+const TILES: usize = SIZE * SIZE / GROUP;
+
+/// Rays along the z axis through the middles of pixels.
+struct Screen {
+    turned: DMat3,
+    half: f64,
+}
+
+impl Screen {
+    fn new(view: &View) -> Screen {
+        let [x, z] = view.turns.map(f64::to_radians);
+        Screen { turned: DMat3::from_rotation_x(x) * DMat3::from_rotation_z(z) * view.half, half: view.half }
+    }
+
+    /// The rays of a tile, and where their pixels are.
+    fn tile(&self, tile: usize, rays: &mut Vec<Ray>, pixels: &mut Vec<usize>) {
+        let direction = (self.turned * DVec3::NEG_Z).normalize();
+        let place = |i: usize| 2.0 * (i as f64 + 0.5) / SIZE as f64 - 1.0;
+        rays.clear();
+        pixels.clear();
         for i in 0..GROUP {
             let (column, row) =
                 (tile % (SIZE / 64) * 64 + every_other(i), tile / (SIZE / 64) * 64 + every_other(i >> 1));
             // A little behind where the picture begins: rays that begin at zero begin on a surface.
-            let origin = turned * DVec3::new(place(column), -place(row), 2.0);
-            rays.push(Ray {
-                origin,
-                direction,
-                near: view.half,
-                far: 3.0 * view.half,
-                tolerance: Tolerance::fixed(TOLERANCE),
-            });
+            let origin = self.turned * DVec3::new(place(column), -place(row), 2.0);
+            let (near, far) = (self.half, 3.0 * self.half);
+            rays.push(Ray { origin, direction, near, far, tolerance: Tolerance::fixed(TOLERANCE) });
             pixels.push(row * SIZE + column);
         }
     }
-    (rays, pixels)
 }
 
 /// Every other bit, from the lowest on: one axis of Morton's order.

@@ -6,7 +6,7 @@
 //! an evaluation of its own: the faces of a part, or a sphere looked at a few pixels at a time.
 
 use super::Beam;
-use super::frame::is_real;
+use super::frame::{Line, is_real};
 use super::march::{Answer, March, Next, Piece};
 use super::sketch::Sketch;
 use super::thin::Thin;
@@ -43,7 +43,7 @@ impl Beam {
     pub(super) fn close(
         &self,
         (f, piece): (&Parabola<2>, Piece),
-        rays: &[Ray],
+        (rays, lines): (&[Ray], &[Line]),
         thin: &mut Vec<Thin>,
         out: &mut [Hit],
     ) -> u64 {
@@ -52,12 +52,12 @@ impl Beam {
         for own in own.chunks(LANES) {
             let mut forms = Parabolas::<LANES, 0>::all(f.at([0.0; 2], [1.0; 2]));
             for (lane, &i) in own.iter().enumerate() {
-                let [at, blur] = self.bundle.section.known(&self.bundle.frame, &rays[i], piece.mid);
+                let [at, blur] = self.bundle.section.known(&self.bundle.frame, &lines[i].place, piece.mid);
                 forms.set(lane, &f.at(at, blur));
             }
             let halves = forms.halves();
             for (lane, &i) in own.iter().enumerate() {
-                let (hit, onward) = self.ended(&rays[i], piece, &forms.lane(lane), halves[lane]);
+                let (hit, onward) = self.ended((&rays[i], &lines[i]), piece, &forms.lane(lane), halves[lane]);
                 hits += u64::from(hit.is_some_and(|hit| hit.is_hit()));
                 match hit {
                     Some(hit) => out[i] = hit,
@@ -71,18 +71,17 @@ impl Beam {
     /// How a ray ends by an answer, if it does, and how it goes on if not.
     fn ended(
         &self,
-        ray: &Ray,
+        (ray, line): (&Ray, &Line),
         piece: Piece,
         form: &Parabola<0>,
         halves: [Half; 2],
     ) -> (Option<Hit>, March) {
         let sketch = Sketch::new(form, piece);
         let answer = Answer { halves, root: sketch.root([0.0; 2]), finite: form.range.is_finite() };
-        let (frame, all) = (&self.bundle.frame, &self.bundle.march);
-        let [stretch, _] = frame.line(ray);
+        let (frame, all, stretch) = (&self.bundle.frame, &self.bundle.march, line.stretch);
         let hair = |depth: f64| frame.hair(depth);
-        let distance = |depth: f64| frame.distance(ray, depth);
-        let [near, far] = [ray.near, ray.far].map(|t| frame.depth(ray, t));
+        let distance = |depth: f64| line.distance(depth);
+        let [near, far] = line.depth;
         let mut march = March::new(all.free.max(near - hair(near)), far + hair(far), all.stretch, answer.root);
         // Halves tell of the nearest place inside to the middle, not of the first one.
         let behind = |e: f64| e + WIDER * doubt(form, e) / slope(form, e);

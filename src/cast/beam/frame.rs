@@ -146,11 +146,15 @@ impl Frame {
         (near <= far).then_some([near, far])
     }
 
-    /// Distance along a ray for each unit of depth, and by how much distances begin later.
-    pub(super) fn line(&self, ray: &Ray) -> [f64; 2] {
+    /// A ray as it looks from the frame.
+    pub(super) fn line(&self, ray: &Ray) -> Line {
         let stretch = if self.kind == Kind::Parallel { 1.0 } else { 1.0 / ray.direction.dot(self.axis) };
-        let later = if self.kind == Kind::Origin { 0.0 } else { (ray.origin - self.origin).dot(self.axis) };
-        [stretch, later * stretch]
+        let later = match self.kind {
+            Kind::Origin => 0.0,
+            _ => (ray.origin - self.origin).dot(self.axis) * stretch,
+        };
+        let line = Line { place: self.place(ray, stretch), stretch, later, depth: [0.0; 2] };
+        Line { depth: [ray.near, ray.far].map(|t| line.depth_at(t)), ..line }
     }
 
     /// More than the numbers that places at a depth are computed from.
@@ -162,29 +166,17 @@ impl Frame {
         }
     }
 
-    /// The depth that a ray has reached at `t`.
-    pub(super) fn depth(&self, ray: &Ray, t: f64) -> f64 {
-        let [stretch, later] = self.line(ray);
-        (t + later) / stretch
-    }
-
-    /// The distance along a ray of a depth.
-    pub(super) fn distance(&self, ray: &Ray, depth: f64) -> f64 {
-        let [stretch, later] = self.line(ray);
-        depth * stretch - later
-    }
-
     /// More than the rounding of a depth or a distance of this size.
     pub(in crate::cast) fn hair(&self, depth: f64) -> f64 {
         HAIR * (depth.abs() + if self.kind == Kind::Origin { 0.0 } else { self.size })
     }
 
     /// Across the axis, where the line of a ray is at depth zero, and how it goes on with depth.
-    pub(super) fn place(&self, ray: &Ray) -> Place {
+    fn place(&self, ray: &Ray, stretch: f64) -> Place {
         let across = |v: DVec3| self.across.map(|a| v.dot(a));
         let slope = match self.kind {
             Kind::Parallel => [0.0; 2],
-            _ => across(ray.direction / ray.direction.dot(self.axis)),
+            _ => across(stretch * ray.direction),
         };
         let start = match self.kind {
             Kind::Origin => [0.0; 2],
@@ -195,6 +187,37 @@ impl Frame {
             }
         };
         Place { start, slope }
+    }
+}
+
+/// A ray of which there is anything, as it looks from its frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    pub place: Place,
+    /// Distance along the ray for each unit of depth, and by how much distances begin later.
+    pub stretch: f64,
+    later: f64,
+    /// Where the ray begins and where it ends.
+    pub depth: [f64; 2],
+}
+
+impl Line {
+    /// Of a ray of which there is nothing.
+    pub const NOTHING: Line =
+        Line { place: Place::ORIGIN, stretch: 1.0, later: 0.0, depth: [f64::INFINITY, f64::NEG_INFINITY] };
+
+    /// The depth that the ray has reached at `t`.
+    fn depth_at(&self, t: f64) -> f64 {
+        (t + self.later) / self.stretch
+    }
+
+    /// The distance along the ray of a depth.
+    pub fn distance(&self, depth: f64) -> f64 {
+        depth * self.stretch - self.later
+    }
+
+    fn is_real(&self) -> bool {
+        self.depth[0] <= self.depth[1]
     }
 }
 
@@ -248,21 +271,19 @@ impl Range {
 
 impl Section {
     fn new(centre: Place, extent: [f64; 2], growth: [f64; 2], depth: [f64; 2]) -> Section {
-        let radius = [extent, growth].map(|[x, y]| libm::hypot(x, y));
+        let radius = [extent, growth].map(|[x, y]| (x * x + y * y).sqrt() * (1.0 + 4.0 * f64::EPSILON));
         Section { centre, extent, growth, radius, depth }
     }
 
-    /// The section around those rays of which there is anything.
-    pub(super) fn around(frame: &Frame, rays: &[Ray]) -> Section {
+    /// The section around those lines of which there is anything.
+    pub(super) fn around(frame: &Frame, lines: &[Line]) -> Section {
         let (mut start, mut slope, mut depth) = ([Range::NONE; 2], [Range::NONE; 2], Range::NONE);
-        for ray in rays.iter().filter(|r| is_real(r)) {
-            let place = frame.place(ray);
+        for Line { place, depth: own, .. } in lines.iter().filter(|line| line.is_real()) {
             for k in 0..2 {
                 start[k].add(place.start[k]);
                 slope[k].add(place.slope[k]);
+                depth.add(own[k]);
             }
-            depth.add(frame.depth(ray, ray.near));
-            depth.add(frame.depth(ray, ray.far));
         }
         // Places are known to a few roundings of the numbers that they come from; what all lines share is zero.
         let (starts, slopes) = match frame.kind {
@@ -312,10 +333,9 @@ impl Section {
         [(x - u) / a, (y - v) / b]
     }
 
-    /// Where a ray of the section is at a depth, from the centre, in units of the extent, and how far that may be off.
-    pub(super) fn known(&self, frame: &Frame, ray: &Ray, depth: f64) -> [[f64; 2]; 2] {
-        let place = frame.place(ray);
-        let (at, size) = (self.relative(&place, depth), frame.place_size(depth));
+    /// Where a line of the section is at a depth, from the centre, in units of the extent, and how far that may be off.
+    pub(super) fn known(&self, frame: &Frame, place: &Place, depth: f64) -> [[f64; 2]; 2] {
+        let (at, size) = (self.relative(place, depth), frame.place_size(depth));
         let extent = self.extent(depth);
         let (mut known, mut blur) = ([0.0; 2], [1.0; 2]);
         for k in 0..2 {

@@ -27,7 +27,7 @@ pub use bundle::Bundle;
 use bundle::FIRST;
 pub(super) use bundle::{State, march_bundles};
 pub use frame::Frame;
-use frame::{Section, is_real};
+use frame::{Line, Section, is_real};
 use glam::DVec3;
 use march::{March, PIECES};
 use std::ops::Range;
@@ -62,6 +62,8 @@ pub(super) struct Beams {
 struct Memory {
     beams: Vec<Beam>,
     parts: Vec<Beam>,
+    /// All rays, as they look from the frames of their beams.
+    lines: Vec<Line>,
     thin: Vec<Thin>,
     /// Numbers of the rays that belong to no beam.
     alone: Vec<usize>,
@@ -96,7 +98,7 @@ impl Beam {
     /// Cuts the beam into parts, or into rays.
     fn cut(
         &self,
-        rays: &[Ray],
+        (rays, lines): (&[Ray], &[Line]),
         want: Want,
         (parts, thin): (&mut Vec<Beam>, &mut Vec<Thin>),
         out: &mut [Hit],
@@ -105,14 +107,14 @@ impl Beam {
         for all in quarters(self.rays.clone()) {
             let Some(range) = trimmed(rays, all) else { continue };
             if range.len() > 1 {
-                let section = Section::around(frame, &rays[range.clone()]);
+                let section = Section::around(frame, &lines[range.clone()]);
                 match self.bundle.onward(section, range.len()) {
                     Some(bundle) => parts.push(Beam { rays: range, bundle }),
                     None => out[range].fill(Hit::MISS),
                 }
             } else {
-                let ray = &rays[range.start];
-                let distance = |depth: f64| frame.distance(ray, depth);
+                let (ray, line) = (&rays[range.start], &lines[range.start]);
+                let distance = |depth: f64| line.distance(depth);
                 let free = march.free;
                 let near = distance(free - frame.hair(free)).max(ray.near);
                 if near > ray.far {
@@ -120,9 +122,9 @@ impl Beam {
                     continue;
                 }
                 let stretch = distance(free + march.stretch) - distance(free);
-                let root = self.bundle.root(&frame.place(ray)).map(distance);
-                let line = Ray { near, ..*ray };
-                thin.push(Thin::new(range.start, line, want.march(&line, stretch, root)));
+                let root = self.bundle.root(&line.place).map(distance);
+                let left = Ray { near, ..*ray };
+                thin.push(Thin::new(range.start, left, want.march(&left, stretch, root)));
             }
         }
     }
@@ -137,7 +139,9 @@ impl Beams {
 
     /// The widest beams of a group, and the rays that go alone.
     fn gather(&mut self, rays: &[Ray], want: Want, out: &mut [Hit]) {
-        let Memory { beams, alone, .. } = &mut self.memory;
+        let Memory { beams, alone, lines, .. } = &mut self.memory;
+        lines.clear();
+        lines.resize(rays.len(), Line::NOTHING);
         let widest = if self.cells.is_uniform() { WIDEST } else { WIDEST_OF_PARTS };
         let mut open: Vec<Range<usize>> =
             (0..rays.len()).step_by(widest).map(|start| start..(start + widest).min(rays.len())).collect();
@@ -147,7 +151,10 @@ impl Beams {
             let are_off = || rays[range.clone()].iter().all(|ray| !is_from_surface(ray));
             let goes_together = |frame: &Frame| want == Want::Any || frame.is_strict() || are_off();
             if let Some(frame) = Frame::new(&rays[range.clone()]).filter(goes_together) {
-                let section = Section::around(&frame, &rays[range.clone()]);
+                for i in range.clone().filter(|&i| is_real(&rays[i])) {
+                    lines[i] = frame.line(&rays[i]);
+                }
+                let section = Section::around(&frame, &lines[range.clone()]);
                 let [near, far] = section.depth;
                 let march = March::new(near, far, FIRST * (far - near), None);
                 let own = (range.len(), rays[range.start].tolerance);
@@ -278,14 +285,14 @@ impl Beams {
         self.gather(rays, want, out);
         while !self.memory.beams.is_empty() {
             self.march_beams(stats, cancel);
-            let Memory { beams, parts, thin, .. } = &mut self.memory;
+            let Memory { beams, parts, lines, thin, .. } = &mut self.memory;
             for beam in beams.iter() {
                 match (beam.bundle.state, beam.bundle.closed()) {
                     (State::Free, _) => out[beam.rays.clone()].fill(Hit::MISS),
                     (State::Closed, Some(answer)) if want == Want::First && self.cells.is_defined() => {
-                        stats.hits += beam.close(answer, rays, thin, out);
+                        stats.hits += beam.close(answer, (rays, lines), thin, out);
                     }
-                    (State::Ended | State::Closed, _) => beam.cut(rays, want, (parts, thin), out),
+                    (State::Ended | State::Closed, _) => beam.cut((rays, lines), want, (parts, thin), out),
                     // Given up.
                     (State::Marching, _) => {}
                 }
