@@ -78,10 +78,7 @@ fn value<K: Kernel, const B: usize>(kernel: &K, p: &[Many<f64, B>; 3]) -> Many<f
 fn gradient<K: Kernel, const B: usize>(kernel: &K, p: &[Many<f64, B>; 3]) -> [Many<f64, B>; 3] {
     let (mut value, mut grad) = ([0.0; B], [Many([0.0; B]); 3]);
     let slopes = grad.each_mut().map(|slope| &mut slope.0[..]);
-    kernel.jets(
-        p.each_ref().map(|p| &p.0[..]),
-        Jets { value: &mut value, grad: Some(slopes), hess: None },
-    );
+    kernel.jets(p.each_ref().map(|p| &p.0[..]), Jets { value: &mut value, grad: Some(slopes), hess: None });
     grad
 }
 

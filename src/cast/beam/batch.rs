@@ -1,7 +1,6 @@
 //! Questions about many pieces, answered in batches by the tapes of the places where they lie.
 
 use super::march::{Answer, Piece};
-use super::sketch::Sketch;
 use crate::num::{Parabola, Parabolas};
 use crate::tape::{Cells, Evaluator, Tape};
 use std::sync::Arc;
@@ -90,8 +89,7 @@ fn answer<I, const B: usize, const K: usize>(
     let halves = f.halves();
     for (lane, i) in batch.enumerate() {
         let x = f.lane(lane);
-        let root = Sketch::new(&x, pieces[lane]).root([0.0; 2]);
-        tell(&mut items[i], &x, Answer { halves: halves[lane], root, finite: x.range.is_finite() });
+        tell(&mut items[i], &x, Answer::new(&x, pieces[lane], halves[lane]));
     }
     evaluator.tape().work() * B as u64
 }

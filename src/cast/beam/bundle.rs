@@ -23,6 +23,10 @@ const CLOSER: f64 = 0.6;
 /// Pieces after which a bundle is cut, however well it goes on.
 const PATIENCE: u32 = 200;
 
+/// So few rays take what an answer says of their roots as soon as that is closer than their beam is wide: each looks once
+/// more, and needs no beam to tell it where.
+const FEW: usize = 4;
+
 /// First stretch of a march about which nothing is known, as a share of the whole.
 pub(in crate::cast) const FIRST: f64 = 0.25;
 
@@ -186,8 +190,10 @@ impl Bundle {
             Next::Look if self.march.pieces <= PATIENCE => State::Marching,
             _ => State::Ended,
         };
-        let tolerance = self.tolerance.at(self.march.free);
-        if !self.is_whole && self.state != State::Free && closes(f, tolerance, self.piece) {
+        let wanted = self.tolerance.at(self.march.free);
+        let radius = self.section.radius(self.march.free);
+        let bracket = if self.rays <= FEW { wanted.max(radius) } else { wanted };
+        if !self.is_whole && self.state != State::Free && closes(f, self.piece, bracket) {
             (self.state, self.closed) = (State::Closed, Some(*f));
         }
     }

@@ -8,7 +8,7 @@
 use super::Beam;
 use super::frame::{Line, is_real};
 use super::march::{Answer, March, Next, Piece};
-use super::sketch::Sketch;
+use super::sketch::Fall;
 use super::thin::Thin;
 use crate::cast::{Hit, Ray};
 use crate::num::{Half, Parabola, Parabolas};
@@ -16,26 +16,16 @@ use crate::num::{Half, Parabola, Parabolas};
 /// Rays that are answered side by side.
 const LANES: usize = 16;
 
-/// Whether an answer about a piece brackets the roots of all rays of its beam to within a tolerance, as far as its middle
-/// says: where these are, the band is no wider than that.
-pub(super) fn closes(f: &Parabola<2>, tolerance: f64, piece: Piece) -> bool {
-    let Some(e) = Sketch::new(f, piece).unit_root() else { return false };
-    let farthest = e.abs() + (f.side[0].abs() + f.side[1].abs()) / slope(f, e);
-    farthest <= 1.0 && 2.0 * WIDER * doubt(f, farthest) * piece.half <= slope(f, e) * tolerance
+/// Whether an answer about a piece brackets the roots of all rays of its beam so closely, as far as its middle says.
+pub(super) fn closes(f: &Parabola<2>, piece: Piece, bracket: f64) -> bool {
+    Fall::of(f).is_some_and(|fall| {
+        let farthest = fall.at.abs() + (f.side[0].abs() + f.side[1].abs()) / fall.slope;
+        farthest <= 1.0 && 2.0 * WIDER * fall.doubt(f, farthest) * piece.half <= bracket
+    })
 }
 
 /// How far behind a root a place is looked for that is inside for certain, as a share of how far it may be.
 const WIDER: f64 = 1.1;
-
-/// How steeply a form falls at a place, in halves of its piece from the middle.
-fn slope<const K: usize>(f: &Parabola<K>, e: f64) -> f64 {
-    (f.mid[1] + 2.0 * e * f.mid[2]).abs()
-}
-
-/// How far a quantity may be from its middle so far from the middle of the piece.
-fn doubt<const K: usize>(f: &Parabola<K>, e: f64) -> f64 {
-    f.rest[0] + e.abs() * (f.rest[1] + e.abs() * f.rest[2])
-}
 
 impl Beam {
     /// Ends its rays by an answer about a piece, and says how many of them hit; those that it says too little of go on
@@ -76,16 +66,16 @@ impl Beam {
         form: &Parabola<0>,
         halves: [Half; 2],
     ) -> (Option<Hit>, March) {
-        let sketch = Sketch::new(form, piece);
-        let answer = Answer { halves, root: sketch.root([0.0; 2]), finite: form.range.is_finite() };
+        let answer = Answer::new(form, piece, halves);
         let (frame, all, stretch) = (&self.bundle.frame, &self.bundle.march, line.stretch);
         let hair = |depth: f64| frame.hair(depth);
         let distance = |depth: f64| line.distance(depth);
         let [near, far] = line.depth;
-        let mut march = March::new(all.free.max(near - hair(near)), far + hair(far), all.stretch, answer.root);
+        let mut march =
+            March::new(all.free.max(near - hair(near)), far + hair(far), all.stretch, answer.root);
         // Halves tell of the nearest place inside to the middle, not of the first one.
-        let behind = |e: f64| e + WIDER * doubt(form, e) / slope(form, e);
-        if let Some(e) = sketch.unit_root().map(behind).filter(|e| form.is_below_at(*e)) {
+        let behind = |fall: Fall| fall.at + WIDER * fall.doubt(form, fall.at.abs());
+        if let Some(e) = Fall::of(form).map(behind).filter(|e| form.is_below_at(*e)) {
             let inside = piece.mid + e * piece.half;
             march.inside = if (march.free..=march.far).contains(&inside) { inside } else { f64::INFINITY };
         }

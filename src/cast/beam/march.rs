@@ -8,7 +8,8 @@
 //! ray casting, 9.4 and 9.5). One answer there closes the gap to what the curvature of the field leaves
 //! open, which is the square of what it was.
 
-use crate::num::Half;
+use super::sketch::Fall;
+use crate::num::{Half, Parabola};
 
 /// A piece of the line: its middle and half of its length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,6 +34,18 @@ pub(super) struct Answer {
     pub root: Option<f64>,
     /// Whether the field is known to have finite values there.
     pub finite: bool,
+}
+
+impl Answer {
+    /// By what is known over the piece, and what that makes certain.
+    pub(super) fn new<const K: usize>(
+        f: &Parabola<K>,
+        Piece { mid, half }: Piece,
+        halves: [Half; 2],
+    ) -> Answer {
+        let root = Fall::of(f).map(|fall| mid + fall.at * half);
+        Answer { halves, root, finite: f.range.is_finite() }
+    }
 }
 
 /// An end of a line.
@@ -90,9 +103,9 @@ const SHRINKS_AT_RIM: f64 = 0.35;
 /// What is expected after an island around the beginning of the line, as a multiple of it.
 const STARTS: f64 = 3.0;
 
-/// A root is aimed at when it is expected within this many stretches. (Measured on a building of 800 operations, from 1 to 2:
-/// a sixth of the evaluations goes, since an answer that closes in on a root ends a beam. Where the ground is rough, 3 % more.)
-const AIM: f64 = 2.0;
+/// A root is aimed at when it is expected within this many stretches. (Twice as many save a sixth of the evaluations on a
+/// building of 800 operations, and cost 7 % more where the ground is rough.)
+const AIM: f64 = 1.0;
 
 /// Pieces after which a march is given up.
 pub(super) const PIECES: u32 = 20_000;

@@ -26,16 +26,32 @@ impl Sketch {
         self.piece.mid
     }
 
-    /// Where the field is expected to be zero in the middle of the section, in halves of the piece from its middle.
-    pub(super) fn unit_root(&self) -> Option<f64> {
-        descent(self.along)
-    }
-
     /// Where the field is expected to be zero, at a place in the section given in units of its extent.
     pub(super) fn root(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let [value, slope, bend] = self.along;
         let e = descent([value + x * self.across[0] + y * self.across[1], slope, bend])?;
         Some(self.piece.mid + e * self.piece.half)
+    }
+}
+
+/// A place where a form is expected to fall through zero, in the middle of the section.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fall {
+    /// In halves of the piece from its middle.
+    pub at: f64,
+    /// How steeply, for each half of the piece.
+    pub slope: f64,
+}
+
+impl Fall {
+    pub(super) fn of<const K: usize>(f: &Parabola<K>) -> Option<Fall> {
+        let at = descent(f.mid)?;
+        Some(Fall { at, slope: (f.mid[1] + 2.0 * at * f.mid[2]).abs() })
+    }
+
+    /// How far the root of a line may be from where it is expected, so far from the middle of the piece.
+    pub(super) fn doubt<const K: usize>(&self, f: &Parabola<K>, distance: f64) -> f64 {
+        (f.rest[0] + distance * (f.rest[1] + distance * f.rest[2])) / self.slope
     }
 }
 
