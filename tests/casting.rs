@@ -138,6 +138,45 @@ fn rays_towards_a_point_are_cast_as_beams() {
     assert!(cost.shared > 100 && cost.evaluations < 6 * rays.len() as u64, "{cost:?}");
 }
 
+/// Where a beam's answer closes in on all of its roots, no ray asks for itself; what it says of each is as good.
+#[test]
+fn beams_close_where_a_solid_is_flat() {
+    let mut b = Build::default();
+    // A wedge of two planes with a ball in front of it.
+    let [x, _, z] = b.p();
+    let mut plane = |across: f64, along: f64| {
+        let (across, along) = (b.scaled(across, x), b.scaled(along, z));
+        b.add(across, along)
+    };
+    let slopes = [plane(0.6, 0.8), plane(-0.28, 0.96)];
+    let (wedge, ball) = (b.max(slopes[0], slopes[1]), b.sphere([0.0, 0.0, 0.0], 0.7));
+    let root = b.min(wedge, ball);
+    let field = b.field(root);
+    let ray = |i: usize| {
+        let place = |k: usize| 2.4 * (k as f64 + 0.5) / 128.0 - 1.2;
+        // Z-order, as pictures have it.
+        let every_other = |i: usize| (0..7).fold(0, |out, bit| out | (i >> (2 * bit) & 1) << bit);
+        let origin = DVec3::new(place(every_other(i)), place(every_other(i >> 1)), 4.0);
+        Ray { origin, direction: DVec3::NEG_Z, near: 1.0, far: 7.0, tolerance: Tolerance::fixed(1e-3) }
+    };
+    let rays: Vec<Ray> = (0..128 * 128).map(ray).collect();
+    let region = Aabb::cube(3.0);
+    let cast = |kind: Kind| {
+        let mut made = caster(kind, &field, &region, &[]).expect("a caster");
+        let (mut hits, mut stats) = (vec![Hit::MISS; rays.len()], CastStats::default());
+        made.first_hits(&rays, &mut hits, &mut stats, &AtomicBool::new(false));
+        (hits, stats)
+    };
+    let ((beams, cost), (affine, _)) = (cast(Kind::Beam), cast(Kind::Affine));
+    for (ray, (beam, affine)) in rays.iter().zip(beams.iter().zip(&affine)) {
+        assert!(beam.certified && affine.certified, "{ray:?}");
+        assert!(beam.is_hit() == affine.is_hit(), "{ray:?}: {beam:?} {affine:?}");
+        assert!(!beam.is_hit() || (beam.t - affine.t).abs() <= 2e-3, "{ray:?}: {beam:?} {affine:?}");
+    }
+    assert_eq!(cost.hits, beams.iter().filter(|hit| hit.is_hit()).count() as u64);
+    assert!(2 * (cost.evaluations - cost.shared) < rays.len() as u64, "{cost:?}");
+}
+
 #[test]
 fn any_grouping_gives_the_same_hits() {
     let mut b = Build::default();
