@@ -691,7 +691,7 @@ mod composites {
     #[test]
     fn every_parabola_contains_samples_and_knows_its_signs() {
         const LANES: usize = 8;
-        let (mut above, mut below) = (0, 0);
+        let (mut above, mut below, mut inside_lines) = (0, 0, 0);
         each("parabolas", |g, root, rng| {
             let mut field = Field::new(g, root);
             let tape = field.tape().clone();
@@ -722,11 +722,17 @@ mod composites {
                         Interval::around(at[axis], 8.0 * f64::EPSILON * piece[axis].range.mag())
                     });
                     let v = field.range(&cell);
-                    for allowed in [band(&z, e, u), z.range] {
+                    // What is left of the form on the line through the place.
+                    let line = z.at(u, [0.0; 2]);
+                    for allowed in [band(&z, e, u), band(&line, e, []), z.range] {
                         assert!(
                             !(allowed.lo > v.hi || v.lo > allowed.hi),
                             "{v:?} is outside {allowed:?} at {e}, {u:?} of {piece:?}"
                         );
+                    }
+                    if line.is_below_at(e) {
+                        inside_lines += 1;
+                        assert!(v.lo < 0.0, "{v:?} at {e}, said to be negative by {line:?}");
                     }
                     let half = &halves[usize::from(e > 0.0)];
                     let [from, to] = half.above;
@@ -741,7 +747,10 @@ mod composites {
                 }
             }
         });
-        assert!(above > 5000 && below > 50, "only {above} and {below} certain signs");
+        assert!(
+            above > 5000 && below > 50 && inside_lines > 1000,
+            "only {above}, {below} and {inside_lines} certain signs"
+        );
     }
 
     #[test]
