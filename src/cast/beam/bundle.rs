@@ -43,7 +43,8 @@ pub struct Bundle {
     piece: Piece,
     /// What was seen last, in which section.
     last: Option<(Sketch, Section)>,
-    /// The answer that its rays end by.
+    /// Whether its rays may end by an answer about it, and the one that they do end by.
+    closes: bool,
     closed: Option<Parabola<2>>,
     rays: usize,
     tolerance: Tolerance,
@@ -58,10 +59,8 @@ pub(in crate::cast) enum State {
     Marching,
     /// Nothing is met by any ray.
     Free,
-    /// Its parts go on.
+    /// Its parts go on, or its rays end by what was seen last.
     Ended,
-    /// Its rays end by what was seen last.
-    Closed,
 }
 
 impl Bundle {
@@ -80,11 +79,17 @@ impl Bundle {
             state,
             piece,
             last: None,
+            closes: false,
             closed: None,
             rays,
             tolerance,
             is_whole: false,
         }
+    }
+
+    /// The same, but its rays may end by what is known of all of them.
+    pub(super) fn that_closes(self) -> Bundle {
+        Bundle { closes: true, ..self }
     }
 
     /// All lines through a rectangle of places in a frame, as far as they are in a region; `None` if none is.
@@ -131,7 +136,7 @@ impl Bundle {
         let least = if self.is_whole { section.radius(from) } else { 0.0 };
         let march = March::new(from, to, self.march.stretch.max(ahead).max(least), None);
         let part = Bundle::of(self.frame, section, march, (rays, self.tolerance));
-        Some(Bundle { last: self.last, is_whole: self.is_whole, ..part })
+        Some(Bundle { last: self.last, closes: self.closes, is_whole: self.is_whole, ..part })
     }
 
     /// Whether it is proven that none of its lines meets anything.
@@ -193,8 +198,8 @@ impl Bundle {
         let wanted = self.tolerance.at(self.march.free);
         let radius = self.section.radius(self.march.free);
         let bracket = if self.rays <= FEW { wanted.max(radius) } else { wanted };
-        if !self.is_whole && self.state != State::Free && closes(f, self.piece, bracket) {
-            (self.state, self.closed) = (State::Closed, Some(*f));
+        if self.closes && self.state != State::Free && closes(f, self.piece, bracket) {
+            (self.state, self.closed) = (State::Ended, Some(*f));
         }
     }
 

@@ -142,6 +142,8 @@ impl Beams {
         let Memory { beams, alone, lines, .. } = &mut self.memory;
         lines.clear();
         lines.resize(rays.len(), Line::NOTHING);
+        // Where the field may have no value each ray looks for itself; and any hit needs no bracket around a root.
+        let closes = want == Want::First && self.cells.is_defined();
         let widest = if self.cells.is_uniform() { WIDEST } else { WIDEST_OF_PARTS };
         let mut open: Vec<Range<usize>> =
             (0..rays.len()).step_by(widest).map(|start| start..(start + widest).min(rays.len())).collect();
@@ -158,7 +160,9 @@ impl Beams {
                 let [near, far] = section.depth;
                 let march = March::new(near, far, FIRST * (far - near), None);
                 let own = (range.len(), rays[range.start].tolerance);
-                beams.push(Beam { rays: range, bundle: Bundle::of(frame, section, march, own) });
+                let bundle = Bundle::of(frame, section, march, own);
+                let bundle = if closes { bundle.that_closes() } else { bundle };
+                beams.push(Beam { rays: range, bundle });
             } else if range.len() > FEWEST {
                 open.extend(quarters(range));
             } else {
@@ -289,10 +293,8 @@ impl Beams {
             for beam in beams.iter() {
                 match (beam.bundle.state, beam.bundle.closed()) {
                     (State::Free, _) => out[beam.rays.clone()].fill(Hit::MISS),
-                    (State::Closed, Some(answer)) if want == Want::First && self.cells.is_defined() => {
-                        stats.hits += beam.close(answer, (rays, lines), thin, out);
-                    }
-                    (State::Ended | State::Closed, _) => beam.cut((rays, lines), want, (parts, thin), out),
+                    (_, Some(answer)) => stats.hits += beam.close(answer, (rays, lines), thin, out),
+                    (State::Ended, _) => beam.cut((rays, lines), want, (parts, thin), out),
                     // Given up.
                     (State::Marching, _) => {}
                 }
