@@ -163,26 +163,34 @@ fn values(f: &Taylor, half: f64) -> ([f64; 64], [f64; 64]) {
     (middle, reach)
 }
 
+/// Cells that are remembered. Floods from places next to one another come to the same ones.
+const KNOWN: usize = 1 << 17;
+
 /// Cells of a grid that were looked at.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Blocks {
+    /// How often voxels are halved for them.
+    pub level: u32,
     pub grid: Grid,
     known: HashMap<Voxel, Block>,
 }
 
 impl Blocks {
-    /// None yet.
-    pub fn new(grid: Grid) -> Blocks {
-        Blocks { grid, known: HashMap::default() }
+    /// None yet of those that voxels halved so often make.
+    pub fn new(voxels: &Grid, level: u32) -> Blocks {
+        Blocks { level, grid: voxels.halved(level), known: HashMap::default() }
     }
 
-    /// What is known of one that was looked at.
+    /// What is known of one that was looked at last.
     pub fn get(&self, voxel: Voxel) -> Block {
         self.known.get(&voxel).copied().unwrap_or_default()
     }
 
     /// Looks at cells, at most [`LANES`] of them.
     pub fn look(&mut self, field: &mut Balls, voxels: &[Voxel]) {
+        if self.known.len() > KNOWN {
+            self.known.clear();
+        }
         let new: Vec<Voxel> =
             voxels.iter().copied().filter(|voxel| !self.known.contains_key(voxel)).collect();
         if new.is_empty() {

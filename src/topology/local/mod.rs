@@ -107,6 +107,15 @@ const SMALL: [u32; 2] = [3, 4];
 /// Cells of voxels that are remembered.
 const CELLS_REMEMBERED: usize = 1 << 21;
 
+/// What is proven of the parts of a cell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Proven {
+    /// All of the solid in them is within a moat.
+    parted: Parts,
+    /// They are all inside, and joined with the core.
+    joined: Parts,
+}
+
 /// What many threads know of a solid.
 #[derive(Debug)]
 pub struct Local {
@@ -120,8 +129,8 @@ pub struct Local {
     statuses: Cache<Minimum, Answer>,
     /// What moats and ways say of small cells.
     around: Cache<Voxel, Answer>,
-    /// What of cells is within moats, by how often voxels are halved for them.
-    moats: Cache<(u32, Voxel), Parts>,
+    /// What moats and ways have proven of cells, by how often voxels are halved for them.
+    proven: Cache<(u32, Voxel), Proven>,
     patches: Patches,
     counters: Counters,
 }
@@ -173,7 +182,7 @@ impl Local {
             links: Cache::new(REMEMBERED),
             statuses: Cache::new(REMEMBERED),
             around: Cache::new(REMEMBERED),
-            moats: Cache::new(CELLS_REMEMBERED),
+            proven: Cache::new(CELLS_REMEMBERED),
             patches: Patches::new(Grid::new(feature), CELLS_REMEMBERED),
             counters: Counters::default(),
         })
@@ -185,27 +194,49 @@ impl Local {
         self.links.turn();
         self.statuses.turn();
         self.around.turn();
-        self.moats.turn();
+        self.proven.turn();
         self.patches.turn();
         self.counters.clear();
     }
 
-    /// Whether a point inside is known to be within a moat.
-    fn is_parted(&self, p: DVec3) -> bool {
-        let is_known = |level: u32| {
+    /// What moats and ways to other places have proven of a point: if it is inside, a *parted*; a *joined* in any case.
+    fn proven(&self, p: DVec3) -> Option<Answer> {
+        SMALL.into_iter().find_map(|level| {
             let grid = self.grid.halved(level);
             let voxel = grid.voxel(p);
-            self.moats.get(&(level, voxel)).is_some_and(|within| Parts::of(&grid, voxel, p).and(within).any())
-        };
-        SMALL.into_iter().any(is_known)
+            let (part, proven) = (Parts::of(&grid, voxel, p), self.proven.get(&(level, voxel))?);
+            match part {
+                _ if part.and(proven.joined).any() => Some(Answer::Joined),
+                _ if part.and(proven.parted).any() => Some(Answer::Parted),
+                _ => None,
+            }
+        })
+    }
+
+    /// What of a cell is known to be joined with the core.
+    fn joined(&self, level: u32, voxel: Voxel) -> Parts {
+        self.proven.get(&(level, voxel)).unwrap_or_default().joined
+    }
+
+    /// Remembers parts that are all inside and joined with the core.
+    fn remember_joined(&self, level: u32, parts: Vec<(Voxel, Parts)>) {
+        self.remember(level, parts, |known, parts| known.joined = known.joined.or(parts));
     }
 
     /// Remembers what is within a moat.
     fn remember_moat(&self, level: u32, within: Vec<(Voxel, Parts)>) {
-        for (cell, parts) in within {
-            self.moats.update((level, cell), |others| parts.or(others.copied().unwrap_or_default()));
-        }
+        self.remember(level, within, |known, parts| known.parted = known.parted.or(parts));
         self.counters.add(Count::Moats, 1);
+    }
+
+    fn remember(&self, level: u32, cells: Vec<(Voxel, Parts)>, add: impl Fn(&mut Proven, Parts)) {
+        for (voxel, parts) in cells {
+            self.proven.update((level, voxel), |known| {
+                let mut known = known.copied().unwrap_or_default();
+                add(&mut known, parts);
+                known
+            });
+        }
     }
 
     /// What the work was since the picture began.
@@ -263,8 +294,8 @@ impl Seeker {
 
 /// Whether points inside are joined with the core, by lines and paths from each.
 fn one_by_one(looker: &mut Looker, points: &[DVec3], cancel: &AtomicBool) -> Vec<Answer> {
-    let parted = |p: &DVec3| if looker.local.is_parted(*p) { Answer::Parted } else { Answer::Unknown };
-    let mut answers: Vec<Answer> = points.iter().map(parted).collect();
+    let mut answers: Vec<Answer> =
+        points.iter().map(|p| looker.local.proven(*p).unwrap_or(Answer::Unknown)).collect();
     let unknown = |answers: &[Answer]| -> Vec<usize> {
         (0..points.len()).filter(|&i| answers[i] == Answer::Unknown).collect()
     };

@@ -10,9 +10,10 @@ use super::super::complex::sides;
 use super::super::descent::{End, Place, Settled, Start, descend};
 use super::super::point::{CriticalPoint, Kind};
 use super::super::search::{Balls, LANES, Search, isolate, search_cells};
+use super::blocks::Blocks;
 use super::counters::Count;
 use super::grid::Voxel;
-use super::{Answer, Local};
+use super::{Answer, Local, SMALL};
 use crate::scene::Aabb;
 use glam::DVec3;
 use std::sync::Arc;
@@ -74,6 +75,8 @@ pub struct Looker {
     pub local: Arc<Local>,
     cells: Balls,
     pub(super) paths: Balls,
+    /// Small cells, those of one size after those of another.
+    pub(super) small: Vec<Blocks>,
 }
 
 /// Cells of a voxel, or of its border, that a search looks at. One as large as features are takes a few hundred, or tens
@@ -82,8 +85,9 @@ const CELLS: u64 = 1 << 17;
 
 impl Looker {
     pub fn new(local: Arc<Local>) -> Looker {
-        let field = local.field.clone();
-        Looker { local, cells: field.clone(), paths: field }
+        let (field, grid) = (local.field.clone(), local.grid);
+        let small = SMALL.iter().map(|level| Blocks::new(&grid, *level)).collect();
+        Looker { local, cells: field.clone(), paths: field, small }
     }
 
     /// Where a minimum is; none if it was not found again.

@@ -2,14 +2,15 @@
 //!
 //! In foam a place below the surface seldom sees the core, but it is joined with places that do. So from the part of a cell
 //! that holds it, parts that are all inside are taken in, those next to the core first, and lines are drawn to the core
-//! from them. What is found is proven; that nothing is found says nothing.
+//! from them. What is found is proven, for all parts that were taken in, and floods that come to these later are there;
+//! that nothing is found says nothing.
 
 use super::super::search::LANES;
-use super::blocks::{Blocks, Flood};
+use super::blocks::{Blocks, Flood, Parts};
 use super::counters::Count;
 use super::grid::Voxel;
 use super::voxel::Looker;
-use super::{Answer, SMALL};
+use super::Answer;
 use ahash::HashSet;
 use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -48,20 +49,24 @@ impl Looker {
 
     /// What moats and ways say of a place inside.
     pub fn moat_or_way(&mut self, at: DVec3, cancel: &AtomicBool) -> Answer {
-        if self.local.is_parted(at) {
-            return Answer::Parted;
+        if let Some(known) = self.local.proven(at) {
+            return known;
         }
-        for level in SMALL {
-            let mut blocks = Blocks::new(self.local.grid.halved(level));
-            if self.has_way(&mut blocks, at, cancel) {
-                return Answer::Joined;
-            }
-            if let Some(cells) = self.moat(&mut blocks, at, cancel) {
-                self.local.remember_moat(level, cells);
-                return Answer::Parted;
-            }
+        let mut small = std::mem::take(&mut self.small);
+        let found = small.iter_mut().find_map(|blocks| self.prove(blocks, at, cancel));
+        self.small = small;
+        found.unwrap_or(Answer::Unknown)
+    }
+
+    /// The same, by cells of one size.
+    fn prove(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> Option<Answer> {
+        if let Some(joined) = self.way(blocks, at, cancel) {
+            self.local.remember_joined(blocks.level, joined);
+            return Some(Answer::Joined);
         }
-        Answer::Unknown
+        let within = self.moat(blocks, at, cancel)?;
+        self.local.remember_moat(blocks.level, within);
+        Some(Answer::Parted)
     }
 
     /// Looks at cells.
@@ -71,8 +76,9 @@ impl Looker {
         self.local.counters.add_time(Count::Locating, start);
     }
 
-    /// Whether a way through parts that are all inside, and a straight line from one of them, lead to the core.
-    fn has_way(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> bool {
+    /// Parts that are all inside and touch one another from a place on, if a straight line from one of them leads to the
+    /// core, or one of them is known to be joined with it.
+    fn way(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> Option<Vec<(Voxel, Parts)>> {
         let (core, grid, views) = (self.local.core, blocks.grid, self.local.grid.halved(VIEWS));
         let depth = |voxel: Voxel| grid.middle(voxel).distance(core.centre).to_bits();
         let mut flood = Flood::new(&grid, at);
@@ -82,16 +88,19 @@ impl Looker {
             let is_last = batch.is_empty() || flood.len() > TOUCHED || cancel.load(Ordering::Relaxed);
             if is_last || places.len() >= LANES {
                 if self.see(&places).contains(&true) {
-                    return true;
+                    return Some(flood.within());
                 }
                 places.clear();
             }
             if is_last {
-                return false;
+                return None;
             }
             self.look(blocks, &batch);
             for voxel in batch {
                 let fresh = flood.take(voxel, blocks.get(voxel).inside, depth);
+                if fresh.and(self.local.joined(blocks.level, voxel)).any() {
+                    return Some(flood.within());
+                }
                 if fresh.any() && seen.insert(views.voxel(grid.middle(voxel))) {
                     places.extend(fresh.first().map(|part| part.middle(&grid, voxel)));
                 }
