@@ -4,7 +4,8 @@
 //! that was taken in. A path in the solid never leaves these, since from one part it goes to one that touches. So where
 //! no more are left to take in, the component is in them as a whole; and so are all others that have something there.
 //!
-//! The cells farthest from the place come first, so that what is no crumb is soon seen to reach too far.
+//! The cells farthest from the place come first, so that what is no crumb is soon seen to reach too far. The same is then
+//! true from all that was taken in, and from all that comes to it: parts that touch are one set, from whichever it begins.
 
 use super::blocks::{Blocks, Flood, Parts};
 use super::grid::Voxel;
@@ -34,26 +35,31 @@ impl Looker {
         let (mut low, mut high) = (first.0, first.0);
         loop {
             let batch = flood.next();
-            if batch.is_empty() {
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            let mut is_vast = flood.len() > TOUCHED;
+            if !is_vast && batch.is_empty() {
                 let within = flood.within();
                 // A place in a part without anything is not inside: of it nothing is known.
                 return (!within.is_empty()).then_some(within);
             }
-            if cancel.load(Ordering::Relaxed) || flood.len() > TOUCHED {
-                return None;
-            }
             self.look(blocks, &batch);
             for voxel in batch {
-                if !flood.take(voxel, blocks.get(voxel).solid, near).any() {
+                let fresh = flood.take(voxel, blocks.get(voxel).solid, near);
+                if !fresh.any() {
                     continue;
                 }
+                is_vast |= fresh.and(self.local.proven_of(blocks.level, voxel).vast).any();
                 for axis in 0..3 {
                     (low[axis], high[axis]) = (low[axis].min(voxel.0[axis]), high[axis].max(voxel.0[axis]));
                 }
-                let reaches_far = (0..3).any(|axis| high[axis] - low[axis] >= REACH);
-                if reaches_far || !self.is_beside_the_core(blocks.grid.ball(voxel)) {
-                    return None;
-                }
+                is_vast |= (0..3).any(|axis| high[axis] - low[axis] >= REACH);
+                is_vast |= !self.is_beside_the_core(blocks.grid.ball(voxel));
+            }
+            if is_vast {
+                self.local.remember_vast(blocks.level, flood.within());
+                return None;
             }
         }
     }

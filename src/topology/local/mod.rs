@@ -114,6 +114,8 @@ struct Proven {
     parted: Parts,
     /// They are all inside, and joined with the core.
     joined: Parts,
+    /// There is no moat around what touches them by cells of their size.
+    vast: Parts,
 }
 
 /// What many threads know of a solid.
@@ -213,9 +215,9 @@ impl Local {
         })
     }
 
-    /// What of a cell is known to be joined with the core.
-    fn joined(&self, level: u32, voxel: Voxel) -> Parts {
-        self.proven.get(&(level, voxel)).unwrap_or_default().joined
+    /// What is proven of a cell.
+    fn proven_of(&self, level: u32, voxel: Voxel) -> Proven {
+        self.proven.get(&(level, voxel)).unwrap_or_default()
     }
 
     /// Remembers parts that are all inside and joined with the core.
@@ -227,6 +229,11 @@ impl Local {
     fn remember_moat(&self, level: u32, within: Vec<(Voxel, Parts)>) {
         self.remember(level, within, |known, parts| known.parted = known.parted.or(parts));
         self.counters.add(Count::Moats, 1);
+    }
+
+    /// Remembers what no moat is around.
+    fn remember_vast(&self, level: u32, within: Vec<(Voxel, Parts)>) {
+        self.remember(level, within, |known, parts| known.vast = known.vast.or(parts));
     }
 
     fn remember(&self, level: u32, cells: Vec<(Voxel, Parts)>, add: impl Fn(&mut Proven, Parts)) {

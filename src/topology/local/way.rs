@@ -98,7 +98,7 @@ impl Looker {
             self.look(blocks, &batch);
             for voxel in batch {
                 let fresh = flood.take(voxel, blocks.get(voxel).inside, depth);
-                if fresh.and(self.local.joined(blocks.level, voxel)).any() {
+                if fresh.and(self.local.proven_of(blocks.level, voxel).joined).any() {
                     return Some(flood.within());
                 }
                 if fresh.any() && seen.insert(views.voxel(grid.middle(voxel))) {
