@@ -177,6 +177,34 @@ fn beams_close_where_a_solid_is_flat() {
     assert!(2 * (cost.evaluations - cost.shared) < rays.len() as u64, "{cost:?}");
 }
 
+/// Rays that begin in front of a surface by less than depths are rounded are not inside of what is behind them.
+#[test]
+fn what_is_just_behind_where_rays_begin_is_not_hit() {
+    let mut b = Build::default();
+    // A cavity from x = -1 to 1.
+    let [x, ..] = b.p();
+    let square = b.op(Op::Mul(op::Mul), &[x, x]);
+    let fallen = b.neg(square);
+    let root = b.shifted(fallen, 1.0);
+    let field = b.field(root);
+    let mut made = caster(Kind::Beam, &field, &Aabb::cube(200.0), &[]).expect("a caster");
+    for after in [5e-13, 1e-12, 2e-12, 4e-12, 1e-11] {
+        let ray = |i: usize| Ray {
+            origin: DVec3::new(-3.0, 100.0 + 1e-3 * (i % 8) as f64, 1e-3 * (i / 8) as f64),
+            direction: DVec3::X,
+            near: 2.0 + after,
+            far: 10.8,
+            tolerance: Tolerance::fixed(1e-3),
+        };
+        let rays: Vec<Ray> = (0..64).map(ray).collect();
+        let mut hits = vec![Hit::MISS; rays.len()];
+        made.first_hits(&rays, &mut hits, &mut CastStats::default(), &AtomicBool::new(false));
+        for hit in hits {
+            assert!(hit.certified && (hit.t - 4.0).abs() <= 1e-3, "{after:e}: {hit:?}");
+        }
+    }
+}
+
 #[test]
 fn any_grouping_gives_the_same_hits() {
     let mut b = Build::default();

@@ -295,7 +295,7 @@ enum Known<'a, K> {
 }
 
 thread_local! {
-    /// Steps to write on: a hundred kilobytes or so that are not worth clearing for each batch of balls.
+    /// Steps to write on: a dozen kilobytes each, not worth clearing for each batch of balls.
     static STEPS: Cell<Vec<Step>> = const { Cell::new(Vec::new()) };
 }
 

@@ -12,6 +12,7 @@ use super::sketch::Fall;
 use super::thin::Thin;
 use crate::cast::{Hit, Ray};
 use crate::num::{Half, Parabola, Parabolas};
+use std::ops::ControlFlow;
 
 /// Rays that are answered side by side.
 const LANES: usize = 16;
@@ -47,50 +48,58 @@ impl Beam {
             }
             let halves = forms.halves();
             for (lane, &i) in own.iter().enumerate() {
-                let (hit, onward) = self.ended((&rays[i], &lines[i]), piece, &forms.lane(lane), halves[lane]);
-                hits += u64::from(hit.is_some_and(|hit| hit.is_hit()));
-                match hit {
-                    Some(hit) => out[i] = hit,
-                    None => thin.push(Thin::new(i, Ray { near: onward.free, ..rays[i] }, onward)),
+                match self.ended((&rays[i], &lines[i]), piece, &forms.lane(lane), halves[lane]) {
+                    ControlFlow::Break(hit) => {
+                        hits += u64::from(hit.is_hit());
+                        out[i] = hit;
+                    }
+                    ControlFlow::Continue(onward) => {
+                        thin.push(Thin::new(i, Ray { near: onward.free, ..rays[i] }, onward))
+                    }
                 }
             }
         }
         hits
     }
 
-    /// How a ray ends by an answer, if it does, and how it goes on if not.
+    /// How a ray ends by an answer, or goes on. Its ends are rounded in depth: what is free is so as far as these may be,
+    /// and what is inside counts where the ray is for certain.
     fn ended(
         &self,
         (ray, line): (&Ray, &Line),
         piece: Piece,
         form: &Parabola<0>,
         halves: [Half; 2],
-    ) -> (Option<Hit>, March) {
+    ) -> ControlFlow<Hit, March> {
         let answer = Answer::new(form, piece, halves);
         let (frame, all, stretch) = (&self.bundle.frame, &self.bundle.march, line.stretch);
         let hair = |depth: f64| frame.hair(depth);
         let distance = |depth: f64| line.distance(depth);
         let [near, far] = line.depth;
+        let within = near + hair(near)..=far - hair(far);
         let mut march =
             March::new(all.free.max(near - hair(near)), far + hair(far), all.stretch, answer.root);
         // Halves tell of the nearest place inside to the middle, not of the first one.
         let behind = |fall: Fall| fall.at + WIDER * fall.doubt(form, fall.at.abs());
         if let Some(e) = Fall::of(form).map(behind).filter(|e| form.is_below_at(*e)) {
             let inside = piece.mid + e * piece.half;
-            march.inside = if (march.free..=march.far).contains(&inside) { inside } else { f64::INFINITY };
+            march.inside =
+                if inside >= march.free && within.contains(&inside) { inside } else { f64::INFINITY };
         }
         let tolerance = ray.tolerance.at(distance(march.free));
-        let hit = match march.tell(piece, &answer, tolerance / stretch) {
-            Next::Free => Some(Hit::MISS),
-            Next::Root(a, b) => {
+        match march.tell(piece, &answer, tolerance / stretch) {
+            Next::Free => return ControlFlow::Break(Hit::MISS),
+            Next::Root(a, b) if within.contains(&b) => {
                 let t = distance(answer.root.unwrap_or(a).clamp(a, b)).clamp(ray.near, ray.far);
-                Some(Hit { t, certified: true })
+                return ControlFlow::Break(Hit { t, certified: true });
             }
-            Next::Look | Next::Stuck(_) => None,
-        };
-        let near = distance(march.free - hair(march.free)).max(ray.near);
+            Next::Root(..) | Next::Look | Next::Stuck(_) => {}
+        }
+        let near = distance(march.free - hair(march.free)).clamp(ray.near, ray.far);
         let mut onward = March::new(near, ray.far, march.stretch * stretch, march.root.map(distance));
-        onward.inside = distance(march.inside + hair(march.inside));
-        (hit, onward)
+        if within.contains(&march.inside) {
+            onward.inside = distance(march.inside + hair(march.inside)).min(ray.far);
+        }
+        ControlFlow::Continue(onward)
     }
 }

@@ -3,8 +3,9 @@
 //! Rays that go the same way, from one point or alongside one another, share what is certain of all of them. A beam
 //! of 64 rays marches until its own width is what limits it; its four quarters go on from there, then their
 //! quarters, then the rays, each with a prediction of its root from the last answer of its beam (the
-//! notes on ray casting, 9.6; Keeter's and others' tiles are the same idea with intervals). Beams of
-//! all tiles at one level are answered together, in batches.
+//! notes on ray casting, 9.6; Keeter's and others' tiles are the same idea with intervals). Where the field is flat across
+//! a beam its last answer ends its rays as well (`close.rs`). Beams of all tiles at one level are answered together, in
+//! batches.
 //!
 //! Shadow rays all begin on the surface, where nothing can be shared. So they are marched from their other
 //! ends: the beam crosses free space at once, and what is left to its rays is the last bit, down to where each

@@ -6,11 +6,11 @@
 //! that nothing is found says nothing.
 
 use super::super::search::LANES;
+use super::Answer;
 use super::blocks::{Blocks, Flood, Parts};
 use super::counters::Count;
 use super::grid::Voxel;
 use super::voxel::Looker;
-use super::Answer;
 use ahash::HashSet;
 use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering};
