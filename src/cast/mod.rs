@@ -352,9 +352,16 @@ fn auto(
     let mut balls = spheres(lipschitz, RELAXATION, cells);
     let (at_points, along_pieces) = costs(cells.tape().census());
     let enough = cells.tape().work() as f64 * PATIENCE / along_pieces;
-    let (seen, spent) = trial(&mut *beams, typical, enough, cancel);
-    let most = along_pieces * spent / at_points;
-    if trial(&mut *balls, &typical[..seen], most, cancel).1 >= most {
+    let mut most = Vec::new();
+    trial(&mut *beams, typical, cancel, |_, spent| {
+        most.push(along_pieces * spent / at_points);
+        spent >= enough
+    });
+    let is_lost = |i: usize, spent: f64| {
+        let is_hopeless = i + 1 >= BEFORE_HOPELESS && spent > HOPELESS * most[i];
+        is_hopeless || most.last().is_some_and(|&most| spent >= most)
+    };
+    if most.is_empty() || trial(&mut *balls, &typical[..most.len()], cancel, is_lost) {
         return beams;
     }
     // Balls that take so long to find are worth sharing.
@@ -380,16 +387,23 @@ const STEEP: f64 = 1e4;
 /// Nanoseconds, as [`costs`] counts them, after which a trial takes no further bundle.
 const PATIENCE: f64 = 1e10;
 
-/// How many of the bundles were cast, and the work that they took; no more once it is more than `most`.
-fn trial(caster: &mut dyn Caster, bundles: &[Vec<Ray>], most: f64, cancel: &AtomicBool) -> (usize, f64) {
+/// After so many bundles a trial is lost that takes so many times the work that it may.
+const BEFORE_HOPELESS: usize = 3;
+const HOPELESS: f64 = 2.0;
+
+/// Casts bundles until one of them is reason to stop, and returns whether one was; `stop` gets the number of each and
+/// the work so far.
+fn trial(
+    caster: &mut dyn Caster,
+    bundles: &[Vec<Ray>],
+    cancel: &AtomicBool,
+    mut stop: impl FnMut(usize, f64) -> bool,
+) -> bool {
     let mut stats = CastStats::default();
-    for (i, rays) in bundles.iter().enumerate() {
+    bundles.iter().enumerate().any(|(i, rays)| {
         caster.first_hits(rays, &mut vec![Hit::MISS; rays.len()], &mut stats, cancel);
-        if stats.work as f64 >= most {
-            return (i + 1, stats.work as f64);
-        }
-    }
-    (bundles.len(), stats.work as f64)
+        stop(i, stats.work as f64)
+    })
 }
 
 /// Over-relaxation of speculative sphere tracing, as Worley and Hart recommend.

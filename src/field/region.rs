@@ -2,13 +2,14 @@
 //! region answers for that part.
 
 use super::Field;
-use crate::num::{Dual, Interval, Number, Slope};
+use crate::num::{Dual, Interval, Many, Number, Slope};
 use crate::scene::Aabb;
 use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
 use std::sync::Arc;
 
 /// A part of a region, with what is left of the tape there.
+#[derive(Clone)]
 struct Part {
     cell: Aabb,
     tape: Arc<Tape>,
@@ -29,11 +30,14 @@ fn eval<'a, T: Number>(evaluator: &'a mut Evaluator<T>, part: &Part, at: &[T; 3]
     evaluator.eval(at)
 }
 
+/// Parts that a box is cut into.
+const OCTANTS: usize = 8;
+
 /// The eight halves of a box.
 fn octants(b: &Aabb) -> impl Iterator<Item = Aabb> + use<> {
     let Aabb { min, max } = *b;
     let mid = (min + max) * 0.5;
-    (0..8).map(move |i| {
+    (0..OCTANTS).map(move |i| {
         let upper = glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0);
         Aabb { min: DVec3::select(upper, mid, min), max: DVec3::select(upper, max, mid) }
     })
@@ -103,28 +107,33 @@ pub fn lipschitz_outside(field: &Field, region: &Aabb) -> f64 {
 
 /// The same, given up when `halt` says so.
 pub fn lipschitz_until(field: &Field, region: &Aabb, halt: &dyn Fn() -> bool) -> Option<f64> {
-    let mut slopes = Evaluator::<Slope>::new(field.tape().clone());
+    let mut slopes = Evaluator::<Many<Slope, OCTANTS>>::new(field.tape().clone());
     let mut duals = Evaluator::<Dual>::new(field.tape().clone());
     let mut bound: f64 = 0.0;
     let mut parts = vec![Part { cell: *region, tape: field.tape().clone() }];
     for level in 0.. {
         let last = is_last(parts.iter());
         let mut steep = Vec::new();
-        for part in parts {
+        // Octants have one tape; without choices all parts have.
+        let with_one_tape = parts.chunk_by(|a, b| Arc::ptr_eq(&a.tape, &b.tape));
+        for same in with_one_tape.flat_map(|same| same.chunks(OCTANTS)) {
             if halt() {
                 return None;
             }
-            let x = part.cell.intervals();
-            let slope =
-                eval(&mut slopes, &part, &std::array::from_fn(|axis| Slope::coordinate(x[axis], axis)));
-            if slope.value.hi < 0.0 {
-                continue;
-            }
-            // A cell that is no steeper than what is known anyway needs no cutting.
-            if last || slope.norm <= bound {
-                bound = bound.max(slope.norm);
-            } else {
-                steep.push((slope.norm, part));
+            let cells = |i: usize| same[i.min(same.len() - 1)].cell.intervals();
+            let coordinate =
+                |axis: usize| Many(std::array::from_fn(|i| Slope::coordinate(cells(i)[axis], axis)));
+            let all = eval(&mut slopes, &same[0], &std::array::from_fn(coordinate));
+            for (part, slope) in same.iter().zip(&all.0) {
+                if slope.value.hi < 0.0 {
+                    continue;
+                }
+                // A cell that is no steeper than what is known anyway needs no cutting.
+                if last || slope.norm <= bound {
+                    bound = bound.max(slope.norm);
+                } else {
+                    steep.push((slope.norm, part.clone()));
+                }
             }
         }
         if steep.is_empty() {

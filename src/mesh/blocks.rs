@@ -49,7 +49,8 @@ impl Part {
     fn narrowed(mut self, lattice: &Lattice, ranges: &mut Evaluator<Interval>) -> Option<Part> {
         let region = lattice.region(self.at, self.cells);
         let range = if self.tape.has_choices() {
-            let (shorter, range) = self.tape.prune_and_bound(&region);
+            let bounded = self.tape.bound(&region);
+            let (shorter, range) = (bounded.pruned(), bounded.range());
             // One that is as much work may be shared, which costs less.
             if shorter.work() < self.tape.work() {
                 self.tape = Arc::new(shorter);

@@ -15,8 +15,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Samples along an axis. Odd, so that the middle is tried; 4913 points in all.
 const SIDE: usize = 17;
 
-/// Points evaluated together.
-const LANES: usize = 17;
+/// Points evaluated together, and those between two looks at whether to go on.
+const LANES: usize = 32;
+const PIECE: usize = 16 * LANES;
 
 /// What samples of a field say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -41,13 +42,18 @@ impl Probe {
             let t = (i as f64 + 0.5) / SIDE as f64;
             bounds.min[axis] + (t + 1e-4 * (t - 0.37)) * (bounds.max[axis] - bounds.min[axis])
         };
-        for (j, k) in (0..SIDE).flat_map(|j| (0..SIDE).map(move |k| (j, k))) {
+        let order = |i: usize| [i % SIDE, i / SIDE % SIDE, i / (SIDE * SIDE)];
+        let all = SIDE * SIDE * SIDE;
+        for first in (0..all).step_by(PIECE) {
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
-            let x = Many(std::array::from_fn(|i| place(0, i)));
-            let values = field.eval(&[x, Many([place(1, j); LANES]), Many([place(2, k); LANES])]);
-            for value in values.0 {
+            let points = first..all.min(first + PIECE);
+            let at =
+                [0, 1, 2].map(|axis| points.clone().map(|i| place(axis, order(i)[axis])).collect::<Vec<_>>());
+            let mut values = vec![0.0; points.len()];
+            field.eval_all(at.each_ref().map(Vec::as_slice), &mut values);
+            for value in values {
                 probe.points += 1;
                 probe.undefined += u64::from(!value.is_finite());
                 probe.inside += u64::from(value < 0.0);

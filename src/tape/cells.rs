@@ -35,7 +35,8 @@ const PATIENCE: u32 = 5;
 /// A region cut into cells; see the module text.
 #[derive(Debug)]
 pub struct Cells {
-    root: Cell,
+    whole: Own,
+    parts: Parts,
     centre: [f64; 3],
     half: f64,
     is_uniform: bool,
@@ -47,16 +48,26 @@ pub struct Cells {
 
 #[derive(Debug)]
 struct Cell {
+    /// Whether the field is known to be above zero wherever the cell's tape holds and there is a value.
+    is_free: bool,
+    /// There from the beginning, but for cells that are free: most of these are passed, and theirs are long.
+    own: OnceLock<Own>,
+    parts: Parts,
+}
+
+/// Made when they are asked for.
+type Parts = [OnceLock<Box<Cell>>; PARTS];
+
+/// The tape of a cell.
+#[derive(Debug)]
+struct Own {
     tape: Arc<Tape>,
     /// Work in the tape.
     work: u64,
-    /// Whether the field is known to be above zero wherever the tape holds and there is a value.
-    is_free: bool,
     /// How often its ancestors were cut in vain, one after the other.
     vain: u32,
     /// Whether it is worth cutting.
     is_open: bool,
-    parts: [OnceLock<Box<Cell>>; PARTS],
 }
 
 /// What pruning has gained so far.
@@ -75,7 +86,7 @@ impl Cells {
     pub fn new(tape: Arc<Tape>, region: &[Interval; 3]) -> Cells {
         let mut cells = Cells::undivided(tape);
         cells.is_defined = cells.tape().is_defined(region);
-        cells.is_uniform = !cells.root.is_open;
+        cells.is_uniform = !cells.whole.is_open;
         cells.centre = region.map(|r| r.mid());
         // A hair more, so that what is cut as the cells are fits into them.
         cells.half = (1.0 + 1e-8) * region.iter().map(|r| r.rad()).fold(0.0, f64::max);
@@ -86,7 +97,8 @@ impl Cells {
     pub fn undivided(tape: Arc<Tape>) -> Cells {
         let work = tape.work();
         Cells {
-            root: Cell::new(tape, work, false, 0),
+            whole: Own::new(tape, work, 0),
+            parts: Default::default(),
             centre: [0.0; 3],
             half: 0.0,
             is_uniform: true,
@@ -98,7 +110,7 @@ impl Cells {
 
     /// The whole tape.
     pub fn tape(&self) -> &Arc<Tape> {
-        &self.root.tape
+        &self.whole.tape
     }
 
     /// Whether there is one tape for all places.
@@ -116,42 +128,36 @@ impl Cells {
         Prunings {
             tapes: self.pruned.load(Ordering::Relaxed),
             instructions: self.kept.load(Ordering::Relaxed),
-            whole: self.root.tape.len() as u64,
+            whole: self.whole.tape.len() as u64,
         }
     }
 
     /// A tape that equals the whole one within `reach` of a place along every axis.
     pub fn tape_around(&self, at: [f64; 3], reach: f64) -> &Arc<Tape> {
-        &self.cell_around(at, reach).tape
+        let own = self.descend(at, reach, |_| false);
+        &own.unwrap_or(&self.whole).tape
     }
 
-    /// How much work that tape is; see [`Tape::work`].
-    pub fn work_around(&self, at: [f64; 3], reach: f64) -> u64 {
-        self.cell_around(at, reach).work
+    /// How much [work](Tape::work) that tape is, or nothing where there is known to be no solid.
+    pub fn work_around(&self, at: [f64; 3], reach: f64) -> Option<u64> {
+        Some(self.descend(at, reach, |cell| cell.is_free)?.work)
     }
 
-    /// Whether there is known to be no solid within `reach` of a place along every axis.
-    pub fn is_free_around(&self, at: [f64; 3], reach: f64) -> bool {
-        self.descend(at, reach, |cell| cell.is_free).is_free
-    }
-
-    fn cell_around(&self, at: [f64; 3], reach: f64) -> &Cell {
-        self.descend(at, reach, |_| false)
-    }
-
-    /// The smallest cell that has all within `reach` of a place, or a larger one that will do.
-    fn descend(&self, at: [f64; 3], reach: f64, will_do: impl Fn(&Cell) -> bool) -> &Cell {
-        let (mut cell, mut centre, mut half) = (&self.root, self.centre, self.half);
+    /// The own tape of the smallest cell that has all within `reach` of a place; nothing where that is in a cell which
+    /// `passes` says is not worth one.
+    fn descend(&self, at: [f64; 3], reach: f64, passes: impl Fn(&Cell) -> bool) -> Option<&Own> {
+        let (mut own, mut parts) = (&self.whole, &self.parts);
+        let (mut centre, mut half) = (self.centre, self.half);
         let off = (0..3).map(|axis| (at[axis] - centre[axis]).abs()).fold(0.0, f64::max);
         let is_within = off <= half;
         if self.is_uniform || !is_within {
-            return &self.root;
+            return Some(own);
         }
         for _ in 0..DEEPEST {
             let quarter = 0.5 * half;
             // The cell reaches a whole `half` of its child beyond the child's faces.
             let fits = reach <= quarter * (1.0 - 1e-9);
-            if !fits || !cell.is_open || will_do(cell) {
+            if !fits || !own.is_open {
                 break;
             }
             let mut index = 0;
@@ -160,10 +166,36 @@ impl Cells {
                 index |= usize::from(above) << axis;
                 centre[axis] += if above { quarter } else { -quarter };
             }
-            cell = cell.parts[index].get_or_init(|| Box::new(cell.part(self, centre, half)));
-            half = quarter;
+            let region = || centre.map(|c| Interval::around(c, half));
+            let cell = parts[index].get_or_init(|| Box::new(self.part(own, &region())));
+            if passes(cell) {
+                return None;
+            }
+            own = cell.own.get_or_init(|| self.cut(own, own.tape.prune(&region())));
+            (parts, half) = (&cell.parts, quarter);
         }
-        cell
+        Some(own)
+    }
+
+    /// The part of a cell whose tape holds within a region.
+    fn part(&self, own: &Own, region: &[Interval; 3]) -> Cell {
+        let bounded = own.tape.bound(region);
+        let is_free = bounded.range().lo > 0.0;
+        let own = if is_free { OnceLock::new() } else { self.cut(own, bounded.pruned()).into() };
+        Cell { is_free, own, parts: Default::default() }
+    }
+
+    /// What a part of a cell has, of which this is left.
+    fn cut(&self, own: &Own, left: Tape) -> Own {
+        self.pruned.fetch_add(1, Ordering::Relaxed);
+        self.kept.fetch_add(left.len() as u64, Ordering::Relaxed);
+        // One that is no less work is the same.
+        let (tape, work) = match left.work() {
+            less if less < own.work => (Arc::new(left), less),
+            _ => (own.tape.clone(), own.work),
+        };
+        let gains = work as f64 <= GAIN * own.work as f64;
+        Own::new(tape, work, if gains { 0 } else { own.vain + 1 })
     }
 }
 
@@ -180,23 +212,9 @@ impl Cells {
     }
 }
 
-impl Cell {
-    fn new(tape: Arc<Tape>, work: u64, is_free: bool, vain: u32) -> Cell {
+impl Own {
+    fn new(tape: Arc<Tape>, work: u64, vain: u32) -> Own {
         let is_open = vain < PATIENCE && work >= SHORT && tape.has_choices();
-        Cell { tape, work, is_free, vain, is_open, parts: Default::default() }
-    }
-
-    /// The part around `centre` whose tape holds within `half` along every axis.
-    fn part(&self, all: &Cells, centre: [f64; 3], half: f64) -> Cell {
-        let (tape, range) = self.tape.prune_and_bound(&centre.map(|c| Interval::around(c, half)));
-        all.pruned.fetch_add(1, Ordering::Relaxed);
-        all.kept.fetch_add(tape.len() as u64, Ordering::Relaxed);
-        // One that is no less work is the same.
-        let (tape, work) = match tape.work() {
-            less if less < self.work => (Arc::new(tape), less),
-            _ => (self.tape.clone(), self.work),
-        };
-        let gains = work as f64 <= GAIN * self.work as f64;
-        Cell::new(tape, work, range.lo > 0.0, if gains { 0 } else { self.vain + 1 })
+        Own { tape, work, vain, is_open }
     }
 }

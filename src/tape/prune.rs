@@ -17,17 +17,16 @@ use crate::op::{Op, Ramp};
 use std::sync::Arc;
 
 impl Tape {
-    /// The tape with everything dropped that cannot matter within `region`. Equals the full tape
-    /// there, bit for bit but for the sign of a zero.
+    /// The tape [without](Bounded::pruned) what cannot matter in a region.
     pub fn prune(self: &Arc<Tape>, region: &[Interval; 3]) -> Tape {
-        self.prune_and_bound(region).0
+        self.bound(region).pruned()
     }
 
-    /// The same, and what encloses the first output there wherever that has a value.
-    pub fn prune_and_bound(self: &Arc<Tape>, region: &[Interval; 3]) -> (Tape, Interval) {
+    /// What encloses the values of the tape's instructions in `region`.
+    pub fn bound(self: &Arc<Tape>, region: &[Interval; 3]) -> Bounded {
         let mut ranges = Evaluator::keeping_all(self.clone());
-        let range = *ranges.eval(region);
-        (self.kept(&ranges), range)
+        ranges.eval(region);
+        Bounded(ranges)
     }
 
     /// Whether there is anything that pruning might decide.
@@ -37,33 +36,6 @@ impl Tape {
             Instr::Flow(flowed, _) => inner::may_rest(flowed),
             _ => false,
         })
-    }
-
-    /// What is left where so much is known. Instructions are looked at from the last to the first, and
-    /// only those that something that stays reads: of a solid that lies elsewhere, none is.
-    fn kept(&self, ranges: &Evaluator<Interval>) -> Tape {
-        let facts = Facts::new(&self.code, ranges);
-        let mut fates = vec![Fate::Goes; self.code.len()];
-        let stays = |fates: &mut [Fate], slot: u32| {
-            let fate = &mut fates[slot as usize];
-            if matches!(fate, Fate::Goes) {
-                *fate = Fate::Stays;
-            }
-        };
-        self.outputs.iter().for_each(|&o| stays(&mut fates, o));
-        for slot in (0..self.code.len()).rev() {
-            if matches!(fates[slot], Fate::Goes) {
-                continue;
-            }
-            let fate = facts.fate(slot);
-            match &fate {
-                Fate::Stays | Fate::Rests(_) => self.code[slot].each_arg(|a| stays(&mut fates, a)),
-                Fate::Is(a) => stays(&mut fates, *a),
-                Fate::Goes | Fate::Number(_) => {}
-            }
-            fates[slot] = fate;
-        }
-        self.with(&fates)
     }
 
     /// The code after its fate.
@@ -95,6 +67,47 @@ impl Tape {
             moved[slot] = code.len() as u32 - 1;
         }
         Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect(), origins)
+    }
+}
+
+/// A tape, and what encloses the values of its instructions in a region.
+pub struct Bounded(Evaluator<Interval>);
+
+impl Bounded {
+    /// Encloses the first output wherever that has a value.
+    pub fn range(&self) -> Interval {
+        *self.0.output(0)
+    }
+
+    /// The tape with everything dropped that cannot matter in the region. Equals the full tape there, bit for bit but
+    /// for the sign of a zero.
+    ///
+    /// Instructions are looked at from the last to the first, and only those that something that stays reads: of a
+    /// solid that lies elsewhere, none is.
+    pub fn pruned(&self) -> Tape {
+        let tape = self.0.tape();
+        let facts = Facts::new(&tape.code, &self.0);
+        let mut fates = vec![Fate::Goes; tape.code.len()];
+        let stays = |fates: &mut [Fate], slot: u32| {
+            let fate = &mut fates[slot as usize];
+            if matches!(fate, Fate::Goes) {
+                *fate = Fate::Stays;
+            }
+        };
+        tape.outputs.iter().for_each(|&o| stays(&mut fates, o));
+        for slot in (0..tape.code.len()).rev() {
+            if matches!(fates[slot], Fate::Goes) {
+                continue;
+            }
+            let fate = facts.fate(slot);
+            match &fate {
+                Fate::Stays | Fate::Rests(_) => tape.code[slot].each_arg(|a| stays(&mut fates, a)),
+                Fate::Is(a) => stays(&mut fates, *a),
+                Fate::Goes | Fate::Number(_) => {}
+            }
+            fates[slot] = fate;
+        }
+        tape.with(&fates)
     }
 }
 

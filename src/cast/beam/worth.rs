@@ -17,7 +17,7 @@ const LITTLE: u64 = 256;
 const COARSE: f64 = 500.0;
 
 /// An evaluation for a single ray is at least as much work as this.
-const ONE: u64 = 60;
+const ONE: u64 = 30;
 
 /// A piece that is twice as long is worth looking at if it is no more work than this many times as much.
 const MORE: f64 = 1.2;
@@ -34,20 +34,18 @@ pub(super) fn worthwhile(
     if cells.is_uniform() {
         return Some((piece, 0));
     }
+    // None where a piece is free.
     let work = |piece: Piece| {
         let (at, reach) = around(piece);
         cells.work_around(at, reach)
     };
-    let own = work(piece);
-    if own <= LITTLE {
-        return Some((piece, own));
+    match work(piece) {
+        Some(own) if own <= LITTLE => Some((piece, own)),
+        _ => {
+            let near = skip_free(march, tolerance, work)?;
+            Some(widened(march, near, |piece| work(piece).unwrap_or(0)))
+        }
     }
-    let is_free = |piece: Piece| {
-        let (at, reach) = around(piece);
-        cells.is_free_around(at, reach)
-    };
-    let near = skip_free(march, tolerance, is_free, |piece| work(piece) <= LITTLE)?;
-    Some(widened(march, near, work))
 }
 
 /// Whether a piece of so much work that serves `rays` rays is more than they would have to do by themselves,
@@ -61,28 +59,24 @@ pub(super) fn is_too_much(
 ) -> bool {
     let rays = rays as u64;
     let (at, t) = from;
-    work > ONE * rays && work > cells.work_around(at, COARSE * tolerance.at(t)) * rays
+    work > ONE * rays && work > cells.work_around(at, COARSE * tolerance.at(t)).unwrap_or(0) * rays
 }
 
 /// Leaves free cells behind, in strides that double while they are and are halved where they are not; down
 /// to a pixel, or to where little is close by. Returns the last stride, or nothing at the end of the line.
-fn skip_free(
-    march: &mut March,
-    tolerance: Tolerance,
-    is_free: impl Fn(Piece) -> bool,
-    is_little: impl Fn(Piece) -> bool,
-) -> Option<f64> {
+fn skip_free(march: &mut March, tolerance: Tolerance, work: impl Fn(Piece) -> Option<u64>) -> Option<f64> {
     let least = |from: f64| (COARSE * tolerance.at(from)).max(64.0 * f64::EPSILON * from.abs() + 1e-300);
     let mut half = (0.5 * march.stretch).max(least(march.free));
     loop {
         let piece = Piece::new(march.free + half, half);
-        if march.inside.is_infinite() && is_free(piece) {
+        let work = work(piece);
+        if march.inside.is_infinite() && work.is_none() {
             march.skip(piece.mid + half);
             half *= 2.0;
             if march.free >= march.far {
                 return None;
             }
-        } else if half < least(march.free) || is_little(piece) {
+        } else if half < least(march.free) || work.is_none_or(|work| work <= LITTLE) {
             return Some(half);
         } else {
             half *= 0.5;
