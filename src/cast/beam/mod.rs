@@ -42,6 +42,10 @@ const WIDEST: usize = 64;
 /// and where parts of it matter in some places only: what is far from all of them is long to evaluate.
 const WIDEST_OF_PARTS: usize = 1024;
 
+/// Rays of the smallest beams; and where there are parts: much is close to a beam that is not close to its rays.
+const SMALLEST: usize = 2;
+const SMALLEST_OF_PARTS: usize = 5;
+
 /// Parts that a beam is cut into.
 const PARTS: usize = 4;
 
@@ -96,38 +100,46 @@ impl AsMut<Bundle> for Beam {
 }
 
 impl Beam {
-    /// Cuts the beam into parts, or into rays.
+    /// Cuts the beam into parts, or into rays where these would be fewer than `smallest`.
     fn cut(
         &self,
         (rays, lines): (&[Ray], &[Line]),
-        want: Want,
+        (want, smallest): (Want, usize),
         (parts, thin): (&mut Vec<Beam>, &mut Vec<Thin>),
         out: &mut [Hit],
     ) {
-        let Bundle { frame, march, .. } = &self.bundle;
         for all in quarters(self.rays.clone()) {
             let Some(range) = trimmed(rays, all) else { continue };
-            if range.len() > 1 {
-                let section = Section::around(frame, &lines[range.clone()]);
+            if range.len() >= smallest {
+                let section = Section::around(&self.bundle.frame, &lines[range.clone()]);
                 match self.bundle.onward(section, range.len()) {
                     Some(bundle) => parts.push(Beam { rays: range, bundle }),
                     None => out[range].fill(Hit::MISS),
                 }
-            } else {
-                let (ray, line) = (&rays[range.start], &lines[range.start]);
-                let distance = |depth: f64| line.distance(depth);
-                let free = march.free;
-                let near = distance(free - frame.hair(free)).max(ray.near);
-                if near > ray.far {
-                    out[range.start] = Hit::MISS;
-                    continue;
+                continue;
+            }
+            for i in range.filter(|&i| is_real(&rays[i])) {
+                match self.onward(i, (&rays[i], &lines[i]), want) {
+                    Some(ray) => thin.push(ray),
+                    None => out[i] = Hit::MISS,
                 }
-                let stretch = distance(free + march.stretch) - distance(free);
-                let root = self.bundle.root(&line.place).map(distance);
-                let left = Ray { near, ..*ray };
-                thin.push(Thin::new(range.start, left, want.march(&left, stretch, root)));
             }
         }
+    }
+
+    /// A ray of the beam, which goes on alone; `None` where it ends before the beam did.
+    fn onward(&self, number: usize, (ray, line): (&Ray, &Line), want: Want) -> Option<Thin> {
+        let Bundle { frame, march, .. } = &self.bundle;
+        let distance = |depth: f64| line.distance(depth);
+        let free = march.free;
+        let near = distance(free - frame.hair(free)).max(ray.near);
+        if near > ray.far {
+            return None;
+        }
+        let stretch = distance(free + march.stretch) - distance(free);
+        let root = self.bundle.root(&line.place).map(distance);
+        let left = Ray { near, ..*ray };
+        Some(Thin::new(number, left, want.march(&left, stretch, root)))
     }
 }
 
@@ -290,12 +302,13 @@ impl Beams {
         self.gather(rays, want, out);
         while !self.memory.beams.is_empty() {
             self.march_beams(stats, cancel);
+            let smallest = if self.cells.is_uniform() { SMALLEST } else { SMALLEST_OF_PARTS };
             let Memory { beams, parts, lines, thin, .. } = &mut self.memory;
             for beam in beams.iter() {
                 match (beam.bundle.state, beam.bundle.closed()) {
                     (State::Free, _) => out[beam.rays.clone()].fill(Hit::MISS),
                     (_, Some(answer)) => stats.hits += beam.close(answer, (rays, lines), thin, out),
-                    (State::Ended, _) => beam.cut((rays, lines), want, (parts, thin), out),
+                    (State::Ended, _) => beam.cut((rays, lines), (want, smallest), (parts, thin), out),
                     // Given up.
                     (State::Marching, _) => {}
                 }
