@@ -152,17 +152,17 @@ struct Middles {
 }
 
 impl Middles {
-    #[inline(always)]
     fn new<K: Kernel>(kernel: &K, at: &Vector) -> Self {
-        let (mut value, mut grad, mut hess) = ([0.0; BALLS], [[0.0; BALLS]; 3], [[0.0; BALLS]; 6]);
-        let out = Jets {
-            value: &mut value,
-            grad: Some(grad.each_mut().map(|g| &mut g[..])),
-            hess: Some(hess.each_mut().map(|h| &mut h[..])),
-        };
-        kernel.jets([&at[0].0, &at[1].0, &at[2].0], out);
         let size = at[0].abs().larger(at[1].abs()).larger(at[2].abs());
-        Middles { value: Pack(value), grad: grad.map(Pack), hess: hess.map(Pack), size }
+        let (value, grad, hess) = (Pack::ZERO, [Pack::ZERO; 3], [Pack::ZERO; 6]);
+        let mut out = Middles { value, grad, hess, size };
+        let jets = Jets {
+            value: &mut out.value.0,
+            grad: Some(out.grad.each_mut().map(|g| &mut g.0[..])),
+            hess: Some(out.hess.each_mut().map(|h| &mut h.0[..])),
+        };
+        kernel.jets([&at[0].0, &at[1].0, &at[2].0], jets);
+        out
     }
 }
 
@@ -233,20 +233,16 @@ impl Stage {
                 let off = 2.0 * (error[1] + ROUNDOFF * g);
                 let blur = 3.0 * error[2] + 2.0 * ROUNDOFF * curved;
                 let bow = factor * (0.5 * third * r + off + blur * r);
-                *self = Stage {
-                    velocity: [k * middles.grad[0], k * middles.grad[1], k * middles.grad[2]],
-                    slope: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
-                    hess: None,
-                    bow,
-                    rest: bow,
-                    spread: factor * ((steep * r).least(bounds.lipschitz * all + g) + off),
-                    steep: factor * steep,
-                    bent: factor * bounds.third * all,
-                    turn: factor * (third.least(hessian + curved) + blur),
-                    off: factor * off,
-                    blur: factor * blur,
-                    loose: Pack::ZERO,
-                };
+                // One by one: `hess` is not worth copying.
+                self.velocity = [k * middles.grad[0], k * middles.grad[1], k * middles.grad[2]];
+                self.slope = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+                self.hess = None;
+                (self.bow, self.rest, self.off, self.blur) = (bow, bow, factor * off, factor * blur);
+                self.spread = factor * ((steep * r).least(bounds.lipschitz * all + g) + off);
+                self.steep = factor * steep;
+                self.bent = factor * bounds.third * all;
+                self.turn = factor * (third.least(hessian + curved) + blur);
+                self.loose = Pack::ZERO;
             },
         );
     }

@@ -142,6 +142,27 @@ impl Noise {
         (self.kind, self.lattice, self.frequency.to_bits(), self.part)
     }
 
+    /// Jets of the value at points, `B` of them at a time, which is a batch at most.
+    fn scaled_jets<const B: usize>(&self, at: [&[f64]; 3], out: &mut Jets<'_>) {
+        let k = self.frequency;
+        for start in (0..at[0].len()).step_by(B) {
+            let scaled = widest(
+                #[inline(always)]
+                || gather::<B>(at, start, |p| p.map(|x| x * k)),
+            );
+            let mut part = batch(out, start);
+            let count = part.value.len();
+            self.kind.jets(&self.lattice, [0, 1, 2].map(|axis| &scaled[axis][..count]), batch(&mut part, 0));
+            widest(
+                #[inline(always)]
+                || {
+                    part.grad.into_iter().flatten().flatten().for_each(|g| *g *= k);
+                    part.hess.into_iter().flatten().flatten().for_each(|h| *h *= k * k);
+                },
+            );
+        }
+    }
+
     /// Half the step of differences along an axis: 2^-18 cells.
     fn step(&self) -> f64 {
         1.0 / (262_144.0 * self.frequency)
@@ -151,12 +172,19 @@ impl Noise {
 /// Points whose scaled coordinates are held at a time.
 pub(crate) const BATCH: usize = 64;
 
+/// Of so few points a whole batch is mostly room.
+const SMALL_BATCH: usize = 8;
+
 /// Copies one batch of coordinates through `map`, which sees a point at a time.
 #[inline(always)]
-pub(crate) fn gather(at: [&[f64]; 3], start: usize, map: impl Fn([f64; 3]) -> [f64; 3]) -> [[f64; BATCH]; 3] {
-    let count = (at[0].len() - start).min(BATCH);
+pub(crate) fn gather<const B: usize>(
+    at: [&[f64]; 3],
+    start: usize,
+    map: impl Fn([f64; 3]) -> [f64; 3],
+) -> [[f64; B]; 3] {
+    let count = (at[0].len() - start).min(B);
     let [x, y, z] = at.map(|at| &at[start..start + count]);
-    let mut scaled = [[0.0; BATCH]; 3];
+    let mut scaled = [[0.0; B]; 3];
     let [u, v, w] = &mut scaled;
     for i in 0..count {
         [u[i], v[i], w[i]] = map([x[i], y[i], z[i]]);
@@ -247,22 +275,10 @@ impl Kernel for Noise {
             return Slope::new(&self.whole(), axis, self.step()).jets(at, out);
         }
         count(at[0].len());
-        let k = self.frequency;
-        for start in (0..at[0].len()).step_by(BATCH) {
-            let scaled = widest(
-                #[inline(always)]
-                || gather(at, start, |p| p.map(|x| x * k)),
-            );
-            let mut part = batch(&mut out, start);
-            let count = part.value.len();
-            self.kind.jets(&self.lattice, [0, 1, 2].map(|axis| &scaled[axis][..count]), batch(&mut part, 0));
-            widest(
-                #[inline(always)]
-                || {
-                    part.grad.into_iter().flatten().flatten().for_each(|g| *g *= k);
-                    part.hess.into_iter().flatten().flatten().for_each(|h| *h *= k * k);
-                },
-            );
+        if at[0].len() <= SMALL_BATCH {
+            self.scaled_jets::<SMALL_BATCH>(at, &mut out);
+        } else {
+            self.scaled_jets::<BATCH>(at, &mut out);
         }
     }
 

@@ -167,7 +167,7 @@ impl Kernel for Octave {
             let placed = widest(
                 #[inline(always)]
                 || {
-                    gather(
+                    gather::<BATCH>(
                         at,
                         start,
                         #[inline(always)]
