@@ -109,7 +109,7 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
         if reach < 0.02 && at.iter().all(|c| c.abs() < 1.0) {
             short.push(part.len());
         }
-        let is_free = cells.is_free_around(at, reach);
+        let is_free = cells.work_around(at, reach).is_none();
         free += u32::from(is_free);
         less.turn_to(part);
         for _ in 0..4 {

@@ -4,7 +4,8 @@
 //! it. So what is close to a place is evaluated there and nothing else, however many parts a scene has.
 //! Cells are made when they are first asked for, each by itself, and serve whoever asks later, on any
 //! thread: what a cell holds depends on nothing but where it is. A cell also knows whether it is free of
-//! the solid, so that rays may pass it without an evaluation of their own.
+//! the solid, so that rays may pass it without an evaluation of their own; one that is free has no tape until somebody
+//! wants it.
 //!
 //! Cells are *loose*: the tape of a cell holds within twice its size, so that for every ball there is a
 //! cell of about the ball's size that has all of it, also next to the faces of larger cells (Ulrich's
