@@ -357,11 +357,12 @@ fn auto(
         most.push(along_pieces * spent / at_points);
         spent >= enough
     });
+    let Some(&all) = most.last() else { return beams };
     let is_lost = |i: usize, spent: f64| {
-        let is_hopeless = i + 1 >= BEFORE_HOPELESS && spent > HOPELESS * most[i];
-        is_hopeless || most.last().is_some_and(|&most| spent >= most)
+        let is_hopeless = most[i] >= TELLING * all && spent > HOPELESS * most[i];
+        is_hopeless || spent >= all
     };
-    if most.is_empty() || trial(&mut *balls, &typical[..most.len()], cancel, is_lost) {
+    if trial(&mut *balls, &typical[..most.len()], cancel, is_lost) {
         return beams;
     }
     // Balls that take so long to find are worth sharing.
@@ -387,9 +388,10 @@ const STEEP: f64 = 1e4;
 /// Nanoseconds, as [`costs`] counts them, after which a trial takes no further bundle.
 const PATIENCE: f64 = 1e10;
 
-/// After so many bundles a trial is lost that takes so many times the work that it may.
-const BEFORE_HOPELESS: usize = 3;
+/// A trial is lost before its end once it has taken so many times the work that it may, and has had this share of what
+/// it may in all.
 const HOPELESS: f64 = 2.0;
+const TELLING: f64 = 0.25;
 
 /// Casts bundles until one of them is reason to stop, and returns whether one was; `stop` gets the number of each and
 /// the work so far.

@@ -50,8 +50,12 @@ impl Part {
         let region = lattice.region(self.at, self.cells);
         let range = if self.tape.has_choices() {
             let bounded = self.tape.bound(&region);
-            let (shorter, range) = (bounded.pruned(), bounded.range());
+            let range = bounded.range();
+            if range.lo > 0.0 {
+                return None;
+            }
             // One that is as much work may be shared, which costs less.
+            let shorter = bounded.pruned();
             if shorter.work() < self.tape.work() {
                 self.tape = Arc::new(shorter);
             }

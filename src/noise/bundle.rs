@@ -123,11 +123,11 @@ impl Pointwise for Bundle<'_> {
                 if matches!(share, Share::Gone) {
                     break;
                 }
-                term.octave.jets(at, batch(&mut own, 0));
+                term.octave.jets(at, batch::<BATCH>(&mut own, 0));
                 widest(
                     #[inline(always)]
                     || {
-                        self.fold(batch(&mut own, 0));
+                        self.fold(batch::<BATCH>(&mut own, 0));
                         match &share {
                             Share::Part(weights) => add_part(term.amplitude, weights, &own, &mut total),
                             _ => add_whole(term.amplitude, &own, &mut total.space),
@@ -164,7 +164,7 @@ fn part<'a>(out: &'a mut Jets4<'_>, start: usize) -> Jets4<'a> {
     Jets4 {
         slope: out.slope.as_mut().map(|s| &mut s[start..end]),
         bend: out.bend.as_mut().map(|b| b.each_mut().map(|b| &mut b[start..end])),
-        space: batch(&mut out.space, start),
+        space: batch::<BATCH>(&mut out.space, start),
     }
 }
 

@@ -142,7 +142,7 @@ impl Noise {
         (self.kind, self.lattice, self.frequency.to_bits(), self.part)
     }
 
-    /// Jets of the value at points, `B` of them at a time, which is a batch at most.
+    /// Jets of the value at points, `B` of them at a time.
     fn scaled_jets<const B: usize>(&self, at: [&[f64]; 3], out: &mut Jets<'_>) {
         let k = self.frequency;
         for start in (0..at[0].len()).step_by(B) {
@@ -150,9 +150,13 @@ impl Noise {
                 #[inline(always)]
                 || gather::<B>(at, start, |p| p.map(|x| x * k)),
             );
-            let mut part = batch(out, start);
+            let mut part = batch::<B>(out, start);
             let count = part.value.len();
-            self.kind.jets(&self.lattice, [0, 1, 2].map(|axis| &scaled[axis][..count]), batch(&mut part, 0));
+            self.kind.jets(
+                &self.lattice,
+                [0, 1, 2].map(|axis| &scaled[axis][..count]),
+                batch::<B>(&mut part, 0),
+            );
             widest(
                 #[inline(always)]
                 || {
@@ -192,10 +196,10 @@ pub(crate) fn gather<const B: usize>(
     scaled
 }
 
-/// The part of `out` from `start`, at most a batch long.
+/// The part of `out` from `start`, at most `B` points.
 #[inline(always)]
-pub(crate) fn batch<'a>(out: &'a mut Jets<'_>, start: usize) -> Jets<'a> {
-    let end = (start + BATCH).min(out.value.len());
+pub(crate) fn batch<'a, const B: usize>(out: &'a mut Jets<'_>, start: usize) -> Jets<'a> {
+    let end = (start + B).min(out.value.len());
     Jets {
         value: &mut out.value[start..end],
         grad: out.grad.as_mut().map(|g| g.each_mut().map(|g| &mut g[start..end])),

@@ -175,9 +175,9 @@ impl Kernel for Octave {
                     )
                 },
             );
-            let mut part = batch(&mut out, start);
+            let mut part = batch::<BATCH>(&mut out, start);
             let count = part.value.len();
-            noise.jets([0, 1, 2].map(|axis| &placed[axis][..count]), batch(&mut part, 0));
+            noise.jets([0, 1, 2].map(|axis| &placed[axis][..count]), batch::<BATCH>(&mut part, 0));
             widest(
                 #[inline(always)]
                 || placement.turn_back(k, part),

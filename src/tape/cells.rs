@@ -51,7 +51,7 @@ pub struct Cells {
 struct Cell {
     /// Whether the field is known to be above zero wherever the cell's tape holds and there is a value.
     is_free: bool,
-    /// There from the beginning, but for cells that are free: most of these are passed, and theirs are long.
+    /// Free cells may have none yet: most of them are passed, and theirs are long.
     own: OnceLock<Own>,
     parts: Parts,
 }
@@ -69,6 +69,14 @@ struct Own {
     vain: u32,
     /// Whether it is worth cutting.
     is_open: bool,
+}
+
+/// The cells that a search for a smaller one goes through.
+#[derive(Clone, Copy, PartialEq)]
+enum Through {
+    All,
+    /// Those that are not free.
+    Occupied,
 }
 
 /// What pruning has gained so far.
@@ -135,18 +143,18 @@ impl Cells {
 
     /// A tape that equals the whole one within `reach` of a place along every axis.
     pub fn tape_around(&self, at: [f64; 3], reach: f64) -> &Arc<Tape> {
-        let own = self.descend(at, reach, |_| false);
+        let own = self.descend(at, reach, Through::All);
         &own.unwrap_or(&self.whole).tape
     }
 
     /// How much [work](Tape::work) that tape is, or nothing where there is known to be no solid.
     pub fn work_around(&self, at: [f64; 3], reach: f64) -> Option<u64> {
-        Some(self.descend(at, reach, |cell| cell.is_free)?.work)
+        Some(self.descend(at, reach, Through::Occupied)?.work)
     }
 
-    /// The own tape of the smallest cell that has all within `reach` of a place; nothing where that is in a cell which
-    /// `passes` says is not worth one.
-    fn descend(&self, at: [f64; 3], reach: f64, passes: impl Fn(&Cell) -> bool) -> Option<&Own> {
+    /// The own tape of the smallest cell that has all within `reach` of a place; nothing where the way there ends at one
+    /// that is free.
+    fn descend(&self, at: [f64; 3], reach: f64, through: Through) -> Option<&Own> {
         let (mut own, mut parts) = (&self.whole, &self.parts);
         let (mut centre, mut half) = (self.centre, self.half);
         let off = (0..3).map(|axis| (at[axis] - centre[axis]).abs()).fold(0.0, f64::max);
@@ -168,8 +176,8 @@ impl Cells {
                 centre[axis] += if above { quarter } else { -quarter };
             }
             let region = || centre.map(|c| Interval::around(c, half));
-            let cell = parts[index].get_or_init(|| Box::new(self.part(own, &region())));
-            if passes(cell) {
+            let cell = parts[index].get_or_init(|| Box::new(self.part(own, &region(), through)));
+            if cell.is_free && through == Through::Occupied {
                 return None;
             }
             own = cell.own.get_or_init(|| self.cut(own, own.tape.prune(&region())));
@@ -179,10 +187,11 @@ impl Cells {
     }
 
     /// The part of a cell whose tape holds within a region.
-    fn part(&self, own: &Own, region: &[Interval; 3]) -> Cell {
+    fn part(&self, own: &Own, region: &[Interval; 3], through: Through) -> Cell {
         let bounded = own.tape.bound(region);
         let is_free = bounded.range().lo > 0.0;
-        let own = if is_free { OnceLock::new() } else { self.cut(own, bounded.pruned()).into() };
+        let is_passed = is_free && through == Through::Occupied;
+        let own = if is_passed { OnceLock::new() } else { self.cut(own, bounded.pruned()).into() };
         Cell { is_free, own, parts: Default::default() }
     }
 
