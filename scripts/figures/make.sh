@@ -127,9 +127,11 @@ topology 8.15a 8.14 kept --set height=8e-4 --set slope=1.5 --size 456x276
 topology 8.15b 8.14 kept --set height=1.6e-3 --set slope=3 --size 456x276
 
 # Chapter 9: spheres that flow gently; a solid that falls to pieces, as it is and without the pieces; an overhang, and the
-# ground before it grew; overhangs all over a ground. A minute or two each, overhangs ten.
+# ground before it grew; overhangs all over a ground. A minute or two each, the strongest flow three, overhangs ten.
 picture 9.8a 9.08 --set alpha=0.1 --size 400x400
 picture 9.9a 9.09 --set alpha=0.01 --size 400x400
+picture 9.9b 9.09 --set alpha=0.025 --size 400x400
+picture 9.9c 9.09 --set alpha=0.04 --size 400x400
 picture 9.11a 9.11 --set flowing=off --set whole=off
 picture 9.11c 9.11 --set flowing=off
 picture 9.12a 9.12 --size 228x138
@@ -139,8 +141,6 @@ picture 9.14 9.13 --set cone=1
 # Strong flows, and flows of detail, take hours in all: only if they are asked for.
 if [ "$wanted" != "  " ]; then
     picture 9.8b 9.08 --set alpha=0.5 --size 200x200
-    picture 9.9b 9.09 --set alpha=0.025 --size 200x200
-    picture 9.9c 9.09 --set alpha=0.04 --size 200x200
     picture 9.10a 9.10 --set alpha=0.1 --caster bent --size 200x200
     picture 9.10b 9.10 --size 200x200
     picture 9.11b 9.11 --set whole=off --size 200x200
