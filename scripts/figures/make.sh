@@ -127,7 +127,7 @@ topology 8.15a 8.14 kept --set height=8e-4 --set slope=1.5 --size 456x276
 topology 8.15b 8.14 kept --set height=1.6e-3 --set slope=3 --size 456x276
 
 # Chapter 9: spheres that flow gently; a solid that falls to pieces, as it is and without the pieces; an overhang, and the
-# ground before it grew; overhangs all over a ground. A minute or two each, the strongest flow three, overhangs ten.
+# ground before it grew; overhangs all over a ground. A minute or two each, the strongest flow some, overhangs ten.
 picture 9.8a 9.08 --set alpha=0.1 --size 400x400
 picture 9.9a 9.09 --set alpha=0.01 --size 400x400
 picture 9.9b 9.09 --set alpha=0.025 --size 400x400

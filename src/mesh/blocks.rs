@@ -48,25 +48,22 @@ impl Part {
     /// The part with its tape pruned, unless there is no surface in it.
     fn narrowed(mut self, lattice: &Lattice, ranges: &mut Evaluator<Interval>) -> Option<Part> {
         let region = lattice.region(self.at, self.cells);
-        let range = if self.tape.has_choices() {
-            let bounded = self.tape.bound(&region);
-            let range = bounded.range();
-            if range.lo > 0.0 {
-                return None;
-            }
-            // One that is as much work may be shared, which costs less.
-            let shorter = bounded.pruned();
-            if shorter.work() < self.tape.work() {
-                self.tape = Arc::new(shorter);
-            }
-            range
-        } else {
-            *ranges.turn_to(&self.tape).eval(&region)
+        let bounded = self.tape.has_choices().then(|| self.tape.bound(&region));
+        let range = match &bounded {
+            Some(bounded) => bounded.range(),
+            None => *ranges.turn_to(&self.tape).eval(&region),
         };
+        if range.lo > 0.0 {
+            return None;
+        }
+        // One that is as much work may be shared, which costs less.
+        let shorter = bounded.map(|bounded| bounded.pruned());
+        if let Some(shorter) = shorter.filter(|shorter| shorter.work() < self.tape.work()) {
+            self.tape = Arc::new(shorter);
+        }
         // What is undefined is empty, so that a part is full only if the field has a value everywhere.
-        let is_empty = range.lo > 0.0;
         let is_full = range.hi < 0.0 && self.tape.is_defined(&region);
-        (!is_empty && !is_full).then_some(self)
+        (!is_full).then_some(self)
     }
 
     fn eighths(&self, lattice: &Lattice) -> impl Iterator<Item = Part> + use<'_> {
