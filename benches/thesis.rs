@@ -23,7 +23,7 @@ mod view;
 use orogen::cast::{CastStats, Hit, Kind, Ray, caster};
 use orogen::expr::NodeId;
 use orogen::field::{Field, lipschitz_outside};
-use orogen::noise::{Kind as NoiseKind, Noise, Setting, Settings};
+use orogen::noise::{Kind as NoiseKind, Noise, Setting, Settings, evaluated};
 use orogen::scene::Aabb;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
@@ -158,40 +158,43 @@ fn table(published: &Published, size: usize) {
         lipschitz_outside(&field, &region)
     );
     println!(
-        "| caster | evaluations/ray, printed | all rays | rays within bounds | backtracks | time, printed | CPU s | hits |"
+        "| caster | evaluations/ray, printed | all rays | rays within bounds | octaves | backtracks | time, printed | CPU s | hits |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|");
     let typical: Vec<Vec<Ray>> =
         rays.chunks(64).step_by((rays.len() / 640).max(1)).map(<[Ray]>::to_vec).collect();
     for (i, (kind, name)) in CASTERS.into_iter().enumerate() {
         let [evaluations, time] = published.printed.get(i).copied().unwrap_or(["", ""]);
-        let Some((stats, seconds)) = cast(kind, &mut field, &region, &rays, &typical) else {
-            println!("| {name} | {evaluations} | has no bound | | | {time} | | |");
+        let Some((stats, octaves, seconds)) = cast(kind, &mut field, &region, &rays, &typical) else {
+            println!("| {name} | {evaluations} | has no bound | | | | {time} | | |");
             continue;
         };
         let [all, met] = [size * size, real.len()].map(|n| stats.evaluations as f64 / n as f64);
+        let octaves = octaves as f64 / real.len() as f64;
         let backtracks = stats.backtracks as f64 / real.len() as f64;
         let hits = stats.hits;
         println!(
-            "| {name} | {evaluations} | {all:.2} | {met:.2} | {backtracks:.2} | {time} | {seconds:.1} | {hits} |"
+            "| {name} | {evaluations} | {all:.2} | {met:.2} | {octaves:.2} | {backtracks:.2} | {time} | \
+             {seconds:.1} | {hits} |"
         );
     }
 }
 
-/// What casting cost, and how many seconds it took.
+/// What casting cost, how many octaves of noise it evaluated, and how many seconds it took.
 fn cast(
     kind: Kind,
     field: &mut Field,
     region: &Aabb,
     rays: &[Ray],
     typical: &[Vec<Ray>],
-) -> Option<(CastStats, f64)> {
+) -> Option<(CastStats, u64, f64)> {
     let mut caster = caster(kind, field, region, typical).ok()?;
+    let before = evaluated();
     let mut stats = CastStats::default();
     let watch = view::Stopwatch::start();
     for group in rays.chunks(4096) {
         let mut hits = vec![Hit::MISS; group.len()];
         caster.first_hits(group, &mut hits, &mut stats, &AtomicBool::new(false));
     }
-    Some((stats, watch.seconds()))
+    Some((stats, evaluated() - before, watch.seconds()))
 }
