@@ -138,6 +138,7 @@ fn usage_errors_exit_with_2_and_show_how() {
 fn topology_reports_what_is_proven() {
     let bench = Bench::new(&[
         ("ball.rhai", BALL),
+        ("hollow.rhai", "max(sphere(1.0), -sphere(0.5))"),
         ("cut.rhai", "scene(#{ surface: sphere(1.0), bounds: 0.9 })"),
         ("thin.rhai", "scene(#{ surface: sphere(1.0), bounds: [[-2, -2, -2], [2, 2, -1.99999]] })"),
         ("contact.rhai", "min(sphere(1.0), sphere(0.5).translate([1.5, 0, 0]))"),
@@ -154,6 +155,12 @@ fn topology_reports_what_is_proven() {
     assert_eq!((&ball["certified"], &ball["components"][0]["genus"]), (&true.into(), &0.into()));
     let [lo, hi] = [0, 1].map(|i| ball["components"][0]["volume"][i].as_f64().unwrap());
     assert!(lo < 4.18879 && 4.18879 < hi && hi < 1.01 * lo, "{lo} {hi}");
+    assert_eq!((&ball["components"][0]["voids"], &ball["voids"]), (&0.into(), &serde_json::Value::Null));
+    let hollow = report("hollow.rhai --voids");
+    let void = &hollow["voids"]["list"][0];
+    assert_eq!((&hollow["voids"]["certified"], &void["component"]), (&true.into(), &0.into()));
+    assert!(void["volume"][1].as_f64().is_some_and(|volume| volume > 0.52), "{void}");
+    has(&stdout(&bench.run("topology hollow.rhai --voids").success()), &["1 component, 1 void, certified"]);
     let cut = report("cut.rhai");
     assert_eq!((&cut["certified"], &cut["certified_within_bounds"]), (&false.into(), &true.into()));
     assert_eq!(cut["undecided"]["cut"], 1);

@@ -79,6 +79,19 @@ fn numbers_of_every_kind_work_in_every_function() {
 }
 
 #[test]
+fn functions_see_coordinates_wherever_they_are() {
+    let mut i = interpreter();
+    for (input, shown) in [
+        ("let ring = |r| length(p) - r * TAU / PI; ring.call(0.5).at([3, 0, 4])", "4.0"),
+        ("fn maker(a) { |b| x * a + y * b } maker(2.0).call(3.0).at([1, 1, 0])", "5.0"),
+        ("let x = 7.0; let own = |y| x + y; own.call(1.0)", "8.0"),
+        ("[1.0, 2.0].map(|k| (k * z).at([0, 0, 2]))", "[2.0, 4.0]"),
+    ] {
+        assert_eq!(value(&mut i, input), shown, "{input}");
+    }
+}
+
+#[test]
 fn places_stay_right_over_many_inputs() {
     let mut i = interpreter();
     value(&mut i, "let a = 1;");

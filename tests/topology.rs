@@ -35,7 +35,7 @@ fn analysed(tape: &Arc<Tape>, region: Aabb) -> Complex {
 }
 
 /// Nothing from disk, and volumes.
-const FRESH: Purpose = Purpose { fresh: true, volumes: true };
+const FRESH: Purpose = Purpose { fresh: true, volumes: true, voids: false };
 
 fn complex(script: &str, half: f64) -> Complex {
     analysed(&tape(script), Aabb::cube(half))

@@ -123,7 +123,7 @@ pub fn setup(
     let entries = library::register(&mut engine, &host, &folder);
     let broken = |e: String| Box::new(Diagnostic::error(format!("the standard library does not load: {e}")));
     let globals = globals(&host).map_err(|f| broken(f.to_string()))?;
-    engine.register_global_module(globals.into());
+    resolve(&mut engine, globals);
     for (name, text) in modules::STD.iter().filter(|(name, _)| modules::PRELUDE.contains(name)) {
         let file = format!("std/{name}.rhai");
         loaded.source(&file, &Arc::from(*text));
@@ -133,9 +133,18 @@ pub fn setup(
     Ok(Setup { engine, host, loaded, entries })
 }
 
-/// `x y z p time` and a few numbers, as variables of a global module: functions and imported
-/// modules see those, though they see no variables of the script around them, and a variable or
+/// Functions, imported modules and functions without a name see globals, though the first two see no variables of the
+/// script around them, and the last take those that they see along: what is resolved here they need not. A variable or
 /// parameter of the same name still comes first.
+#[expect(deprecated, reason = "it may change with versions of the engine, and there is no other way")]
+fn resolve(engine: &mut Engine, globals: Module) {
+    engine.on_var(move |name, place, context| {
+        let is_local = place > 0 || context.scope().contains(name);
+        Ok(if is_local { None } else { globals.get_var(name) })
+    });
+}
+
+/// `x y z p time` and a few numbers.
 fn globals(host: &Host) -> Result<Module, super::fault::Fault> {
     let mut module = Module::new();
     for (name, input) in INPUTS {

@@ -9,7 +9,8 @@
 //!
 //! The counts of critical points by index give the Euler characteristic of each component, since a component is
 //! built from a cell for each: `minima - 1-saddles + 2-saddles - maxima`. It is `1 - handles + voids`; 2-saddles alone
-//! can close off a void, so that one without them has as many handles as that says.
+//! can close off a void, so that one without them has as many handles as that says. The others have when their
+//! [voids](super::voids) are known.
 
 use super::basin::{Basin, Basins, widest};
 use super::border::is_closed;
@@ -49,7 +50,10 @@ pub struct Component {
     pub lowest: f64,
     /// Euler characteristic.
     pub euler: i64,
-    /// Number of handles, where it follows: where all of it is known to be in the region, and it has no 2-saddles.
+    /// Number of voids, where it is known: where all of it is known to be in the region, and it has no 2-saddles, or
+    /// voids were looked for.
+    pub voids: Option<usize>,
+    /// Number of handles, where that of voids is known.
     pub genus: Option<i64>,
     /// A box around its critical points.
     #[serde(rename = "critical_bounds")]
@@ -210,15 +214,16 @@ impl Complex {
             (min, max) = (min.min(p.position), max.max(p.position));
         }
         let euler = euler(counts);
-        let genus = (counts[2] == 0 && !self.cut).then_some(1 - euler);
-        Component {
-            counts,
-            deepest,
-            lowest: self.points[deepest].value,
-            euler,
-            genus,
-            bounds: Aabb { min, max },
-        }
+        let (lowest, bounds) = (self.points[deepest].value, Aabb { min, max });
+        let component = Component { counts, deepest, lowest, euler, voids: None, genus: None, bounds };
+        if counts[2] == 0 && !self.cut { component.with_voids(0) } else { component }
+    }
+}
+
+impl Component {
+    /// The same, of which it is known how many voids it has.
+    pub fn with_voids(self, voids: usize) -> Component {
+        Component { voids: Some(voids), genus: Some(1 - self.euler + voids as i64), ..self }
     }
 }
 

@@ -40,9 +40,11 @@ mod search;
 mod separatrix;
 mod sets;
 mod verdict;
+mod voids;
 
 pub use border::is_closed;
 pub use complex::{Arc1, Complex, Component, Locator};
 pub use point::{CriticalPoint, Kind};
 pub use search::{Critical, Search, SearchStats, search};
 pub use separatrix::separatrices;
+pub use voids::{Void, Voids, voids_by_flood, voids_by_points};

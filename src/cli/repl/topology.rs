@@ -20,7 +20,7 @@ pub fn run(shell: &Shell, argument: Option<&str>) -> Outcome {
         doubts.iter().for_each(|d| drop(shell.say(d)));
         scene = before;
     }
-    let purpose = Purpose { fresh: false, volumes: true };
+    let purpose = Purpose { volumes: true, ..Purpose::default() };
     let analysis =
         shell.watched("topology", |watch| analyse(&scene, purpose, watch)).map_err(|e| shell.say(&e))?;
     let keep = match scene.surface.keep {

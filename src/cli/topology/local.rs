@@ -13,7 +13,7 @@ use glam::DVec3;
 /// That nothing is asked for but a picture.
 pub(super) fn check(args: &Args) -> Result<(), Failure> {
     let shows_all = matches!(args.show, Some(What::Components | What::Network));
-    if args.picture.output.is_none() || args.complex.is_some() || shows_all {
+    if args.picture.output.is_none() || args.complex.is_some() || args.voids || shows_all {
         let message = "component_of with `feature` finds out no more than a picture needs";
         let hint = "ask for one: -o planet.png --show specks, kept or triptych; or leave out `feature` to find everything";
         return Err(Failure::usage(message, hint));

@@ -37,6 +37,7 @@ use std::time::Instant;
 #[command(mut_arg("output", |output| output.help("Picture to write, .png or .exr; without it none is made")))]
 #[command(after_help = "Examples:
   orogen topology rock.rhai                            the report
+  orogen topology rock.rhai --voids                    with voids, and the genus of all components
   orogen topology rock.rhai --json rock.json           for programs; - for standard output
   orogen topology rock.rhai --complex rock.glb         the network as lines, or as .json
   orogen topology rock.rhai -o parts.png               a picture, each component in a colour
@@ -72,6 +73,11 @@ pub struct Args {
     /// Searches for critical points anew, even if they are on disk
     #[arg(long)]
     fresh: bool,
+
+    /// Finds voids, too, which are closed off from outside, and with them the genus of every component; takes
+    /// several times as long
+    #[arg(long)]
+    voids: bool,
 
     #[command(flatten)]
     picture: PictureOptions,
@@ -135,7 +141,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         return Ok(());
     }
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
-    let purpose = Purpose { fresh: args.fresh, volumes: true };
+    let purpose = Purpose { fresh: args.fresh, volumes: true, voids: args.voids };
     let found = session::on_threads(args.picture.threads, || analyse(&scene, purpose, &watch));
     progress.finish();
     let analysis = found.and_then(|a| a).map_err(|error| work::failure(error, &loaded, terminal))?;

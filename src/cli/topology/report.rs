@@ -4,7 +4,7 @@ use crate::cast::Ruling;
 use crate::cli::report::{count, out, plural};
 use crate::diag::Diagnostic;
 use crate::scene::Aabb;
-use crate::session::topology::{Analysis, Part};
+use crate::session::topology::{Analysis, Part, Void, Voids};
 use crate::topology::{Complex, Component, Kind, SearchStats};
 use glam::DVec3;
 use serde::Serialize;
@@ -23,6 +23,8 @@ pub struct Report<'a> {
     /// Whether these are all, and the components theirs.
     complete: bool,
     components: Vec<Line<'a>>,
+    /// If they were asked for.
+    voids: Option<Hollows>,
     undecided: Undecided,
     search: Option<SearchStats>,
     cells: usize,
@@ -50,6 +52,22 @@ struct Line<'a> {
     volume: [f64; 2],
     #[serde(flatten)]
     component: Option<&'a Component>,
+}
+
+/// What is said of voids.
+#[derive(Serialize)]
+struct Hollows {
+    /// Whether it is proven that these are all.
+    certified: bool,
+    list: Vec<Hollow>,
+}
+
+#[derive(Serialize)]
+struct Hollow {
+    /// The component that it is in, if that is known.
+    component: Option<usize>,
+    bounds: Aabb,
+    volume: [f64; 2],
 }
 
 /// What is not proven, by reason.
@@ -89,6 +107,7 @@ impl<'a> Report<'a> {
             critical_points: complex.map(Counts::new),
             complete: analysis.proven().is_some(),
             components: analysis.parts.iter().zip(kept).map(line).collect(),
+            voids: analysis.voids.as_ref().map(Hollows::new),
             undecided,
             search: complex.map(|c| c.stats),
             cells: analysis.flood.cells,
@@ -105,22 +124,23 @@ impl<'a> Report<'a> {
             (false, false) => "not certified",
         };
         let components = plural(self.components.len() as u64, "component");
+        let voids = self.voids.as_ref().map_or(String::new(), |voids| format!(", {voids}"));
         match &self.critical_points {
             Some(counts) if self.complete => {
                 out(counts);
-                out(format!("Euler characteristic {}, {components}, {certified}", counts.euler));
+                out(format!("Euler characteristic {}, {components}{voids}, {certified}", counts.euler));
             }
             Some(counts) => {
                 out(format!("{counts} found; there may be more"));
-                out(format!("{components}, {certified}"));
+                out(format!("{components}{voids}, {certified}"));
             }
-            None => out(format!("{components}, {certified}")),
+            None => out(format!("{components}{voids}, {certified}")),
         }
         if top == 0 || self.components.is_empty() {
             return;
         }
         let details = if self.complete {
-            "  minima  1-saddles  2-saddles  maxima  Euler  genus      lowest"
+            "  minima  1-saddles  2-saddles  maxima  Euler  voids  genus      lowest"
         } else {
             ""
         };
@@ -165,6 +185,24 @@ impl<'a> Report<'a> {
     }
 }
 
+impl Hollows {
+    fn new(voids: &Voids) -> Hollows {
+        let hollow = |void: &Void| Hollow {
+            component: void.part,
+            bounds: void.bounds,
+            volume: [void.volume.lo, void.volume.hi],
+        };
+        Hollows { certified: voids.certified, list: voids.list.iter().map(hollow).collect() }
+    }
+}
+
+impl std::fmt::Display for Hollows {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&plural(self.list.len() as u64, "void"))?;
+        f.write_str(if self.certified { "" } else { " (not proven)" })
+    }
+}
+
 impl Counts {
     fn new(complex: &Complex) -> Counts {
         let [minima, saddles1, saddles2, maxima] = complex.counts();
@@ -189,8 +227,12 @@ impl Line<'_> {
         let volume = enclosed(self.volume);
         let details = self.component.map_or(String::new(), |c| {
             let (Component { euler, lowest, .. }, [a, b, c2, d]) = (c, c.counts);
+            let voids = c.voids.map_or("?".to_owned(), |n| n.to_string());
             let genus = c.genus.map_or("?".to_owned(), |g| g.to_string());
-            format!(" {a:7} {b:10} {c2:10} {d:7} {euler:6} {genus:>6} {:>11}", significant(*lowest))
+            format!(
+                " {a:7} {b:10} {c2:10} {d:7} {euler:6} {voids:>6} {genus:>6} {:>11}",
+                significant(*lowest)
+            )
         });
         out(format!("{i:9} {volume:>21}{details}  {}", if self.kept { "yes" } else { "no" }));
     }

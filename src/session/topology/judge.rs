@@ -80,7 +80,7 @@ pub fn correction(
         let judge = Box::new(Joined(Seeker::new(local.clone())));
         return Ok(Correction { judge, warnings: Vec::new(), local: Some(local) });
     }
-    let purpose = Purpose { fresh: false, volumes: *keep == Keep::Most(Measure::Volume) };
+    let purpose = Purpose { volumes: *keep == Keep::Most(Measure::Volume), ..Purpose::default() };
     let analysis = stage::on_threads(threads, || known(scene, purpose, watch))??;
     let kept = kept(&analysis, keep)?;
     let warnings = unproven(&analysis, &kept).into_iter().collect();
@@ -97,7 +97,8 @@ pub fn labels(
     threads: Option<NonZeroUsize>,
     watch: &Watch<'_>,
 ) -> Result<Labels, Box<Diagnostic>> {
-    let purpose = Purpose { fresh: false, volumes: scene.surface.keep == Some(Keep::Most(Measure::Volume)) };
+    let purpose =
+        Purpose { volumes: scene.surface.keep == Some(Keep::Most(Measure::Volume)), ..Purpose::default() };
     Ok(stage::on_threads(threads, || known(scene, purpose, watch))??.labels.clone())
 }
 

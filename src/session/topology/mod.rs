@@ -9,6 +9,7 @@ mod picture;
 mod rulings;
 mod sieve;
 mod store;
+mod voids;
 
 pub use carried::origin;
 pub use judge::{Correction, correction, labels};
@@ -18,6 +19,7 @@ pub use parts::Part;
 pub use picture::{ARCS, COLORS, Show, local_picture, picture};
 pub use rulings::{kept, unproven};
 pub use sieve::{LeftOut, Sieve};
+pub use voids::{Void, Voids};
 
 use super::stage;
 use crate::diag::{Diagnostic, Place};
@@ -43,6 +45,8 @@ pub struct Analysis {
     pub flood: Arc<flood::Components>,
     /// Which of its components points belong to; to be cloned by each who asks.
     pub labels: Labels,
+    /// Its voids, if they were asked for.
+    pub voids: Option<Voids>,
     /// Why there is no complex, if there is none.
     pub rough: Option<Box<Diagnostic>>,
     /// Where in the script the solid is.
@@ -58,6 +62,8 @@ pub struct Purpose {
     pub fresh: bool,
     /// Volumes are of interest.
     pub volumes: bool,
+    /// Voids are, and the handles that follow.
+    pub voids: bool,
 }
 
 impl Analysis {
@@ -75,6 +81,9 @@ impl Analysis {
 /// Share of the work that the search for critical points is, about.
 const SEARCH: f64 = 0.7;
 
+/// Share of the work that the solid is where voids are found as well, about: around it is more to look through.
+const SOLID: f64 = 0.3;
+
 /// Cells of the octree beside a complex of which all is proven: it is there for speed alone.
 const BESIDE: Limits = Limits { cells: 1 << 17, depth: 8, least: 5, fine: 0 };
 
@@ -87,6 +96,21 @@ const INSTEAD: Limits = Limits { cells: 1 << 21, depth: 24, least: 5, fine: 8 };
 /// # Errors
 /// A diagnostic if the job was stopped.
 pub fn analyse(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis, Box<Diagnostic>> {
+    if !purpose.voids {
+        return parted(scene, purpose, watch);
+    }
+    let mut analysis = watch.part(0.0, SOLID, |watch| parted(scene, purpose, watch))?;
+    let voids = watch.part(SOLID, 1.0, |watch| voids::voids(scene, &analysis, watch))?;
+    let counts = voids::counts(&voids, analysis.parts.len()).into_iter().flatten();
+    for (part, voids) in analysis.parts.iter_mut().zip(counts) {
+        part.critical = part.critical.take().map(|component| component.with_voids(voids));
+    }
+    analysis.voids = Some(voids);
+    Ok(analysis)
+}
+
+/// Finds the parts of a solid.
+fn parted(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis, Box<Diagnostic>> {
     let (graph, root) = (&scene.graph, scene.surface.field);
     let region: Aabb = stage::region(scene, &mut Field::new(graph, root));
     let tape = Arc::new(Tape::new(graph, &[root]));
@@ -108,7 +132,7 @@ pub fn analyse(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Ana
     let place = graph.place(root).cloned();
     let flood = Arc::new(flood);
     let labels = Labels::new(&tape, proven.map(|complex| &**complex), &flood, names);
-    Ok(Analysis { tape, region, parts, complex, flood, labels, rough, place, remembered })
+    Ok(Analysis { tape, region, parts, complex, flood, labels, voids: None, rough, place, remembered })
 }
 
 /// Critical points and what they join, and whether they were on disk.

@@ -134,6 +134,43 @@ impl Components {
         self.tree.leaf_at(p).map_or(Label::Undecided, |leaf| self.labels[leaf as usize])
     }
 
+    /// A place that is not of a component, in what closes it in, if all of the component is known and a line along an
+    /// axis finds one.
+    pub fn around(&self, component: usize) -> Option<DVec3> {
+        self.list[component]
+            .certified
+            .then_some(0..6)?
+            .find_map(|i| self.behind(component, i / 2, i % 2 == 0))
+    }
+
+    /// Where a line up or down an axis leaves a component for the last time, in a cell that has nothing of the solid.
+    /// Between a full cell and that one the line meets nothing else than the component and what is around it.
+    fn behind(&self, component: usize, axis: usize, up: bool) -> Option<DVec3> {
+        let mut at = self.list[component].inside;
+        let (mut behind, mut within) = (None, false);
+        while let Some(leaf) = self.tree.leaf_at(at) {
+            let cell = self.tree.cell(leaf);
+            if self.labels[leaf as usize] == Label::Component(component) {
+                within |= self.tree.nodes[leaf as usize].known.state == State::In;
+                behind = None;
+            } else {
+                at[axis] = 0.5 * (cell.min[axis] + cell.max[axis]);
+                let is_empty = self.labels[leaf as usize] == Label::Outside;
+                behind = behind.or((within && is_empty).then_some(at));
+                within = false;
+            }
+            at[axis] = if up { cell.max[axis].next_up() } else { cell.min[axis].next_down() };
+        }
+        behind
+    }
+
+    /// Whether a component has cells at the faces of a box that are faces of the region as well.
+    pub fn comes_to(&self, faces: &Aabb, component: usize) -> bool {
+        let own = self.tree.leaves().filter(|&n| self.labels[n as usize] == Label::Component(component));
+        let is_there = |cell: Aabb| cell.min.cmple(faces.min).any() || cell.max.cmpge(faces.max).any();
+        own.map(|n| self.tree.cell(n)).any(is_there)
+    }
+
     /// A bound on the volume, within the region, of the component that holds a point.
     pub fn most_about(&self, p: DVec3) -> f64 {
         let Some(leaf) = self.tree.leaf_at(p) else { return f64::INFINITY };
