@@ -85,9 +85,17 @@ fn functions_see_coordinates_wherever_they_are() {
         ("let ring = |r| length(p) - r * TAU / PI; ring.call(0.5).at([3, 0, 4])", "4.0"),
         ("fn maker(a) { |b| x * a + y * b } maker(2.0).call(3.0).at([1, 1, 0])", "5.0"),
         ("let x = 7.0; let own = |y| x + y; own.call(1.0)", "8.0"),
+        ("let a = [PI]; a.push(x); a[0] = 1.0; a[1] = 2.0; a", "[1.0, 2.0]"),
+        ("fn changed() { let a = []; a += z; a[0] = 3.0; a[0] } changed()", "3.0"),
+        ("let v = p; v = v * 2.0; v.at([1, 2, 3]).y", "4.0"),
         ("[1.0, 2.0].map(|k| (k * z).at([0, 0, 2]))", "[2.0, 4.0]"),
     ] {
         assert_eq!(value(&mut i, input), shown, "{input}");
+    }
+    let mut other = interpreter();
+    for refused in ["x = 1.0;", "y += 1.0;", "let set = |q| { z = q; z }; set.call(1.0)", "PI += 1.0;"] {
+        assert!(other.eval(refused).is_err(), "{refused}");
+        assert_eq!(value(&mut other, "p.at([1, 2, 3]).z + PI - PI"), "3.0");
     }
 }
 

@@ -85,6 +85,11 @@ fn a_region_that_cuts_the_solid_proves_nothing() {
     for (script, count) in [
         ("scene(#{ surface: max(sphere(1.0), -sphere(0.6)), bounds: 0.8 })", 1),
         ("scene(#{ surface: max(sphere(1.0), -sphere(0.6)), bounds: 0.5 })", 0),
+        // Nothing but cells that cannot be decided.
+        (
+            "scene(#{ surface: max(sphere(1.0), -sphere(0.6)), bounds: [[0.999999999, -1, -1], [3, 1, 1]] })",
+            0,
+        ),
     ] {
         let (_, found) = analysed(script);
         assert!(!found.certified, "{script}");

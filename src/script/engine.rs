@@ -10,7 +10,8 @@ use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage,
     BasicStringPackage, LogicPackage, MoreStringPackage, Package,
 };
-use rhai::{Dynamic, Engine, Module, OptimizationLevel};
+use rhai::{Dynamic, Engine, OptimizationLevel};
+use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -133,27 +134,28 @@ pub fn setup(
     Ok(Setup { engine, host, loaded, entries })
 }
 
-/// Functions, imported modules and functions without a name see globals, though the first two see no variables of the
-/// script around them, and the last take those that they see along: what is resolved here they need not. A variable or
-/// parameter of the same name still comes first.
-#[expect(deprecated, reason = "it may change with versions of the engine, and there is no other way")]
-fn resolve(engine: &mut Engine, globals: Module) {
+/// Functions, imported modules and functions without a name see globals, though they see none of the variables around
+/// them, or take them along. A variable or parameter of the same name still comes first.
+#[allow(deprecated)] // it is not, but may change with versions of the engine; there is no other way
+fn resolve(engine: &mut Engine, globals: HashMap<&'static str, Dynamic>) {
     engine.on_var(move |name, place, context| {
         let is_local = place > 0 || context.scope().contains(name);
-        Ok(if is_local { None } else { globals.get_var(name) })
+        Ok(if is_local { None } else { globals.get(name).cloned() })
     });
 }
 
 /// `x y z p time` and a few numbers.
-fn globals(host: &Host) -> Result<Module, super::fault::Fault> {
-    let mut module = Module::new();
+fn globals(host: &Host) -> Result<HashMap<&'static str, Dynamic>, super::fault::Fault> {
+    let mut globals: HashMap<&'static str, Dynamic> = HashMap::new();
     for (name, input) in INPUTS {
-        module.set_var(name, Dynamic::from(Field { node: host.input(input)?, color: None }));
+        globals.insert(name, Dynamic::from(Field { node: host.input(input)?, color: None }));
     }
-    module.set_var("p", Dynamic::from(VectorField(host.point()?)));
-    module.set_var("PI", std::f64::consts::PI);
-    module.set_var("TAU", std::f64::consts::TAU);
-    Ok(module)
+    globals.insert("p", Dynamic::from(VectorField(host.point()?)));
+    globals.insert("PI", Dynamic::from(std::f64::consts::PI));
+    globals.insert("TAU", Dynamic::from(std::f64::consts::TAU));
+    // What the engine is given of a name is a constant for ever. What it takes out of a shared value is a copy, which
+    // may be changed, as an element of an array for example; the shared value may not.
+    Ok(globals.into_iter().map(|(name, value)| (name, value.into_read_only().into_shared())).collect())
 }
 
 fn bound(engine: &mut Engine, limits: &Limits) {

@@ -21,6 +21,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// A void.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -49,7 +50,10 @@ const AROUND: Limits = Limits { cells: 1 << 21, depth: 24, least: 3, fine: 6 };
 const WIDER: f64 = 1.5;
 
 /// Share of the work that the search for critical points is, about.
-const SEARCH: f64 = 0.8;
+const SEARCH: f64 = 0.7;
+
+/// Share with which it is known what is joined.
+const JOINED: f64 = 0.8;
 
 /// The voids of a solid with a smooth field; the tape's first output is that field with the other sign. The faces of the
 /// region are free of the solid.
@@ -60,11 +64,17 @@ pub fn voids_by_points(nothing: &Arc<Tape>, region: &Aabb, watch: &Watch<'_>) ->
     let what = Search { region: *region, solid: true };
     let found = watch.part(0.0, SEARCH, |watch| search(nothing, &what, watch)).ok_or(Stopped)?;
     let joined = |watch: &Watch<'_>| Complex::new(nothing, &what, found, watch);
-    let complex = watch.part(SEARCH, 0.9, joined).ok_or(Stopped)?;
+    let complex = watch.part(SEARCH, JOINED, joined).ok_or(Stopped)?;
     let outside = outside(nothing, &complex);
     let parts = complex.components.iter().enumerate();
     let enclosed: Vec<&Component> = parts.filter(|(i, _)| !outside.contains(i)).map(|(_, c)| c).collect();
-    let found_out = |component: &&Component| found_out(nothing, &complex, component, watch);
+    let done = AtomicUsize::new(0);
+    let found_out = |component: &&Component| {
+        let found = found_out(nothing, &complex, component, watch.cancel);
+        let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+        (watch.progress)(JOINED + (1.0 - JOINED) * done as f64 / enclosed.len() as f64);
+        found
+    };
     let found: Vec<Found> = enclosed.par_iter().map(found_out).collect();
     watch.check()?;
     let Complex { open, level, lost, .. } = &complex;
@@ -137,13 +147,13 @@ enum Found {
 }
 
 /// Whether a component ends within a box around it, or comes to the faces of the region.
-fn found_out(nothing: &Arc<Tape>, complex: &Complex, component: &Component, watch: &Watch<'_>) -> Found {
+fn found_out(nothing: &Arc<Tape>, complex: &Complex, component: &Component, cancel: &AtomicBool) -> Found {
     let Aabb { min, max } = component.bounds;
     let deepest = complex.points[component.deepest].position;
-    let alone = complex.basins.iter().find(|basin| basin.0 == component.deepest).map_or(0.0, |basin| basin.1);
+    let basin = complex.basins.iter().find(|basin| basin.0 == component.deepest).map_or(0.0, |basin| basin.1);
     let (region, whole) = (&complex.region, complex.region.diagonal());
-    let mut margin = (0.25 * (max - min).max_element()).max(alone).max(1e-6 * whole);
-    let quiet = Watch { cancel: watch.cancel, progress: &|_| () };
+    let mut margin = (0.25 * (max - min).max_element()).max(basin).max(1e-6 * whole);
+    let quiet = Watch { cancel, progress: &|_| () };
     let mut best = Found::Unknown;
     while margin < whole {
         let around = Aabb { min: (min - margin).max(region.min), max: (max + margin).min(region.max) };

@@ -12,7 +12,7 @@ use serde::Serialize;
 /// What the report says.
 #[derive(Serialize)]
 pub struct Report<'a> {
-    /// Whether all of it is proven of the whole solid,
+    /// Whether it is proven of the whole solid that these are its components,
     certified: bool,
     /// or of what of it is within the region.
     certified_within_bounds: bool,
@@ -181,6 +181,11 @@ impl<'a> Report<'a> {
         let hint = "widen the bounds of the scene";
         doubt(*beyond, "path", "left the region: the solid reaches beyond the bounds", hint);
         doubt(*cut, "component", "may go on beyond the bounds", hint);
+        if self.voids.as_ref().is_some_and(|voids| !voids.certified) {
+            let hint = "walls that only just close, a field without a value somewhere, and bounds that cut the solid \
+                        leave nothing to prove";
+            doubts.push(Diagnostic::warning("it is not proven that these are all voids").hint(hint));
+        }
         doubts
     }
 }

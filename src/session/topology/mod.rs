@@ -101,9 +101,16 @@ pub fn analyse(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Ana
     }
     let mut analysis = watch.part(0.0, SOLID, |watch| parted(scene, purpose, watch))?;
     let voids = watch.part(SOLID, 1.0, |watch| voids::voids(scene, &analysis, watch))?;
-    let counts = voids::counts(&voids, analysis.parts.len()).into_iter().flatten();
-    for (part, voids) in analysis.parts.iter_mut().zip(counts) {
-        part.critical = part.critical.take().map(|component| component.with_voids(voids));
+    if let Some(counts) = voids::counts(&voids, analysis.parts.len()) {
+        for (part, &voids) in analysis.parts.iter_mut().zip(&counts) {
+            part.critical = part.critical.take().map(|component| component.with_voids(voids));
+        }
+        // Where all is proven of the complex its components are the parts.
+        if let Some(complex) = analysis.complex.as_mut().filter(|complex| complex.is_certified()) {
+            for (component, voids) in Arc::make_mut(complex).components.iter_mut().zip(counts) {
+                *component = component.clone().with_voids(voids);
+            }
+        }
     }
     analysis.voids = Some(voids);
     Ok(analysis)

@@ -1,6 +1,6 @@
 //! The voids of a solid, and which of its components they are in.
 
-use super::{Analysis, INSTEAD};
+use super::{Analysis, INSTEAD, Part};
 use crate::diag::Diagnostic;
 use crate::field::Watch;
 use crate::num::Interval;
@@ -8,7 +8,8 @@ use crate::op::{Neg, Op};
 use crate::scene::{Aabb, Scene};
 use crate::session::stage;
 use crate::tape::Tape;
-use crate::topology::{self, Complex, is_closed, voids_by_flood, voids_by_points};
+use crate::topology::{self, Complex, Kind, is_closed, voids_by_flood, voids_by_points};
+use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -37,7 +38,16 @@ const MARGINS: [f64; 3] = [0.05, 0.1, 0.2];
 
 /// Finds the voids of a solid that was analysed.
 pub(super) fn voids(scene: &Scene, analysis: &Analysis, watch: &Watch<'_>) -> Result<Voids, Box<Diagnostic>> {
-    let Analysis { tape, region, .. } = analysis;
+    let Analysis { tape, region, parts, .. } = analysis;
+    // Without 2-saddles nothing is closed off.
+    let can_have = |part: &Part| part.critical.as_ref().is_none_or(|c| c.counts[Kind::Saddle2 as usize] > 0);
+    let hollow: Vec<usize> = (0..parts.len()).filter(|&i| can_have(&parts[i])).collect();
+    if hollow.is_empty() && analysis.proven().is_some() {
+        return Ok(Voids { list: Vec::new(), certified: true });
+    }
+    // Where there is no value there is nothing of the solid, and nothing of what is not solid.
+    let is_defined = tape.is_defined(&region.intervals());
+    let is_closed = analysis.proven().is_some() || is_closed(tape, region, watch.cancel);
     let mut graph = (*scene.graph).clone();
     let nothing = graph.op(Op::Neg(Neg), &[scene.surface.field]);
     let nothing = nothing.map_err(|e| Box::new(Diagnostic::error(e.to_string())))?;
@@ -48,16 +58,16 @@ pub(super) fn voids(scene: &Scene, analysis: &Analysis, watch: &Watch<'_>) -> Re
     };
     let topology::Voids { list, certified } = found.map_err(|_| stage::stopped())?;
     let mut labels = analysis.labels.clone();
-    let mut part = |around| labels.components(&[around])[0];
+    let mut part = |around: Option<DVec3>| match hollow[..] {
+        [only] if is_closed && analysis.is_certified() => Some(only),
+        _ => around.and_then(|around| labels.components(&[around])[0]),
+    };
     let list = list.into_iter().map(|topology::Void { bounds, volume, around }| Void {
         bounds,
         volume,
-        part: around.and_then(&mut part),
+        part: part(around),
     });
-    // Where there is no value there is nothing of the solid, and nothing of what is not solid.
-    let is_defined = tape.is_defined(&region.intervals());
-    let is_closed = analysis.parts.iter().all(|part| !part.cut);
-    Ok(Voids { certified: certified && is_defined && is_closed, list: list.collect() })
+    Ok(Voids { list: list.collect(), certified: certified && is_defined && is_closed })
 }
 
 /// A box that holds all of a solid, not much larger than it if possible: one that holds all of its critical points and
