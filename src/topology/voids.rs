@@ -35,7 +35,7 @@ pub struct Void {
 }
 
 /// The voids of a solid.
-#[derive(Clone, PartialEq, Debug, Default)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Voids {
     /// In the order of their volumes, the largest first.
     pub list: Vec<Void>,

@@ -137,10 +137,10 @@ impl Components {
     /// A place that is not of a component, in what closes it in, if all of the component is known and a line along an
     /// axis finds one.
     pub fn around(&self, component: usize) -> Option<DVec3> {
-        self.list[component]
-            .certified
-            .then_some(0..6)?
-            .find_map(|i| self.behind(component, i / 2, i % 2 == 0))
+        if !self.list[component].certified {
+            return None;
+        }
+        (0..6).find_map(|i| self.behind(component, i / 2, i % 2 == 0))
     }
 
     /// Where a line up or down an axis leaves a component for the last time, in a cell that has nothing of the solid.
