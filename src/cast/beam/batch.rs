@@ -6,7 +6,7 @@ use crate::tape::{Cells, Evaluator, Tape};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Lanes of a batch: where all pieces have one tape, and where few do. Where one does there are no lanes, so
+/// Lanes of a batch: where many pieces have one tape, and where few do. Where one does there are no lanes, so
 /// that none is idle.
 const MANY: usize = 16;
 const FEW: usize = 4;
@@ -42,8 +42,10 @@ impl<const K: usize> Batches<K> {
         let goes_on = || !cancel.load(Ordering::Relaxed);
         let mut work = 0;
         if cells.is_uniform() {
-            for batch in active.chunks(MANY).take_while(|_| goes_on()) {
-                work += answer(&mut self.many, items, batch.iter().copied(), &ask, &mut tell);
+            let (whole, rest) = active.split_at(active.len() - active.len() % MANY);
+            let size = if rest.len() <= 2 * FEW { FEW } else { MANY };
+            for batch in whole.chunks(MANY).chain(rest.chunks(size)).take_while(|_| goes_on()) {
+                work += self.answer_alike(cells.tape(), items, batch.iter().copied(), &ask, &mut tell);
             }
             return work;
         }
@@ -55,14 +57,26 @@ impl<const K: usize> Batches<K> {
         for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
             for batch in same.chunks(MANY).take_while(|_| goes_on()) {
                 let entries = batch.iter().map(|(_, i)| *i);
-                work += match batch.len() {
-                    1 => answer(self.one.turn_to(same[0].0), items, entries, &ask, &mut tell),
-                    2..=FEW => answer(self.few.turn_to(same[0].0), items, entries, &ask, &mut tell),
-                    _ => answer(self.many.turn_to(same[0].0), items, entries, &ask, &mut tell),
-                };
+                work += self.answer_alike(same[0].0, items, entries, &ask, &mut tell);
             }
         }
         work
+    }
+
+    /// Asks about so many entries at once as there are lanes at most, and returns the work.
+    fn answer_alike<I>(
+        &mut self,
+        tape: &Arc<Tape>,
+        items: &mut [I],
+        batch: impl ExactSizeIterator<Item = usize> + Clone,
+        ask: &impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
+        tell: &mut impl FnMut(&mut I, &Parabola<K>, Answer),
+    ) -> u64 {
+        match batch.len() {
+            1 => answer(self.one.turn_to(tape), items, batch, ask, tell),
+            2..=FEW => answer(self.few.turn_to(tape), items, batch, ask, tell),
+            _ => answer(self.many.turn_to(tape), items, batch, ask, tell),
+        }
     }
 }
 
