@@ -91,11 +91,8 @@ fn cell(inverse: f64, p: DVec3) -> [i64; 3] {
     (p * inverse).to_array().map(floor)
 }
 
-/// Paths ask for it in every size at every step, so that numbers are put together by odd factors and mixed once.
 fn hash(inverse: f64, [x, y, z]: [i64; 3]) -> u64 {
-    const ODD: [u64; 3] = [0x9e37_79b9_7f4a_7c15, 0xc2b2_ae3d_27d4_eb4f, 0x1656_67b1_9e37_79f9];
-    let product = |at: i64, odd: u64| (at as u64).wrapping_mul(odd);
-    mix(inverse.to_bits() ^ product(x, ODD[0]) ^ product(y, ODD[1]) ^ product(z, ODD[2]))
+    mix(mix(mix(inverse.to_bits() ^ x as u64) ^ y as u64) ^ z as u64)
 }
 
 impl Basins {

@@ -89,9 +89,8 @@ pub struct Complex {
     pub stats: SearchStats,
 }
 
-/// Points from which a thread follows paths together, at most; else so many shares for each thread.
-const TOGETHER: usize = 128;
-const SHARES: usize = 4;
+/// Paths that a thread follows together.
+const PATHS: usize = 128;
 
 impl Complex {
     /// Joins the critical points of a tape's first output that a search has found; nothing if it was cancelled.
@@ -113,17 +112,20 @@ impl Complex {
         // Two paths from a 1-saddle; one from a point higher up, which is enough to know its component.
         let others: Vec<usize> = (0..points.len()).filter(|&i| points[i].kind != Kind::Minimum).collect();
         let followed = AtomicUsize::new(0);
-        let share = others.len().div_ceil(SHARES * rayon::current_num_threads()).clamp(1, TOGETHER);
-        let follow = |field: &mut Balls, some: &[usize]| {
-            let ends = both_ends(field, &points, some, &basins, &region);
-            let done = followed.fetch_add(some.len(), Ordering::Relaxed) + some.len();
-            (watch.progress)(done as f64 / others.len() as f64);
-            ends
-        };
-        let shares = others.par_chunks(share).map_init(|| Balls::new(tape), follow).flatten();
-        let (ends, closed): (Vec<[End<usize>; 2]>, bool) =
-            rayon::join(|| shares.collect(), || is_closed(tape, &region, watch.cancel));
-        let cut = !closed;
+        let ends: Vec<[End<usize>; 2]> = others
+            .par_chunks(PATHS)
+            .map_init(
+                || Balls::new(tape),
+                |field, some| {
+                    let ends = both_ends(field, &points, some, &basins, &region);
+                    let done = followed.fetch_add(some.len(), Ordering::Relaxed) + some.len();
+                    (watch.progress)(done as f64 / others.len() as f64);
+                    ends
+                },
+            )
+            .flatten()
+            .collect();
+        let cut = !is_closed(tape, &region, watch.cancel);
         if watch.cancel.load(Ordering::Relaxed) {
             return None;
         }

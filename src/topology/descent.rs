@@ -33,20 +33,8 @@ pub struct Place {
     pub at: DVec3,
     /// How far it could see last.
     pub radius: f64,
-    /// What it saw, if it has made a step.
-    seen: Option<Seen>,
-}
-
-/// What a path sees of the field around it.
-#[derive(Clone, Copy, Debug)]
-struct Seen {
-    /// The middle and the radius of the ball.
-    centre: DVec3,
-    radius: f64,
-    /// In units of the ball: the length of the gradient and the second derivatives in the middle, and how far they may vary.
-    slope: f64,
-    hess: [f64; 6],
-    twist: f64,
+    /// Whether it has settled.
+    pub settled: Option<Settled>,
 }
 
 /// That a path is in a ball in which the field is convex and has a minimum, so that a straight line leads down to it.
@@ -120,7 +108,7 @@ pub fn descend<T: Copy>(
 
 impl Path {
     fn new(index: usize, start: &Start) -> Path {
-        Path { index, place: Place { at: start.at, radius: start.radius, seen: None }, steps: 0 }
+        Path { index, place: Place { at: start.at, radius: start.radius, settled: None }, steps: 0 }
     }
 
     /// Walks as far as the ball around the point allows.
@@ -129,8 +117,8 @@ impl Path {
         let (h, g) = (matrix(f.hess), DVec3::from_array(f.grad));
         let slope = g.length();
         let least = least_eigenvalue(f.hess);
-        let Place { at: centre, radius, .. } = self.place;
-        self.place.seen = Some(Seen { centre, radius, slope, hess: f.hess, twist: f.twist });
+        self.place.settled = settled(f, slope)
+            .map(|within| Settled { centre: self.place.at, within: self.place.radius * within });
         // Then no eigenvalue is below |g|, and the direction is no longer than the ball is wide.
         let damping = (slope - least).max(0.0);
         let direction = (h + DMat3::from_diagonal(DVec3::splat(damping))).inverse() * -g;
@@ -160,27 +148,17 @@ impl Path {
     }
 }
 
-impl Place {
-    /// Whether the path has settled.
-    pub fn settled(&self) -> Option<Settled> {
-        let seen = self.seen?;
-        Some(Settled { centre: seen.centre, within: seen.radius * seen.settled()? })
-    }
-}
-
-impl Seen {
-    /// How far from the middle of the ball the field's only minimum in it is at most, in units of the ball, if it is known to
-    /// have one there: a convex field whose slope is `|g|` and that bends by at least `m` has it within `|g| / m`.
-    fn settled(&self) -> Option<f64> {
-        let within = |least: f64| {
-            let bend = least - self.twist * (1.0 + 1e-9);
-            let within = self.slope / bend * (1.0 + 1e-9);
-            (bend > 0.0 && within < 1.0).then_some(within)
-        };
-        let [xx, yy, zz, ..] = self.hess;
-        // No eigenvalue is less than the least on the diagonal.
-        within(xx.min(yy).min(zz))?;
-        let ([least, _, most], _) = eigen(self.hess);
-        within(least - 1e-13 * most.abs())
-    }
+/// How far from the middle of a ball the field's only minimum in it is at most, in units of the ball, if it is known to
+/// have one there: a convex field whose slope is `|g|` and that bends by at least `m` has it within `|g| / m`.
+fn settled(f: &Taylor, slope: f64) -> Option<f64> {
+    let within = |least: f64| {
+        let bend = least - f.twist * (1.0 + 1e-9);
+        let within = slope / bend * (1.0 + 1e-9);
+        (bend > 0.0 && within < 1.0).then_some(within)
+    };
+    let [xx, yy, zz, ..] = f.hess;
+    // No eigenvalue is less than the least on the diagonal.
+    within(xx.min(yy).min(zz))?;
+    let ([least, _, most], _) = eigen(f.hess);
+    within(least - 1e-13 * most.abs())
 }

@@ -175,7 +175,7 @@ impl Looker {
         let (cells, local) = (&mut self.cells, &*self.local);
         let (core, size) = (local.core, local.grid.size());
         let arrival = |index: usize, place: &Place| {
-            let Place { at, radius, .. } = *place;
+            let Place { at, radius, settled } = *place;
             // Beyond the region there is nothing of the solid.
             if !cells.is_within(at, 0.0) {
                 return None;
@@ -183,7 +183,7 @@ impl Looker {
             if core.holds(at) {
                 return Some(Arrived::Node(Node::Core));
             }
-            if let Some(settled) = place.settled().filter(|settled| settled.within < 0.01 * size) {
+            if let Some(settled) = settled.filter(|settled| settled.within < 0.01 * size) {
                 return Some(Arrived::Settled(settled));
             }
             // A path ends in the tip of a cone in ever smaller steps.
