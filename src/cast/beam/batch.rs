@@ -42,6 +42,7 @@ impl<const K: usize> Batches<K> {
         let goes_on = || !cancel.load(Ordering::Relaxed);
         let mut work = 0;
         if cells.is_uniform() {
+            // So few that are left over fill lanes of few better, in about the same time.
             let (whole, rest) = active.split_at(active.len() - active.len() % MANY);
             let size = if rest.len() <= 2 * FEW { FEW } else { MANY };
             for batch in whole.chunks(MANY).chain(rest.chunks(size)).take_while(|_| goes_on()) {
@@ -63,7 +64,7 @@ impl<const K: usize> Batches<K> {
         work
     }
 
-    /// Asks about so many entries at once as there are lanes at most, and returns the work.
+    /// Asks about entries that have one tape, no more than [`MANY`], in no more lanes than they need, and returns the work.
     fn answer_alike<I>(
         &mut self,
         tape: &Arc<Tape>,
