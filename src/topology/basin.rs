@@ -62,6 +62,36 @@ pub struct Basins {
     sizes: Vec<f64>,
     /// By hashes of cells. That two cells may have the same one is no harm: what is found is looked at.
     cells: HashMap<u64, Vec<u32>, BuildHasherDefault<Hashed>>,
+    marks: Marks,
+}
+
+/// A bit for each of some hashes, by their last digits: that there is none like it can be told of most others from the
+/// fastest memory.
+#[derive(Clone, Debug, Default)]
+struct Marks(Vec<u64>);
+
+impl Marks {
+    /// Room for so many hashes, of which few others share a bit with one.
+    fn new(count: usize) -> Marks {
+        /// Bits for each.
+        const ROOM: usize = 8;
+        Marks(vec![0; (ROOM * count).div_ceil(64).next_power_of_two()])
+    }
+
+    fn place(&self, hash: u64) -> (usize, u64) {
+        ((hash / 64) as usize & (self.0.len() - 1), 1 << (hash % 64))
+    }
+
+    fn set(&mut self, hash: u64) {
+        let (word, bit) = self.place(hash);
+        self.0[word] |= bit;
+    }
+
+    /// Whether one like this may be there.
+    fn may_have(&self, hash: u64) -> bool {
+        let (word, bit) = self.place(hash);
+        self.0[word] & bit != 0
+    }
 }
 
 /// Takes numbers that are hashes already.
@@ -98,7 +128,8 @@ fn hash(inverse: f64, [x, y, z]: [i64; 3]) -> u64 {
 impl Basins {
     /// From a list; their places in it are their names.
     pub fn new(basins: Vec<Basin>) -> Basins {
-        let mut out = Basins::default();
+        // Each is in eight cells at most.
+        let mut out = Basins { marks: Marks::new(8 * basins.len()), ..Basins::default() };
         for (i, basin) in basins.iter().enumerate() {
             if basin.radius <= 0.0 {
                 continue;
@@ -112,7 +143,9 @@ impl Basins {
             for x in low[0]..=high[0] {
                 for y in low[1]..=high[1] {
                     for z in low[2]..=high[2] {
-                        out.cells.entry(hash(inverse, [x, y, z])).or_default().push(i as u32);
+                        let hash = hash(inverse, [x, y, z]);
+                        out.marks.set(hash);
+                        out.cells.entry(hash).or_default().push(i as u32);
                     }
                 }
             }
@@ -123,10 +156,49 @@ impl Basins {
 
     /// The basin that holds a point.
     pub fn find(&self, p: DVec3) -> Option<usize> {
-        let near = |&inverse: &f64| self.cells.get(&hash(inverse, cell(inverse, p)));
+        let near = |&inverse: &f64| {
+            let hash = hash(inverse, cell(inverse, p));
+            if self.marks.may_have(hash) { self.cells.get(&hash) } else { None }
+        };
         self.sizes.iter().filter_map(near).flatten().map(|&i| i as usize).find(|&i| {
             let Basin { centre, radius } = self.basins[i];
             p.distance_squared(centre) < radius * radius * (1.0 - 1e-12)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng, rngs::StdRng};
+
+    #[test]
+    fn a_basin_is_found_wherever_there_is_one() {
+        let mut rng = StdRng::seed_from_u64(5);
+        let mut point = || DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+        // Of radii from a half down to a five hundredth, and one that is empty.
+        let basins: Vec<Basin> = (0..300)
+            .map(|i| Basin {
+                centre: point(),
+                radius: if i == 0 { 0.0 } else { 0.5 / f64::from(1 << (i % 9)) },
+            })
+            .collect();
+        let all = Basins::new(basins.clone());
+        let holds = |basin: &Basin, p: DVec3| p.distance(basin.centre) < basin.radius * (1.0 - 1e-9);
+        let mut found = 0;
+        for _ in 0..4000 {
+            let p = point();
+            match all.find(p) {
+                Some(i) => assert!(p.distance(basins[i].centre) < basins[i].radius),
+                None => assert!(!basins.iter().any(|basin| holds(basin, p)), "{p}"),
+            }
+            found += usize::from(all.find(p).is_some());
+        }
+        // Small ones are in the middle of themselves.
+        for basin in basins.iter().filter(|basin| basin.radius > 0.0) {
+            assert!(all.find(basin.centre).is_some());
+        }
+        assert!((400..3900).contains(&found), "{found}");
+        assert!(Basins::new(Vec::new()).find(DVec3::ZERO).is_none());
     }
 }

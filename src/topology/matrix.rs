@@ -51,9 +51,33 @@ pub fn least_eigenvalue([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> f64 {
         return mean;
     }
     let determinant = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz);
-    let cosine = (0.5 * determinant / (size * size * size)).clamp(-1.0, 1.0);
-    let angle = (libm::acos(cosine) + std::f64::consts::TAU) / 3.0;
-    mean + 2.0 * size * libm::cos(angle)
+    mean + size * least_root((0.5 * determinant / (size * size * size)).clamp(-1.0, 1.0))
+}
+
+/// The least root of `t^3 - 3 t - 2 cos a`, which is `2 cos(a/3 + 2 pi/3)`, from the cosine.
+///
+/// It is analytic in `s = sin(a/2)`: a polynomial, fitted for `0 <= s <= 1` by least squares, has it to 3e-11, which takes a
+/// fraction of the time of an arc cosine and a cosine. Even and odd powers are summed side by side.
+fn least_root(cosine: f64) -> f64 {
+    const EVEN: [f64; 6] = [
+        -1.000_000_000_02,
+        0.222_221_910_895,
+        0.065_781_327_040_3,
+        0.032_611_760_456_7,
+        0.013_477_184_634_9,
+        0.001_806_534_098_17,
+    ];
+    const ODD: [f64; 6] = [
+        -1.154_700_532_09,
+        -0.106_910_626_708,
+        -0.045_353_974_237_4,
+        -0.022_547_826_204_4,
+        -0.006_134_499_726_89,
+        -0.000_251_258_150_214,
+    ];
+    let square = 0.5 - 0.5 * cosine;
+    let sum = |k: [f64; 6]| k.iter().rev().fold(0.0, |sum, k| sum * square + k);
+    sum(EVEN) + square.sqrt() * sum(ODD)
 }
 
 /// Lower bound on the smallest absolute eigenvalue, and the inverse, where the matrix has one: an inverse `Y`
@@ -100,6 +124,15 @@ mod tests {
                     least <= values.map(f64::abs).into_iter().fold(f64::INFINITY, f64::min) * (1.0 + 1e-9)
                 );
             }
+        }
+    }
+
+    #[test]
+    fn the_least_root_is_that_of_cosines() {
+        for i in -1000..=1000 {
+            let cosine = f64::from(i) / 1000.0;
+            let root = 2.0 * libm::cos((libm::acos(cosine) + std::f64::consts::TAU) / 3.0);
+            assert!((least_root(cosine) - root).abs() < 3e-11, "{cosine}");
         }
     }
 
