@@ -58,11 +58,6 @@ impl Times {
         self.seconds.get(&node).map_or(0.0, |seconds| seconds / self.total())
     }
 
-    /// Seconds for a point.
-    pub fn each(&self) -> f64 {
-        self.total() / self.points.max(1.0)
-    }
-
     /// In the order of the nodes, so that sums have the same bits each time.
     fn sorted(&self) -> BTreeMap<NodeId, f64> {
         self.seconds.iter().map(|(node, seconds)| (*node, *seconds)).collect()

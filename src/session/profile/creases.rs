@@ -5,12 +5,12 @@
 //! everywhere, where the code of a minimum is pruned to one of them; and a narrow rounding is as good as sharp to a ray,
 //! and costs a root besides. Of the siblings in the reference some save a third of the time, and others take ten times as
 //! long. So nothing is said on trust. What bends near the surface is put to a *trial*: the same scene, with that one crease
-//! rounded, is looked at by the same rays, and there is a hint where they need fewer evaluations and less time.
+//! rounded, is looked at by the same rays, and there is a hint where they need fewer evaluations and less
+//! [work](crate::tape::Tape::work). Work is counted, not timed: what else the machine does must not decide what is said.
 
 use super::bound::REACH;
-use super::cost;
 use super::hints::{DEAR, Found, Hint, percent};
-use super::sight::{self, Sight};
+use super::sight::{self, Look, Sight};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, Node, NodeId, TooLarge};
 use crate::field::Watch;
@@ -28,9 +28,9 @@ use std::time::{Duration, Instant};
 /// Share of the boxes around the surface in which a crease must not be decided.
 const CROSSED: f64 = 0.1;
 
-/// Shares of evaluations and of time that a trial must save. Evaluations are the same each time, and times are not.
+/// Shares of evaluations and of work that a trial must save.
 const FEWER: f64 = 0.1;
-const FASTER: f64 = 0.15;
+const LESS: f64 = 0.15;
 
 /// Most trials, and after how long no other one is begun.
 const TRIALS: usize = 4;
@@ -136,15 +136,14 @@ fn attempt(
     if look.seen.is_empty() {
         return Ok(None);
     }
-    let times = cost::of_solid(&taken.scene, &look.seen, &quiet).map_err(|_| stopped())?;
-    let before = found.profile.evaluations;
-    let after = look.stats.evaluations as f64 / look.stats.rays.max(1) as f64;
-    let saved = 1.0 - after * times.each() / (before * found.times.each());
-    if after > (1.0 - FEWER) * before || saved < FASTER {
+    let each = |all: u64, look: &Look| all as f64 / look.stats.rays.max(1) as f64;
+    let [before, after] = [found.look, &look].map(|look| each(look.stats.evaluations, look));
+    let saved = 1.0 - each(look.stats.work, &look) / each(found.look.stats.work, found.look);
+    if after > (1.0 - FEWER) * before || saved.is_nan() || saved < LESS {
         return Ok(None);
     }
     let finding = format!(
-        "`{}` may bend sharply in {} of the boxes around the surface that were looked at; in a trial of the following a ray took {} less time, and {after:.1} evaluations instead of {before:.1}",
+        "`{}` may bend sharply in {} of the boxes around the surface that were looked at; in a trial of the following a ray took {} less work, and {after:.1} evaluations instead of {before:.1}",
         found.name(crease.node),
         percent(crease.crossed),
         percent(saved),
