@@ -132,7 +132,7 @@ sphere(1.0).colored(paint)";
 }
 
 #[test]
-fn creases_are_named_where_a_trial_without_them_is_faster() {
+fn creases_are_named_where_a_trial_without_them_is_less_work() {
     let text = "import \"std/fractal\" as fractal;
 let billows = fractal::turbulence(gradient(7), #{ octaves: 6 });
 sphere(1.0) - 0.1 * billows.scaled(3.0)";

@@ -71,11 +71,9 @@ pub struct Basins {
 struct Marks(Vec<u64>);
 
 impl Marks {
-    /// Room for so many hashes, of which few others share a bit with one.
-    fn new(count: usize) -> Marks {
-        /// Bits for each.
-        const ROOM: usize = 8;
-        Marks(vec![0; (ROOM * count).div_ceil(64).next_power_of_two()])
+    /// For the hashes of so many basins' cells, eight at most for each: a word for a basin, so that few others share their bits.
+    fn new(basins: usize) -> Marks {
+        Marks(vec![0; basins.next_power_of_two()])
     }
 
     fn place(&self, hash: u64) -> (usize, u64) {
@@ -128,8 +126,7 @@ fn hash(inverse: f64, [x, y, z]: [i64; 3]) -> u64 {
 impl Basins {
     /// From a list; their places in it are their names.
     pub fn new(basins: Vec<Basin>) -> Basins {
-        // Each is in eight cells at most.
-        let mut out = Basins { marks: Marks::new(8 * basins.len()), ..Basins::default() };
+        let mut out = Basins { marks: Marks::new(basins.len()), ..Basins::default() };
         for (i, basin) in basins.iter().enumerate() {
             if basin.radius <= 0.0 {
                 continue;

@@ -64,7 +64,7 @@ struct Sibling {
     remedy: String,
 }
 
-/// Creases that trials are faster without.
+/// Creases without which trials are less work.
 pub(super) fn of(found: &Found<'_>, trials: &Trials<'_>) -> Result<Vec<Hint>, Box<Diagnostic>> {
     let (start, mut hints) = (Instant::now(), Vec::new());
     // Which components a scene keeps would have to be found out for each trial.
@@ -114,7 +114,7 @@ fn may_bend(op: &Op, arg: impl Fn(usize) -> Interval) -> bool {
     }
 }
 
-/// A hint if the scene is faster without a crease.
+/// A hint if the scene is less work without a crease.
 fn attempt(
     found: &Found<'_>,
     crease: &Crease,

@@ -17,7 +17,7 @@
 //! steep makes steps short, whether the field is as steep or not. The bound over a box of some pixels is shared out
 //! among the [terms](crate::field::Terms) that it comes from.
 //!
-//! **Hints** ([`Hint`]) follow from measurements, and say which. Where it is not sure that what they recommend is faster
+//! **Hints** ([`Hint`]) follow from measurements, and say which. Where it is not sure that what they recommend is less work
 //! (`creases.rs`), that was tried.
 
 mod bound;
