@@ -293,7 +293,11 @@ fn a_cancelled_picture_stops_at_once() {
             let job = Job { rough: Some(&|_| ()), ..Job::unwatched(&cancel) };
             let scene = &scene;
             let running = threads.spawn(move || {
-                session::refine(scene, &Order::default(), &job, &Steering::default()).unwrap();
+                match session::refine(scene, &Order::default(), &job, &Steering::default()) {
+                    Ok(picture) => assert!(!picture.finished),
+                    // Before the first ray there is no picture to give.
+                    Err(stopped) => assert_eq!(stopped.message, "stopped before it was finished"),
+                }
                 Instant::now()
             });
             std::thread::sleep(Duration::from_millis(wait));

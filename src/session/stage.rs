@@ -74,7 +74,7 @@ fn settings_until(
 /// Renders a scene; gives what is finished if the job is cancelled.
 ///
 /// # Errors
-/// A diagnostic where no picture can be made, before any ray is cast.
+/// A diagnostic where no picture can be made, or where the job is cancelled before any ray is cast.
 pub fn render(scene: &Scene, order: &Order, job: &Job<'_>) -> Result<Picture, Box<Diagnostic>> {
     render_moments(&[scene], order, job, None)
 }
