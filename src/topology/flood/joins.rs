@@ -42,8 +42,11 @@ pub(super) struct Joins {
     pub homes: Vec<Home>,
     /// Cells without one home.
     pub open: Vec<u32>,
-    /// Leaves that touch, but for those that are both full and those of which one has nothing.
-    pairs: Vec<Pair>,
+    /// Leaves that touch, of which it is not known that their solid is of one component.
+    pub pairs: Vec<Pair>,
+    /// Others that touch, but for those that are both full and those of which one has nothing. There is nothing to be
+    /// learnt from them until one is cut.
+    settled: Vec<Pair>,
 }
 
 impl Joins {
@@ -61,7 +64,7 @@ impl Joins {
             }
         }
         self.follow(tree);
-        let Joins { sets, homes, open, pairs } = self;
+        let Joins { sets, homes, open, pairs, settled } = self;
         for &n in open.iter().filter(|&&n| homes[n as usize] == Home::Nothing) {
             // Nobody need look at it again.
             tree.nodes[n as usize].known.state = State::Out;
@@ -77,24 +80,23 @@ impl Joins {
             }
             !is_empty && !is_full
         });
-    }
-
-    /// The pairs of cells of which it is not known that their solid is of one component.
-    pub fn differing(&mut self) -> Vec<Pair> {
-        let Joins { sets, homes, pairs, .. } = self;
-        pairs.iter().copied().filter(|pair| differ(homes, sets, pair)).collect()
+        settled.extend(pairs.extract_if(.., |pair| !differ(homes, sets, pair)));
     }
 
     /// Replaces the pairs of cells that were cut by those of their children.
     fn find_pairs(&mut self, tree: &Tree, cut: &[u32]) {
-        let mut pairs = Vec::with_capacity(self.pairs.len());
-        for pair in &self.pairs {
+        let mut is_cut = vec![false; tree.nodes.len()];
+        cut.iter().for_each(|&n| is_cut[n as usize] = true);
+        let changes = |pair: &mut Pair| is_cut[pair.a as usize] || is_cut[pair.b as usize];
+        let Joins { pairs, settled, .. } = self;
+        let changed: Vec<Pair> =
+            pairs.extract_if(.., changes).chain(settled.extract_if(.., changes)).collect();
+        for pair in changed {
             tree.touch(pair.a, pair.b, &mut |pair| pairs.push(pair));
         }
         for &n in cut {
             tree.touch_within(n, &mut |pair| pairs.push(pair));
         }
-        self.pairs = pairs;
     }
 
     /// Takes new cells in. Returns the homes that they have from their parents.
@@ -127,7 +129,7 @@ impl Joins {
     /// Follows the solid of open cells downhill, and joins what that shows to be joined, until there is no more
     /// to be learnt.
     fn follow(&mut self, tree: &Tree) {
-        let Joins { sets, homes, open, pairs } = self;
+        let Joins { sets, homes, open, pairs, .. } = self;
         loop {
             Descent::new(tree, open, homes, pairs, sets).follow(homes, sets);
             let mut more = false;

@@ -276,8 +276,7 @@ struct Clusters(BTreeMap<u32, Cluster>);
 
 impl Clusters {
     fn new(tree: &Tree, joins: &mut Joins) -> Clusters {
-        let pairs = joins.differing();
-        let Joins { sets, homes, open, .. } = joins;
+        let Joins { sets, homes, open, pairs, .. } = joins;
         // A cell with a home stands for its set.
         let mut member = |n: u32| if let Home::One(home) = homes[n as usize] { sets.of(home) } else { n };
         let mut near = Sets::default();
@@ -340,11 +339,11 @@ impl Clusters {
     }
 
     /// Boxes around cells that are not understood and touch.
-    fn places(&self, tree: &Tree, joins: &mut Joins) -> Vec<Aabb> {
+    fn places(&self, tree: &Tree, joins: &Joins) -> Vec<Aabb> {
         let open: BTreeSet<u32> = self.0.values().flat_map(Cluster::open).collect();
         let mut near = Sets::default();
         near.grow(tree.nodes.len());
-        for pair in joins.differing() {
+        for pair in &joins.pairs {
             if open.contains(&pair.a) && open.contains(&pair.b) {
                 near.join(pair.a, pair.b);
             }
@@ -397,7 +396,7 @@ impl Clusters {
         Components {
             labels: joins.homes.iter().map(&mut label).collect(),
             list: found.into_iter().map(|(_, component)| component).collect(),
-            undecided: self.places(&tree, &mut joins),
+            undecided: self.places(&tree, &joins),
             undecided_volume: unknown.volume.hi,
             clusters,
             cells: tree.nodes.len(),
