@@ -211,7 +211,7 @@ pub fn components(
         let clusters = Clusters::new(&tree, &mut joins);
         (watch.progress)(clusters.settled(&tree));
         // Volumes are known as well as they can be if cells run short.
-        cut = coarse(&tree, limits);
+        cut = coarse(&tree, &fresh, limits);
         if cut.is_empty() {
             cut = clusters.to_cut(&tree, limits);
         }
@@ -243,14 +243,15 @@ fn volumes(cells: &Cells, tree: &Tree, homes: &[Home], limits: Limits, watch: &W
     volumes
 }
 
-/// Cells that may hold surface and are larger than what boxes are to be measured by.
-fn coarse(tree: &Tree, limits: Limits) -> Vec<u32> {
+/// New cells that may hold surface and are larger than what boxes are to be measured by. Earlier ones were cut, unless cells
+/// ran short.
+fn coarse(tree: &Tree, fresh: &[u32], limits: Limits) -> Vec<u32> {
     let least = limits.least.min(limits.depth).min(DEEPEST);
     let is_coarse = |&n: &u32| {
         let node = &tree.nodes[n as usize];
         node.known.state == State::Mixed && node.level < least
     };
-    tree.leaves().filter(is_coarse).collect()
+    fresh.iter().copied().filter(is_coarse).collect()
 }
 
 /// Sets that may be joined to one another, by cells that are not understood.

@@ -67,6 +67,17 @@ impl Node {
         Some(towards)
     }
 
+    /// Itself if it is a leaf, or else those of its children that lie where this points to: -1 or 1 along axes along
+    /// which only one half does, 0 along others.
+    fn parts(&self, own: u32, towards: [i8; 3]) -> impl Iterator<Item = u32> + use<> {
+        let (first, count) = if self.is_leaf() { (own, 1) } else { (self.children, 8) };
+        let lies_there = move |i: &u32| {
+            let is_high = |axis: usize| i >> axis & 1 == 1;
+            count == 1 || (0..3).all(|axis| towards[axis] == 0 || is_high(axis) == (towards[axis] > 0))
+        };
+        (0..count).filter(lies_there).map(move |i| first + i)
+    }
+
     /// Whether its face towards -1 or 1 along an axis is on that of the region.
     pub fn ends(&self, axis: usize, sign: i8) -> bool {
         if sign < 0 { self.at[axis] == 0 } else { self.at[axis] + 1 == 1 << self.level }
@@ -162,14 +173,12 @@ impl Tree {
             return;
         }
         let Some(towards) = one.towards(other) else { return };
-        let parts = |node: &Node, own: u32| {
-            if node.is_leaf() { own..own + 1 } else { node.children..node.children + 8 }
-        };
         if one.is_leaf() && other.is_leaf() {
             return found(Pair { a, b, towards });
         }
-        for i in parts(one, a) {
-            parts(other, b).for_each(|j| self.touch(i, j, found));
+        let back = towards.map(|sign| -sign);
+        for i in one.parts(a, towards) {
+            other.parts(b, back).for_each(|j| self.touch(i, j, found));
         }
     }
 }
