@@ -67,15 +67,16 @@ impl Node {
         Some(towards)
     }
 
-    /// Itself if it is a leaf, or else those of its children that lie where this points to: -1 or 1 along axes along
-    /// which only one half does, 0 along others.
-    fn parts(&self, own: u32, towards: [i8; 3]) -> impl Iterator<Item = u32> + use<> {
-        let (first, count) = if self.is_leaf() { (own, 1) } else { (self.children, 8) };
-        let lies_there = move |i: &u32| {
-            let is_high = |axis: usize| i >> axis & 1 == 1;
-            count == 1 || (0..3).all(|axis| towards[axis] == 0 || is_high(axis) == (towards[axis] > 0))
+    /// The parts of it that may touch what lies beside it towards there, as of a [`Pair`]: itself, by its number, if it is a
+    /// leaf, or else those of its children that are on that side.
+    fn facing(&self, own: u32, towards: [i8; 3]) -> impl Iterator<Item = u32> + use<> {
+        let is_leaf = self.is_leaf();
+        let (first, count) = if is_leaf { (own, 1) } else { (self.children, 8) };
+        let faces = move |child: &u32| {
+            let is_high = |axis: usize| child >> axis & 1 == 1;
+            is_leaf || (0..3).all(|axis| towards[axis] == 0 || is_high(axis) == (towards[axis] > 0))
         };
-        (0..count).filter(lies_there).map(move |i| first + i)
+        (0..count).filter(faces).map(move |i| first + i)
     }
 
     /// Whether its face towards -1 or 1 along an axis is on that of the region.
@@ -177,8 +178,8 @@ impl Tree {
             return found(Pair { a, b, towards });
         }
         let back = towards.map(|sign| -sign);
-        for i in one.parts(a, towards) {
-            other.parts(b, back).for_each(|j| self.touch(i, j, found));
+        for i in one.facing(a, towards) {
+            other.facing(b, back).for_each(|j| self.touch(i, j, found));
         }
     }
 }
