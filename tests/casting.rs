@@ -205,6 +205,34 @@ fn what_is_just_behind_where_rays_begin_is_not_hit() {
     }
 }
 
+/// However steep a field is elsewhere, rays do not begin inside for that.
+#[test]
+fn an_enormous_bound_makes_no_hits() {
+    let mut b = Build::default();
+    let ball = b.sphere([0.0; 3], 1.0);
+    let [x, ..] = b.p();
+    let wall = b.shifted(x, 1.9);
+    let wall = b.neg(wall);
+    let wall = b.scaled(1e40, wall);
+    let root = b.max(ball, wall);
+    let mut field = b.field(root);
+    let rays = &rays(6)[..500];
+    for kind in [Kind::Sphere, Kind::Speculative] {
+        let mut made = caster(kind, &field, &Aabb::cube(REGION), &[]).expect("a caster");
+        let mut hits = vec![Hit::MISS; rays.len()];
+        made.first_hits(rays, &mut hits, &mut CastStats::default(), &AtomicBool::new(false));
+        for (ray, hit) in rays.iter().zip(&hits) {
+            let value = field.value(ray.at(hit.t));
+            assert!(
+                !hit.is_hit() || value.abs() < 2.0 * TOLERANCE,
+                "{kind:?}, {ray:?}: {hit:?}, where f = {value}"
+            );
+        }
+        let met = hits.iter().filter(|hit| hit.is_hit()).count();
+        assert!((50..450).contains(&met), "{met}");
+    }
+}
+
 #[test]
 fn any_grouping_gives_the_same_hits() {
     let mut b = Build::default();

@@ -93,20 +93,16 @@ impl Strategy for SphereTracing {
         if self.any && *f < 0.0 {
             return Some(Hit { t: march.t, certified: true });
         }
-        // A hair less than f / L, for the rounding of the field, of this division, and of the point.
+        // A hair less than f / L, for the rounding of the field, of this division, and of the point. Where that leaves
+        // nothing, the place is not inside for that: the bound may be enormous.
         let radius = f / self.lipschitz * (1.0 - 1e-12) - 2.0 * ray.rounding(march.probe);
+        let radius = radius.max(0.0);
         let step = march.probe - march.t;
-        if step == 0.0 {
-            if radius <= 0.0 {
-                return Some(Hit { t: march.t, certified: true });
-            }
-            return self.advance(ray, march, march.probe, radius);
-        }
-        if step <= march.radius + radius.max(0.0) && radius > 0.0 {
-            return self.advance(ray, march, march.probe, radius);
-        }
-        if radius <= 0.0 && step <= ray.tolerance.at(march.t) * (1.0 + 1e-9) {
+        if *f <= 0.0 && step <= ray.tolerance.at(march.t) * (1.0 + 1e-9) {
             return Some(Hit { t: march.t, certified: true });
+        }
+        if step == 0.0 || step <= march.radius + radius && radius > 0.0 {
+            return self.advance(ray, march, march.probe, radius);
         }
         stats.backtracks += 1;
         // The plain step ends where the ball does; its field value is asked for next.
