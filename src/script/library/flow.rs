@@ -2,13 +2,15 @@
 
 use super::{Call, Library};
 use crate::diag::Place;
-use crate::expr::{Flow, NoGradient, NodeId};
+use crate::expr::{Flow, Graph, NoGradient, NodeId};
+use crate::field;
 use crate::flow::{Precision, steps};
-use crate::num::Class;
+use crate::num::{Class, mix, uniform};
 use crate::op::{self, Op};
 use crate::script::fault::{Fault, Outcome};
 use crate::script::options::Options;
 use crate::script::value::{Field, Value, VectorField};
+use glam::DVec3;
 use rhai::{Dynamic, INT};
 use std::sync::Arc;
 
@@ -98,7 +100,7 @@ fn gradient(c: &Call<'_>, node: NodeId) -> Outcome<[NodeId; 3]> {
             let graph = c.host.graph.borrow();
             let mut fault = Fault::new(format!(
                 "{} has no slope that is known as an expression",
-                crate::field::blame(graph.node(part)).0
+                field::blame(graph.node(part)).0
             ))
             .hint("noises that are C1 have one, plain sums of their octaves, and what operations make of these; at a point every field has f.gradient(p)");
             fault.place = shown(graph.place(part));
@@ -110,6 +112,14 @@ fn gradient(c: &Call<'_>, node: NodeId) -> Outcome<[NodeId; 3]> {
 /// A place to show: what the standard library did is shown where it was asked for.
 fn shown(place: Option<&Place>) -> Option<Box<Place>> {
     place.filter(|place| !place.is_embedded()).cloned().map(Box::new)
+}
+
+/// Whether an expression has no value at any of many places where solids are by habit.
+fn is_undefined(graph: &Graph, node: NodeId) -> bool {
+    const PLACES: u64 = 64;
+    let place = |i: u64| DVec3::from_array([0, 1, 2].map(|axis| 3.0 * uniform(mix(3 * i + axis)) - 1.5));
+    let mut field = field::Field::new(graph, node);
+    (0..PLACES).all(|i| !field.value(place(i)).is_finite())
 }
 
 /// What argument 0 becomes when it is carried along argument 1 for so long.
@@ -127,12 +137,16 @@ fn flow(c: &Call<'_>, time: f64, precision: Precision) -> Outcome<Dynamic> {
     }
     if let Some(culprit) = velocity.iter().find_map(|&v| c.host.graph.borrow().first_below(v, Class::C0)) {
         let graph = c.host.graph.borrow();
-        let (name, _) = crate::field::blame(graph.node(culprit));
+        let (name, _) = field::blame(graph.node(culprit));
         let mut fault = Fault::new(format!("the velocity jumps: {name} is not continuous")).hint(
             "a flow needs a velocity without jumps; smoothstep(low, high, x) rises where step(edge, x) jumps",
         );
         fault.place = shown(graph.place(culprit));
         return Err(fault);
+    }
+    if velocity.iter().any(|&part| is_undefined(&c.host.graph.borrow(), part)) {
+        return Err(Fault::new("the velocity has no value at any place that was tried near the origin")
+            .hint("does it divide by zero, or take the root of what is negative?"));
     }
     let carried = |field: NodeId| -> Outcome<NodeId> {
         let nesting = velocity.into_iter().chain([field]).map(carried_already).max();
