@@ -7,7 +7,7 @@ use orogen::num::{Interval, Jet, Many, Number, Taylor, Taylors};
 use orogen::render::{Job, Picture};
 use orogen::scene::{Aabb, Keep, Measure, Scene};
 use orogen::script::{Request, compile};
-use orogen::session::topology::{Analysis, Purpose, kept, unproven};
+use orogen::session::topology::{Analysis, Origin, Purpose, kept, unproven};
 use orogen::session::{self, Order};
 use orogen::tape::{Evaluator, Tape};
 use orogen::topology::{Complex, CriticalPoint, Kind, Locator, Search, search};
@@ -462,6 +462,70 @@ fn degenerate_solids_have_components_all_the_same() {
     assert!(cut.parts.len() == 2 && cut.parts.iter().any(|part| part.cut), "{:?}", cut.parts);
 }
 
+/// A solid without bounds is found as a whole, however far apart its parts are; or it is known that there may be more.
+#[test]
+fn far_parts_are_found_or_in_doubt() {
+    let bounded = |solid: &str, half: f64| format!("scene(#{{ surface: {solid}, bounds: {half:?} }})");
+    let beside = "union(sphere(1.0), sphere(0.5).translated([3, 0, 0]))";
+    let ring = "union(sphere(1.0), torus(4.0, 0.3))";
+    let far = "union(sphere(1.0), sphere(20.0).translated([500, 0, 0]))";
+    let rough = "sphere(1.0) + 0.6 * gradient(7).scaled(4.0)";
+    // Balls without end, one of which would fit between the first faces that are looked at.
+    let lattice = "max(-(cos(x) + cos(y) + cos(z)) + 2.5, -1.0)";
+    for (script, parts, is_whole) in [
+        ("sphere(1.0)", Some(1), true),
+        (beside, Some(2), true),
+        (ring, Some(2), true),
+        (far, Some(2), true),
+        (rough, None, true),
+        (lattice, None, false),
+        (&bounded(beside, 5.0), Some(2), true),
+        (&bounded(beside, 2.0), Some(1), false),
+        (&bounded(ring, 4.3), Some(2), true),
+        (&bounded("sphere(1.0)", 1.0001), Some(1), true),
+    ] {
+        let found = analysis(script);
+        assert!(parts.is_none_or(|parts| parts == found.parts.len()), "{script}: {:?}", found.parts);
+        assert_eq!(found.is_whole, is_whole, "{script}: {:?}", found.region);
+        assert!(parts.is_none() || found.is_certified(), "{script}");
+    }
+    let large = "union(sphere(1.0), sphere(2.0).translated([8, 0, 0]))";
+    let most = |script: &str| {
+        let found = analysis(script);
+        let kept = kept(&found, &Keep::Most(Measure::Volume)).expect("there is one");
+        let holder = found.labels.clone().components(&[DVec3::new(8.0, 0.0, 0.0)])[0];
+        let i = kept.iter().position(|ruling| ruling.kept).expect("there is one");
+        (Some(i) == holder, kept[i].proven)
+    };
+    assert_eq!(most(large), (true, true));
+    assert_eq!(most(&bounded(large, 5.0)), (false, false));
+}
+
+/// What is said of a flowed solid is what is proven of the one before, if that is proven of the flow.
+#[test]
+fn flows_keep_components_or_are_in_doubt() {
+    let two = "union(sphere(1.0), sphere(1.0).translated([4, 0, 0]))";
+    let push = "flow::push([0, 0.9, 0], [0.5, 0.3, 0], 0.7)";
+    for (script, parts, doubts) in [
+        (format!("{two}.flow(vec3(0, 0.1, 0))"), 2, 0),
+        (format!("sphere(1.0).flow({push})"), 1, 0),
+        ("sphere(1.0).flow(flow::by_noise(gradient(7).scaled(4.0), 1.0))".into(), 1, 0),
+        ("sphere(1.0).flow(flow::by_noise(gradient(7).scaled(4.0), 1.0), #{ steps: 1 })".into(), 1, 1),
+        ("sphere(1.0).flow(vec3(sqrt(x), 0, 0))".into(), 1, 1),
+        ("sphere(1.0).flow(length_squared(p) * p)".into(), 1, 1),
+        ("scene(#{ surface: sphere(1.0).flow(vec3(3, 0, 0)), bounds: 5.0 })".into(), 1, 0),
+        ("scene(#{ surface: sphere(1.0).flow(vec3(3, 0, 0)), bounds: 2.0 })".into(), 1, 1),
+        (format!("sphere(1.0).flow({push}, #{{ steps: 1 }}).flow({push})"), 1, 1),
+    ] {
+        let scene = scene(&format!("import \"std/flow\" as flow;\n{script}"));
+        let origin = Origin::of(&scene).expect("it flows");
+        assert_eq!(origin.doubts.len(), doubts, "{script}: {:?}", origin.doubts);
+        let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+        let found = session::topology::analyse(&origin.scene, FRESH, &watch).expect("it is not cancelled");
+        assert_eq!(found.parts.len(), parts, "{script}");
+    }
+}
+
 /// Volumes of smooth solids are enclosed, and which is largest follows from them.
 #[test]
 fn volumes_hold_those_of_samples() {
@@ -548,7 +612,9 @@ fn rulings_are_proven_or_say_that_they_are_not() {
     let (ring, warning) = rulings(&ring, Keep::Most(Measure::Volume));
     assert_eq!(ring, [(true, false), (false, false), (false, false), (false, true)]);
     assert!(warning.is_some_and(|w| w.message.contains("beyond the bounds")));
-    let picture = rendered(&format!("largest_component({}, \"volume\")", two(0.9999)));
+    let camera = "orbit(#{ target: [1.2, 0, 0], distance: 7.0 })";
+    let surface = format!("largest_component({}, \"volume\")", two(0.9999));
+    let picture = rendered(&format!("scene(#{{ surface: {surface}, camera: {camera} }})"));
     assert!(picture.stats.uncertified() > 0 && picture.warnings.len() == 1, "{:?}", picture.warnings);
 }
 

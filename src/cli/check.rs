@@ -2,12 +2,13 @@
 
 use super::interrupt::Interrupt;
 use super::options::ScriptOptions;
-use super::report::{Failure, Outcome, Terminal, count, out};
+use super::report::{Failure, Outcome, Terminal, count, out, plural};
 use super::work;
 use crate::field::Field;
+use crate::flow::steps::MOST;
 use crate::num::Class;
 use crate::scene::{Aabb, Scene};
-use crate::session::{self, Session};
+use crate::session::{self, Session, Whereabouts};
 use crate::world::Disk;
 use glam::DVec3;
 use std::path::PathBuf;
@@ -60,6 +61,14 @@ fn describe(scene: &Scene, terminal: &Terminal) -> String {
             ),
         ),
     ];
+    if let Some(steps) = Field::new(&scene.graph, field).tape().flowed().map(|flow| flow.steps()) {
+        let most = if steps == MOST {
+            ", the most that are taken: is the velocity too steep somewhere?"
+        } else {
+            ""
+        };
+        lines.insert(2, ("flow", format!("carried in {}{most}", plural(u64::from(steps), "step"))));
+    }
     if scene.surface.color.is_some() {
         lines.insert(2, ("colour", "given by the script".into()));
     }
@@ -89,14 +98,14 @@ fn smoothness(class: Class) -> &'static str {
 }
 
 fn bounds(scene: &Scene) -> String {
-    let (found, origin) = match scene.bounds {
-        Some(given) => (given, "given by the script"),
-        None => {
-            let mut field = Field::new(&scene.graph, scene.surface.field);
-            (session::bounds(scene, &mut field), "found from the field")
-        }
+    let field = Field::new(&scene.graph, scene.surface.field);
+    let Whereabouts { region: Aabb { min, max }, is_whole } = session::locate(scene, &field);
+    let origin = match (scene.bounds, is_whole) {
+        (Some(_), true) => "given by the script",
+        (Some(_), false) => "given by the script; the solid may go on beyond",
+        (None, true) => "found from the field",
+        (None, false) => "found from the field; the solid may go on beyond",
     };
     let corner = |p: DVec3| format!("({:.4}, {:.4}, {:.4})", p.x, p.y, p.z);
-    let Aabb { min, max } = found;
     format!("{} to {}, {origin}", corner(min), corner(max))
 }

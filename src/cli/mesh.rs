@@ -6,7 +6,7 @@ use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::exchange::mesh::{self as file, Format};
 use crate::field::Watch;
-use crate::mesh::{FINEST, Fineness, Meshed};
+use crate::mesh::{FINEST, Fineness};
 use crate::session::topology::LeftOut;
 use crate::session::{self, Solidified};
 use crate::shape::{Census, creased};
@@ -87,7 +87,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let made = session::on_threads(args.threads, || session::polygonise(&scene, &fineness, &watch));
     progress.finish();
     let made = made.and_then(|m| m).map_err(|error| work::failure(error, &loaded, terminal))?;
-    let Solidified { meshed, left_out, warnings } = &made;
+    let Solidified { meshed, left_out, warnings, .. } = &made;
     for warning in warnings.iter().cloned().chain(doubts(left_out)) {
         terminal.diagnostic(&warning, &loaded.sources);
     }
@@ -107,7 +107,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     atomic::write(&args.output, |out| file::write(format, shown, out))
         .map_err(|e| Diagnostic::error(e.to_string()))?;
     err(summary(&args.output, &made, start.elapsed().as_secs_f64()));
-    err(judgement(meshed, args.tolerance));
+    err(judgement(&made, args.tolerance));
     Ok(())
 }
 
@@ -166,7 +166,8 @@ fn summary(file: &Path, made: &Solidified, elapsed: f64) -> String {
 }
 
 /// How far the mesh can be trusted.
-fn judgement(meshed: &Meshed, tolerance: Option<f64>) -> String {
+fn judgement(made: &Solidified, tolerance: Option<f64>) -> String {
+    let Solidified { meshed, is_whole, .. } = made;
     let (most, usual) = meshed.deviation;
     let mut lines =
         format!("within {usual:.2e} of the surface in 99.9 % of the samples, {most:.2e} at most; ");
@@ -174,7 +175,8 @@ fn judgement(meshed: &Meshed, tolerance: Option<f64>) -> String {
         lines += "more than the tolerance where it is sharper than a cell; ";
     }
     lines += &match meshed.doubt {
-        None => "proven to show all parts of the solid".to_owned(),
+        None if *is_whole => "proven to show all parts of the solid".to_owned(),
+        None => "proven to show all parts of the solid that are within its bounds".to_owned(),
         Some(at) => format!(
             "parts smaller than a cell of {:.2e} may be missing in {} of {} blocks, as at ({:.4}, {:.4}, {:.4})",
             meshed.cell,

@@ -4,6 +4,7 @@
 //! a box come from enclosures, never from guesses: the Lipschitz bound of a region is the largest
 //! gradient norm that [`Slope`] arithmetic admits there, made tighter by cutting the region up.
 
+mod beyond;
 mod line;
 mod moments;
 mod region;
@@ -11,6 +12,7 @@ mod smooth;
 mod terms;
 mod watch;
 
+pub use beyond::{Around, FAR, around};
 pub use line::{Unknown, first_inside};
 pub use moments::{Moments, Survey, survey};
 pub use region::{Extent, extent, extent_until, lipschitz_outside, lipschitz_until};

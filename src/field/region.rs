@@ -6,13 +6,14 @@ use crate::num::{Dual, Interval, Many, Number, Slope};
 use crate::scene::Aabb;
 use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 /// A part of a region, with what is left of the tape there.
 #[derive(Clone)]
-struct Part {
-    cell: Aabb,
-    tape: Arc<Tape>,
+pub(super) struct Part {
+    pub cell: Aabb,
+    pub tape: Arc<Tape>,
 }
 
 impl Part {
@@ -34,7 +35,7 @@ fn eval<'a, T: Number>(evaluator: &'a mut Evaluator<T>, part: &Part, at: &[T; 3]
 const OCTANTS: usize = 8;
 
 /// The eight halves of a box.
-fn octants(b: &Aabb) -> impl Iterator<Item = Aabb> + use<> {
+pub(super) fn octants(b: &Aabb) -> impl Iterator<Item = Aabb> + use<> {
     let Aabb { min, max } = *b;
     let mid = (min + max) * 0.5;
     (0..OCTANTS).map(move |i| {
@@ -73,21 +74,10 @@ pub fn extent(field: &Field, region: &Aabb) -> Extent {
 
 /// The same, but nothing more is excluded when `halt` says so.
 pub fn extent_until(field: &Field, region: &Aabb, halt: &dyn Fn() -> bool) -> Extent {
-    let mut ranges = Evaluator::<Interval>::new(field.tape().clone());
-    let mut parts = vec![Part { cell: *region, tape: field.tape().clone() }];
-    let mut found;
-    loop {
-        #[allow(clippy::neg_cmp_op_on_partial_ord)] // a cell that has no value is not excluded
-        parts.retain(|part| halt() || !(eval(&mut ranges, part, &part.cell.intervals()).lo > 0.0));
-        let Some(all) = parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b)) else {
-            return Extent::Empty;
-        };
-        found = all;
-        if halt() || is_last(parts.iter()) || found.diagonal() < 1e-9 * region.diagonal() {
-            break;
-        }
-        parts = parts.iter().flat_map(Part::octants).collect();
-    }
+    let parts = exclude(field, vec![Part { cell: *region, tape: field.tape().clone() }], halt);
+    let Some(found) = parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b)) else {
+        return Extent::Empty;
+    };
     // A little air, so that rays start outside of a solid that fills its cells.
     let margin = 1e-3 * found.diagonal();
     let grown = Aabb { min: found.min - margin, max: found.max + margin };
@@ -97,6 +87,48 @@ pub fn extent_until(field: &Field, region: &Aabb, halt: &dyn Fn() -> bool) -> Ex
     } else {
         Extent::Within(grown)
     }
+}
+
+/// Cuts up parts of space and leaves out those where it is certain that `f > 0`. Nothing more is left out when `halt`
+/// says so.
+pub(super) fn exclude(field: &Field, mut parts: Vec<Part>, halt: &dyn Fn() -> bool) -> Vec<Part> {
+    let mut ranges = Evaluator::<Many<Interval, OCTANTS>>::new(field.tape().clone());
+    let hull = |parts: &[Part]| parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b));
+    let least = 1e-9 * hull(&parts).map_or(0.0, |all| all.diagonal());
+    loop {
+        parts = batches(&parts).flat_map(|batch| possible(&mut ranges, batch, halt)).collect();
+        let is_small = hull(&parts).is_none_or(|rest| rest.diagonal() < least);
+        if halt() || is_small || is_last(parts.iter()) {
+            return parts;
+        }
+        parts = parts.iter().flat_map(Part::octants).collect();
+    }
+}
+
+/// Those of some parts with one tape where `f <= 0` may be.
+fn possible(
+    ranges: &mut Evaluator<Many<Interval, OCTANTS>>,
+    batch: &[Part],
+    halt: &dyn Fn() -> bool,
+) -> Vec<Part> {
+    if halt() {
+        return batch.to_vec();
+    }
+    let cell = |lane: usize| batch[lane.min(batch.len() - 1)].cell.intervals();
+    let at = std::array::from_fn(|axis| Many(std::array::from_fn(|lane| cell(lane)[axis])));
+    let found = eval(ranges, &batch[0], &at).0;
+    // A cell that has no value is not excluded.
+    batch
+        .iter()
+        .zip(found)
+        .filter(|(_, f)| !matches!(f.lo.partial_cmp(&0.0), Some(Ordering::Greater)))
+        .map(|(part, _)| part.clone())
+        .collect()
+}
+
+/// Parts that can be asked about at once. Octants have one tape; without choices all parts have.
+fn batches(parts: &[Part]) -> impl Iterator<Item = &[Part]> {
+    parts.chunk_by(|a, b| Arc::ptr_eq(&a.tape, &b.tape)).flat_map(|same| same.chunks(OCTANTS))
 }
 
 /// Lipschitz bound of `f` over the part of a region where `f >= 0` is possible, which is all that a
@@ -114,9 +146,7 @@ pub fn lipschitz_until(field: &Field, region: &Aabb, halt: &dyn Fn() -> bool) ->
     for level in 0.. {
         let last = is_last(parts.iter());
         let mut steep = Vec::new();
-        // Octants have one tape; without choices all parts have.
-        let with_one_tape = parts.chunk_by(|a, b| Arc::ptr_eq(&a.tape, &b.tape));
-        for same in with_one_tape.flat_map(|same| same.chunks(OCTANTS)) {
+        for same in batches(&parts) {
             if halt() {
                 return None;
             }

@@ -53,10 +53,15 @@ impl<V: Code<3>, F: Code<1>> Flowed<V, F> {
         steps::reach(&self.velocity, half)
     }
 
-    /// Whether it is proven that no two points of the cube of points not further than `half` along any axis come to one, so
-    /// that what is carried keeps its topology.
-    pub fn is_one_to_one(&self, half: f64) -> bool {
-        steps::are_one_to_one(&self.velocity, self.steps, half)
+    /// Whether it is proven that no two points come to one, and to every place one, so that what is carried keeps its
+    /// topology.
+    pub fn is_one_to_one(&self) -> bool {
+        steps::are_one_to_one(&self.velocity, self.steps)
+    }
+
+    /// Whether it is proven that no two points of the cube of points not further than `half` along any axis come to one.
+    pub fn is_one_to_one_within(&self, half: f64) -> bool {
+        steps::are_one_to_one_within(&self.velocity, self.steps, half)
     }
 
     /// Where the flow carries points to, and what the field is there.

@@ -104,26 +104,35 @@ pub(super) fn reach<V: Code<3>>(velocity: &V, half: f64) -> Option<f64> {
     [0.125, 0.5, 2.0, 8.0].map(|share| share * half).into_iter().find(|reach| stays(*reach))
 }
 
-/// Whether it is proven that so many steps move no two points of the cube of points not further than `half` along any
-/// axis into one.
-pub(super) fn are_one_to_one<V: Code<3>>(velocity: &V, steps: u32, half: f64) -> bool {
-    let enough = LN_2 * f64::from(steps);
+/// Whether it is proven that so many steps move no two points into one, wherever they are: that the velocity is as steep
+/// nowhere in space, as those of noises are. Then to every place a point is moved.
+pub(super) fn are_one_to_one<V: Code<3>>(velocity: &V, steps: u32) -> bool {
+    let enough = steep(steps);
     if let Parts::Slope(kernel, k) = velocity.parts() {
         return k.abs() * kernel.bounds().hessian < enough;
     }
-    let norm = |parts: [f64; 3]| parts.iter().map(|part| part * part).sum::<f64>().sqrt() * UP;
-    let mut run = velocity.runner::<Slope>();
-    let mut steepest = |at: [Interval; 3]| {
-        norm(run(&std::array::from_fn(|axis| Slope::coordinate(at[axis], axis))).map(|u| u.norm))
-    };
-    // As steep nowhere in space, as noises are.
-    if steepest([Interval::ENTIRE; 3]) < enough {
-        return true;
-    }
+    steepness(velocity)([Interval::ENTIRE; 3]) < enough
+}
+
+/// Whether it is proven that so many steps move no two points of the cube of points not further than `half` along any
+/// axis into one.
+pub(super) fn are_one_to_one_within<V: Code<3>>(velocity: &V, steps: u32, half: f64) -> bool {
     let Some(reach) = reach(velocity, half) else {
         return false;
     };
-    Cubes::new(half + reach, steepest).are_all_below(enough, CUTS)
+    Cubes::new(half + reach, steepness(velocity)).are_all_below(steep(steps), CUTS)
+}
+
+/// How steep a velocity of so many steps may be.
+fn steep(steps: u32) -> f64 {
+    LN_2 * f64::from(steps)
+}
+
+/// Bound on how steep a velocity is in a box.
+fn steepness<V: Code<3>>(velocity: &V) -> impl FnMut([Interval; 3]) -> f64 + use<'_, V> {
+    let norm = |parts: [f64; 3]| parts.iter().map(|part| part * part).sum::<f64>().sqrt() * UP;
+    let mut run = velocity.runner::<Slope>();
+    move |at| norm(run(&std::array::from_fn(|axis| Slope::coordinate(at[axis], axis))).map(|u| u.norm))
 }
 
 /// Bound on the length of a velocity.

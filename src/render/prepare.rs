@@ -80,7 +80,7 @@ pub fn prepare(scene: &Scene, settings: &Settings, cancel: &AtomicBool) -> Resul
     let (graph, roots) = view.spacing(settings.samples).limit(&scene.graph, &roots)?;
     let code = |roots: &[NodeId]| (!roots.is_empty()).then(|| Arc::new(Tape::new(&graph, roots)));
     let tape = Arc::new(Tape::new(&graph, &roots[..1]));
-    let probe = Probe::new(&tape, &settings.bounds, view.eye, cancel).ok_or(RenderError::Stopped)?;
+    let probe = Probe::new(&tape, &settings.bounds, &view, cancel).ok_or(RenderError::Stopped)?;
     let place = graph.place(scene.surface.field).cloned();
     let mut warnings = probe.judge(place)?;
     warnings.extend(stretched(&view));

@@ -3,7 +3,7 @@
 //! A few thousand samples cannot prove anything, but they find the mistakes that people make: a
 //! field that has no value, a solid that is not there, a camera inside of it.
 
-use super::RenderError;
+use super::{RenderError, View};
 use crate::diag::{Diagnostic, Place};
 use crate::num::Many;
 use crate::scene::Aabb;
@@ -28,15 +28,18 @@ pub struct Probe {
     pub undefined: u64,
     /// Points inside the solid.
     pub inside: u64,
+    /// Of these, those that are not within the picture.
+    pub outside_picture: u64,
     /// Whether the camera is inside the solid.
     pub camera_inside: bool,
 }
 
 impl Probe {
     /// Samples the first output of `tape` within `bounds`, and at the eye; `None` if that was cancelled.
-    pub(super) fn new(tape: &Arc<Tape>, bounds: &Aabb, eye: DVec3, cancel: &AtomicBool) -> Option<Probe> {
+    pub(super) fn new(tape: &Arc<Tape>, bounds: &Aabb, view: &View, cancel: &AtomicBool) -> Option<Probe> {
         let mut field = Evaluator::<Many<f64, LANES>>::new(tape.clone());
-        let mut probe = Probe { points: 0, undefined: 0, inside: 0, camera_inside: false };
+        let mut probe =
+            Probe { points: 0, undefined: 0, inside: 0, outside_picture: 0, camera_inside: false };
         // Cells' centres, a little off the symmetry that scenes have and their poles lie on.
         let place = |axis: usize, i: usize| {
             let t = (i as f64 + 0.5) / SIDE as f64;
@@ -53,12 +56,17 @@ impl Probe {
                 [0, 1, 2].map(|axis| points.clone().map(|i| place(axis, order(i)[axis])).collect::<Vec<_>>());
             let mut values = vec![0.0; points.len()];
             field.eval_all(at.each_ref().map(Vec::as_slice), &mut values);
-            for value in values {
+            for (value, i) in values.into_iter().zip(points) {
                 probe.points += 1;
                 probe.undefined += u64::from(!value.is_finite());
-                probe.inside += u64::from(value < 0.0);
+                if value < 0.0 {
+                    let p = DVec3::from_array([0, 1, 2].map(|axis| place(axis, order(i)[axis])));
+                    probe.inside += 1;
+                    probe.outside_picture += u64::from(!view.shows(p));
+                }
             }
         }
+        let eye = view.eye;
         let at_eye = field.eval(&eye.to_array().map(|c| Many([c; LANES]))).0[0];
         let in_bounds = eye.cmpge(bounds.min).all() && eye.cmple(bounds.max).all();
         probe.camera_inside = in_bounds && at_eye < 0.0;

@@ -7,7 +7,7 @@
 //! | panorama | a longitude and a latitude | the eye |
 //! | cube map | a face and a place on it | the eye |
 
-use super::direction;
+use super::{Aabb, direction};
 use glam::DVec3;
 
 /// Where a picture is taken from, and what of the world it shows.
@@ -73,6 +73,15 @@ impl Default for Projection {
 }
 
 impl Camera {
+    /// The usual camera, moved so that a box fills the picture.
+    pub fn framing(region: &Aabb) -> Camera {
+        let usual = Camera::default();
+        let radius = 0.5 * region.diagonal();
+        let distance = 0.92 * radius / libm::sin(0.5 * Camera::FOV.to_radians());
+        let target = 0.5 * (region.min + region.max);
+        Camera { eye: target + distance * (usual.eye - usual.target).normalize(), target, ..usual }
+    }
+
     /// The usual vertical field of view in degrees.
     pub const FOV: f64 = 35.0;
 

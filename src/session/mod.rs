@@ -30,6 +30,7 @@ mod samples;
 mod solid;
 mod stage;
 pub mod topology;
+mod whereabouts;
 
 pub use ledger::Line;
 pub use plane::{Plane, along};
@@ -37,7 +38,8 @@ pub use preview::{COARSENESS, preview};
 pub use recipe::Digests;
 pub use samples::{Lattice, Sampled};
 pub use solid::{Solidified, polygonise};
-pub use stage::{Order, bounds, on_threads, refine, render, settings, stopped};
+pub use stage::{Order, on_threads, refine, render, settings, stopped};
+pub use whereabouts::{Whereabouts, bounds, locate};
 
 use crate::diag::{Diagnostic, Place, Sources};
 use crate::scene::{Scene, Value};

@@ -1,6 +1,6 @@
 //! A field on a plane across an axis, and a function along a line: numbers for figures.
 
-use super::stage;
+use super::{stage, whereabouts};
 use crate::diag::Diagnostic;
 use crate::field::{Field, Watch};
 use crate::num::Many;
@@ -36,7 +36,7 @@ pub struct Plane {
 impl Plane {
     /// A rectangle around the solid of a scene.
     pub fn around(scene: &Scene, axis: usize, offset: f64) -> Plane {
-        let Aabb { min, max } = stage::region(scene, &mut Field::new(&scene.graph, scene.surface.field));
+        let Aabb { min, max } = whereabouts::region(scene, &Field::new(&scene.graph, scene.surface.field));
         let mut plane = Plane { axis, offset, ends: [(0.0, 0.0); 2] };
         let sides = plane.axes();
         let longest = sides.map(|side| max[side] - min[side]).into_iter().fold(0.0, f64::max);

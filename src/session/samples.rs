@@ -1,7 +1,7 @@
 //! From a scene to samples of its field on a lattice of cubes.
 
-use super::stage;
 use super::topology::Sieve;
+use super::{stage, whereabouts};
 use crate::diag::Diagnostic;
 use crate::field::Field;
 use crate::field::Watch;
@@ -49,7 +49,7 @@ impl Lattice {
     /// A diagnostic if there would be too many samples, or the box or the expression is not fit for it.
     pub fn over(scene: &Scene, size: u32) -> Result<Lattice, Box<Diagnostic>> {
         let root = scene.surface.field;
-        let Aabb { min, max } = stage::region(scene, &mut Field::new(&scene.graph, root));
+        let Aabb { min, max } = whereabouts::region(scene, &Field::new(&scene.graph, root));
         let step = (max - min).max_element() / f64::from(size.max(2) - 1);
         // The last sample along the longest edge is its end, whatever rounding says.
         let count = ((max - min) / step - 1e-9).ceil().to_array().map(|n| n as usize + 1);

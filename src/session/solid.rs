@@ -1,7 +1,7 @@
 //! From a scene to a mesh of it: finds the region, limits detail to the mesh's, and clips what goes on for ever.
 
-use super::stage;
 use super::topology::{LeftOut, Sieve};
+use super::{stage, whereabouts};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId, TooLarge};
 use crate::field::Watch;
@@ -17,6 +17,8 @@ use std::sync::Arc;
 pub struct Solidified {
     /// The mesh, and how far it is to be trusted.
     pub meshed: Meshed,
+    /// Whether it is proven that nothing of the solid is out of sight of the mesh.
+    pub is_whole: bool,
     /// What the scene does not keep.
     pub left_out: LeftOut,
     /// What is not proven about what it keeps.
@@ -37,7 +39,7 @@ pub fn polygonise(
     fineness: &Fineness,
     watch: &Watch<'_>,
 ) -> Result<Solidified, Box<Diagnostic>> {
-    let (limited, solid) = solid(scene, fineness)?;
+    let (limited, solid, is_whole) = solid(scene, fineness)?;
     let [begun, done] = if scene.surface.keep.is_some() { CORRECTION } else { [0.0, 1.0] };
     let sieve = watch.part(0.0, begun, |watch| Sieve::of(&limited, scene, watch))?;
     let made = watch.part(begun, done, |watch| mesh::polygonise(&solid, fineness, watch));
@@ -47,14 +49,15 @@ pub fn polygonise(
         left_out = watch.part(done, 1.0, |watch| sieve.leave_out(&mut meshed, &solid.tape, watch))?;
         warnings = sieve.warnings();
     }
-    Ok(Solidified { meshed, left_out, warnings })
+    Ok(Solidified { meshed, is_whole, left_out, warnings })
 }
 
-/// The solid of a scene, in the box that the scene gives or that is found around it, and the scene with as much detail.
-fn solid(scene: &Scene, fineness: &Fineness) -> Result<(Scene, Solid), Box<Diagnostic>> {
+/// The solid of a scene, in the box that the scene gives or that is found around it; the scene with as much detail; and
+/// whether it is proven that nothing of the solid is out of the box.
+fn solid(scene: &Scene, fineness: &Fineness) -> Result<(Scene, Solid, bool), Box<Diagnostic>> {
     let too_large = |e: TooLarge| Box::new(Diagnostic::error(e.to_string()));
     let whole = scene.surface.field;
-    let found = stage::region(scene, &mut Field::new(&scene.graph, whole));
+    let found = whereabouts::region(scene, &Field::new(&scene.graph, whole));
     // Octaves that are finer than the mesh can show fade out.
     let size = (found.max - found.min).max_element();
     let spacing = fineness.tolerance.unwrap_or(size / f64::from(fineness.resolution.unwrap_or(mesh::ENOUGH)));
@@ -64,12 +67,16 @@ fn solid(scene: &Scene, fineness: &Fineness) -> Result<(Scene, Solid), Box<Diagn
     let limited =
         Scene { graph: graph.clone(), surface: Surface { field, ..scene.surface.clone() }, ..scene.clone() };
     let grown = Aabb { min: found.min - 0.01 * size, max: found.max + 0.01 * size };
-    let region = match field::extent(&Field::new(&graph, field), &grown) {
-        Extent::Within(region) => region,
-        Extent::Open(_) => {
-            field = clipped(Arc::make_mut(&mut graph), field, &found).map_err(too_large)?;
-            found
-        }
+    let shown = Field::new(&graph, field);
+    let (region, is_whole) = match field::extent(&shown, &grown) {
+        Extent::Within(region) => (region, whereabouts::locate(&limited, &shown).is_whole),
+        Extent::Open(_) => match whereabouts::whole(scene, &shown).filter(|_| scene.bounds.is_none()) {
+            Some(region) => (region, true),
+            None => {
+                field = clipped(Arc::make_mut(&mut graph), field, &found).map_err(too_large)?;
+                (found, false)
+            }
+        },
         Extent::Empty => {
             let place = graph.place(whole).cloned();
             let error = Diagnostic::error("there is no solid: the field is positive everywhere").at(place);
@@ -78,7 +85,7 @@ fn solid(scene: &Scene, fineness: &Fineness) -> Result<(Scene, Solid), Box<Diagn
     };
     let tape = Arc::new(Tape::new(&graph, &[field]));
     let color = (roots.len() > 1).then(|| Arc::new(Tape::new(&graph, &roots[1..])));
-    Ok((limited, Solid { tape, color, region }))
+    Ok((limited, Solid { tape, color, region }, is_whole))
 }
 
 /// What of a solid is in a box.

@@ -1,13 +1,14 @@
 //! From a scene to a picture of it: finds the bounds, chooses a caster, and renders.
 
-use super::topology;
+use super::{topology, whereabouts};
 use crate::cast::{self, Judge, Kind, Sifted};
 use crate::diag::Diagnostic;
-use crate::field::{self, Extent, Field, Watch};
+use crate::field::{Field, Watch};
 use crate::render::{
     self, Job, Painter, Part, Picture, Precision, RenderError, Settings, Shot, Steering, View,
 };
-use crate::scene::{Aabb, Scene};
+use crate::scene::{Camera, Scene};
+use glam::DVec3;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -58,7 +59,7 @@ fn settings_until(
     order: &Order,
     halt: &dyn Fn() -> bool,
 ) -> Result<Settings, Box<Diagnostic>> {
-    let mut settings = Settings::of(scene, Aabb::cube(reach(scene)));
+    let mut settings = Settings::of(scene, whereabouts::in_sight(scene));
     if let Some((width, height)) = order.size {
         (settings.width, settings.height) = (width, height);
     }
@@ -66,7 +67,7 @@ fn settings_until(
     settings.part = order.part;
     if scene.bounds.is_none() {
         let shown = render::shown(scene, &settings).map_err(|e| Box::new(e.diagnostic()))?;
-        settings.bounds = bounds_until(scene, &shown, halt);
+        settings.bounds = whereabouts::bounds_until(scene, &shown, halt);
     }
     Ok(settings)
 }
@@ -118,6 +119,7 @@ pub(super) fn render_moments(
         Some(scene) if order.components => Some(topology::labels(scene, order.threads, &watch)?),
         _ => None,
     };
+    warnings.extend(moments.first().zip(shots.first()).and_then(|(scene, shot)| cropped(scene, shot)));
     warnings.extend(labels.as_ref().filter(|_| moments.len() > 1).map(|_| parted()));
     let mut picture = picture(shots, order, job, steering)?;
     picture.warnings.extend(warnings);
@@ -125,6 +127,22 @@ pub(super) fn render_moments(
     let is_smoothed = order.denoise && picture.tiles > 0;
     picture.denoised = is_smoothed.then(|| render::denoise(&picture));
     Ok(picture)
+}
+
+/// That the usual camera does not see all of a solid that was found, and which one would.
+fn cropped(scene: &Scene, shot: &Taken) -> Option<Diagnostic> {
+    let bounds = shot.scene.settings.bounds;
+    let is_found = scene.bounds.is_none() && bounds != whereabouts::in_sight(scene);
+    if scene.camera != Camera::default() || !is_found || shot.scene.probe.outside_picture == 0 {
+        return None;
+    }
+    let Camera { eye, target, .. } = Camera::framing(&bounds);
+    let DVec3 { x, y, z } = target;
+    let hint = format!(
+        "this camera does: scene(#{{ surface: ..., camera: orbit(#{{ target: [{x:.2}, {y:.2}, {z:.2}], distance: {:.2} }}) }})",
+        eye.distance(target)
+    );
+    Some(Diagnostic::warning("the picture does not show all of the solid").hint(hint))
 }
 
 /// Components are not followed through time.
@@ -281,37 +299,7 @@ fn pool(threads: NonZeroUsize) -> Result<rayon::ThreadPool, Box<Diagnostic>> {
     })
 }
 
-/// Half sides of the cubes in which a solid is looked for, one after the other.
-const REACHES: [f64; 4] = [2.0, 16.0, 256.0, 4096.0];
-
-/// The box that a scene gives, or else finds for a field of its.
-pub(super) fn region(scene: &Scene, field: &mut Field) -> Aabb {
-    scene.bounds.unwrap_or_else(|| bounds(scene, field))
-}
-
 /// Why nothing came of a job that was stopped.
 pub fn stopped() -> Box<Diagnostic> {
     Box::new(RenderError::Stopped.diagnostic())
-}
-
-/// A box for a scene that gives none: around the solid if it ends, else around what the camera can
-/// be meant to show.
-pub fn bounds(scene: &Scene, field: &mut Field) -> Aabb {
-    bounds_until(scene, field, &|| false)
-}
-
-fn bounds_until(scene: &Scene, field: &Field, halt: &dyn Fn() -> bool) -> Aabb {
-    for half in REACHES {
-        // Inside the smallest cube that holds it, the search finds a box that fits closely.
-        if let Extent::Within(found) = field::extent_until(field, &Aabb::cube(half), halt) {
-            return found;
-        }
-    }
-    Aabb::cube(reach(scene))
-}
-
-/// Half side of a cube that holds the camera and what it looks at, with room behind.
-fn reach(scene: &Scene) -> f64 {
-    let reach = scene.camera.reach();
-    if reach.is_finite() { (1.5 * reach).max(2.0) } else { 16.0 }
 }

@@ -35,7 +35,7 @@ impl<'a> Thumbnail<'a> {
             let script = script(entry, is_cut);
             let mut scene = script::compile(&Request::text(script.clone())).scene?;
             if scene.camera == Camera::default() {
-                scene.camera = framing(&found(&scene)?);
+                scene.camera = Camera::framing(&found(&scene)?);
             }
             Some(Thumbnail { entry, script, scene })
         })
@@ -73,15 +73,6 @@ fn found(scene: &Scene) -> Option<Aabb> {
         Extent::Open(_) | Extent::Empty => None,
     };
     [2.0, 16.0].into_iter().find_map(within)
-}
-
-/// A camera in which a box fills the picture.
-fn framing(region: &Aabb) -> Camera {
-    let usual = Camera::default();
-    let radius = 0.5 * region.diagonal();
-    let distance = 0.92 * radius / libm::sin(0.5 * Camera::FOV.to_radians());
-    let target = 0.5 * (region.min + region.max);
-    Camera { eye: target + distance * (usual.eye - usual.target).normalize(), target, ..usual }
 }
 
 /// A script that shows an example.

@@ -155,6 +155,9 @@ fn wrapped(text: &str) -> Vec<String> {
 
 /// A number with three digits that say something.
 fn number(x: f64) -> String {
+    if x >= 1e6 {
+        return format!("{x:.2e}");
+    }
     let digits = if x > 0.0 { (2.0 - libm::log10(x).floor()).clamp(0.0, 9.0) as usize } else { 0 };
     format!("{x:.digits$}")
 }
@@ -187,7 +190,8 @@ mod tests {
 
     #[test]
     fn numbers_keep_three_digits() {
-        let said: Vec<String> = [0.0, 0.01234, 1.2345, 12.345, 1234.5].into_iter().map(number).collect();
-        assert_eq!(said, ["0", "0.0123", "1.23", "12.3", "1234"]);
+        let said: Vec<String> =
+            [0.0, 0.01234, 1.2345, 12.345, 1234.5, 1.4567e52].into_iter().map(number).collect();
+        assert_eq!(said, ["0", "0.0123", "1.23", "12.3", "1234", "1.46e52"]);
     }
 }

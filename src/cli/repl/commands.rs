@@ -132,7 +132,10 @@ pub const COMMANDS: &[Command] = &[
         argument: "[F]",
         meaning: "say what a solid is connected with",
         action: Action::Topology,
-        more: "The same as `orogen topology` of a script: components, critical points, genus, volumes.",
+        more: "Reports the components, the pieces that the solid is in; the genus of one is how many handles it has. They \
+               follow from the critical points of the field inside: a minimum begins a piece, a 1-saddle joins two or \
+               makes a handle, a 2-saddle closes a handle or makes a void, a maximum fills a void. What is certified \
+               is proven. `orogen topology` of a script says more.",
         examples: &[":topology sphere(1.0) + 0.3 * gradient(7).scaled(2.0)"],
     },
     Command {

@@ -56,7 +56,7 @@ fn row(name: &str, n: u64, unit: &str) -> String {
 /// Evaluations a second, of each kind.
 fn speeds(scene: &Scene, tape: &Arc<Tape>, flag: &AtomicBool) -> [(&'static str, f64); 4] {
     let mut field = Field::of_tape(tape);
-    let Aabb { min, max } = scene.bounds.unwrap_or_else(|| session::bounds(scene, &mut field));
+    let Aabb { min, max } = scene.bounds.unwrap_or_else(|| session::bounds(scene, &field));
     let points: Vec<DVec3> = (0..PLACES as u64)
         .map(|i| {
             let share = DVec3::from_array([0, 1, 2].map(|axis| uniform(mix(3 * i + axis))));

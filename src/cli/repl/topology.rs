@@ -5,7 +5,7 @@ use crate::cli::report::{Outcome, err, plural, seconds};
 use crate::cli::topology::report::Report;
 use crate::diag::{Diagnostic, Severity};
 use crate::scene::{Keep, Measure};
-use crate::session::topology::{Purpose, analyse, kept, origin};
+use crate::session::topology::{Origin, Purpose, analyse, kept};
 use std::time::Instant;
 
 /// Components in the table.
@@ -15,10 +15,11 @@ const TOP: usize = 5;
 pub fn run(shell: &Shell, argument: Option<&str>) -> Outcome {
     let start = Instant::now();
     let mut scene = shell.solid(argument)?;
-    if let Some((before, doubts)) = origin(&scene) {
-        err("this is of the solid before it flowed, which has the same components");
-        doubts.iter().for_each(|d| drop(shell.say(d)));
-        scene = before;
+    let origin = Origin::of(&scene);
+    if let Some(origin) = &origin {
+        err(origin.note());
+        origin.doubts.iter().for_each(|d| drop(shell.say(d)));
+        scene = origin.scene.clone();
     }
     let purpose = Purpose { volumes: true, ..Purpose::default() };
     let analysis =
@@ -29,8 +30,8 @@ pub fn run(shell: &Shell, argument: Option<&str>) -> Outcome {
         Some(keep) => keep,
     };
     let kept = kept(&analysis, &keep).map_err(|e| shell.say(&e))?;
-    let report = Report::new(&analysis, &kept, start.elapsed().as_secs_f64());
-    report.print(TOP);
+    let report = Report::new(&analysis, &kept, origin.as_ref(), start.elapsed().as_secs_f64());
+    report.print(TOP, "`orogen topology` of a script");
     err(format_args!("{}, {}", seconds(start.elapsed().as_secs_f64()), plural(report.cells(), "cell")));
     if let Some(rough) = &analysis.rough {
         shell.say(&Diagnostic { severity: Severity::Warning, ..(**rough).clone() });

@@ -14,7 +14,7 @@ use crate::field::Watch;
 use crate::render::{self, Job, Metadata, Picture};
 use crate::scene::{Keep, Measure, Scene};
 use crate::session::topology::{
-    ARCS, Analysis, COLORS, Purpose, Show, analyse, doubts, kept, origin, picture, unproven,
+    ARCS, Analysis, COLORS, Origin, Purpose, Show, analyse, doubts, kept, picture, unproven,
 };
 use crate::session::{self, Loaded, Order};
 use crate::topology::separatrices;
@@ -23,7 +23,6 @@ use report::Report;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 
 /// Find out what a script's solid is connected with
@@ -117,11 +116,11 @@ impl What {
 }
 
 /// The solid before it flowed: a flow keeps what is connected, and of what was before more can be known.
-fn unflowed(scene: Arc<Scene>, loaded: &Loaded, terminal: &Terminal) -> Arc<Scene> {
-    let Some((before, doubts)) = origin(&scene) else { return scene };
-    err("this is of the solid before it flowed, which has the same components");
-    doubts.iter().for_each(|d| terminal.diagnostic(d, &loaded.sources));
-    Arc::new(before)
+fn unflowed(scene: &Scene, loaded: &Loaded, terminal: &Terminal) -> Option<Origin> {
+    let origin = Origin::of(scene)?;
+    err(origin.note());
+    origin.doubts.iter().for_each(|d| terminal.diagnostic(d, &loaded.sources));
+    Some(origin)
 }
 
 /// Runs the command.
@@ -130,10 +129,11 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     check(args)?;
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.script, terminal)?;
-    let scene = unflowed(scene, &loaded, terminal);
+    let origin = unflowed(&scene, &loaded, terminal);
+    let scene = origin.as_ref().map_or(&*scene, |origin| &origin.scene);
     if let Some(Keep::Near { core, feature }) = scene.surface.keep {
         local::check(args)?;
-        let made = local::show(args, &scene, (core, feature), (&progress, &flag));
+        let made = local::show(args, scene, (core, feature), (&progress, &flag));
         progress.finish();
         let stats = made.map_err(|error| work::failure(error, &loaded, terminal))?;
         tell(args, &stats, || local::print(&stats))?;
@@ -142,14 +142,16 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     }
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let purpose = Purpose { fresh: args.fresh, volumes: true, voids: args.voids };
-    let found = session::on_threads(args.picture.threads, || analyse(&scene, purpose, &watch));
+    let found = session::on_threads(args.picture.threads, || analyse(scene, purpose, &watch));
     progress.finish();
     let analysis = found.and_then(|a| a).map_err(|error| work::failure(error, &loaded, terminal))?;
     let elapsed = start.elapsed().as_secs_f64();
     let keep = scene.surface.keep.unwrap_or(Keep::Most(Measure::Minima));
     let kept = kept(&analysis, &keep).map_err(|error| work::failure(error, &loaded, terminal))?;
-    let report = Report::new(&analysis, &kept, elapsed);
-    tell(args, &report, || report.print(args.top.unwrap_or(TOP)))?;
+    let report = Report::new(&analysis, &kept, origin.as_ref(), elapsed);
+    tell(args, &report, || {
+        report.print(args.top.unwrap_or(TOP), &format!("--top {}", analysis.parts.len()))
+    })?;
     if args.json.is_none() {
         let source = if analysis.remembered { ", partly from disk" } else { "" };
         let cells = plural(report.cells(), "cell");
@@ -164,7 +166,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     }
     if args.picture.output.is_some() {
         let progress = Progress::new(terminal, "picture");
-        let made = paint(args, &scene, &analysis, &keep, (&progress, &flag));
+        let made = paint(args, scene, &analysis, &keep, (&progress, &flag));
         progress.finish();
         made.map_err(|error| work::failure(error, &loaded, terminal))?;
     }

@@ -4,7 +4,7 @@ use crate::cast::Ruling;
 use crate::cli::report::{count, out, plural};
 use crate::diag::Diagnostic;
 use crate::scene::Aabb;
-use crate::session::topology::{Analysis, Part, Void, Voids};
+use crate::session::topology::{Analysis, Origin, Part, Void, Voids};
 use crate::topology::{Complex, Component, Kind, SearchStats};
 use glam::DVec3;
 use serde::Serialize;
@@ -16,6 +16,8 @@ pub struct Report<'a> {
     certified: bool,
     /// or of what of it is within the region.
     certified_within_bounds: bool,
+    /// Of a flowed solid, before it flowed: whether it is proven that what is proven of it is true after as well.
+    kept_by_flow: Option<bool>,
     /// Where it was looked for.
     region: Aabb,
     /// Of smooth fields, as far as they were found.
@@ -84,13 +86,19 @@ struct Undecided {
     beyond: usize,
     /// Components that may go on beyond the region.
     cut: usize,
+    /// Whether there may be something beyond it.
+    elsewhere: bool,
 }
 
 /// Undecided places in a report.
 const PLACES: usize = 1000;
 
+/// What to do where critical points are not isolated.
+const DEGENERATE: &str = "a slightly other parameter, or a little noise, parts critical points that coincide";
+
 impl<'a> Report<'a> {
-    pub fn new(analysis: &'a Analysis, kept: &[Ruling], seconds: f64) -> Report<'a> {
+    /// Of a flowed solid with its origin.
+    pub fn new(analysis: &'a Analysis, kept: &[Ruling], origin: Option<&Origin>, seconds: f64) -> Report<'a> {
         let line = |(part, ruling): (&'a Part, &Ruling)| Line {
             kept: ruling.kept,
             certified: part.certified,
@@ -100,9 +108,12 @@ impl<'a> Report<'a> {
         };
         let complex = analysis.complex.as_deref();
         let undecided = Undecided::new(analysis);
+        let kept_by_flow = origin.map(|origin| origin.doubts.is_empty());
+        let is_certified = analysis.is_certified() && kept_by_flow != Some(false);
         Report {
-            certified: analysis.is_certified() && undecided.cut == 0,
-            certified_within_bounds: analysis.is_certified(),
+            certified: is_certified && analysis.is_whole && undecided.cut == 0,
+            certified_within_bounds: is_certified,
+            kept_by_flow,
             region: analysis.region,
             critical_points: complex.map(Counts::new),
             complete: analysis.proven().is_some(),
@@ -116,8 +127,8 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// The table, with so many components.
-    pub fn print(&self, top: usize) {
+    /// The table, with so many components; `all` is what shows them all.
+    pub fn print(&self, top: usize, all: &str) {
         let certified = match (self.certified, self.certified_within_bounds) {
             (true, _) => "certified",
             (false, true) => "certified within the bounds only",
@@ -150,7 +161,7 @@ impl<'a> Report<'a> {
         self.components.iter().enumerate().take(top).for_each(|(i, line)| line.print(i));
         match self.components.len().saturating_sub(top) {
             0 => {}
-            n => out(format!("and {} more; --top {} shows all", count(n as u64), self.components.len())),
+            n => out(format!("and {} more; {all} shows all", count(n as u64))),
         }
     }
 
@@ -161,18 +172,22 @@ impl<'a> Report<'a> {
 
     /// What is not proven, and what to do about it.
     pub fn doubts(&self) -> Vec<Diagnostic> {
-        let Undecided { places, places_total, level, lost, beyond, cut } = &self.undecided;
+        let Undecided { places, places_total, level, lost, beyond, cut, elsewhere } = &self.undecided;
         let mut doubts = Vec::new();
+        let first = places.first().map_or(DVec3::ZERO, |b| 0.5 * (b.min + b.max));
+        let what = format!("could not be decided; the first is at {first:.6}");
+        let thin = "parts that only just touch, or very thin ones, cannot be told apart; try a smooth field";
+        if self.critical_points.is_some() && !self.complete && self.certified_within_bounds {
+            let warning =
+                "these are not proven to be all critical points, so that nothing is said of handles";
+            doubts.push(Diagnostic::warning(warning).hint(DEGENERATE));
+        }
         let mut doubt = |n: usize, noun: &str, what: &str, hint: &str| {
             if n > 0 {
                 doubts.push(Diagnostic::warning(format!("{} {what}", plural(n as u64, noun))).hint(hint));
             }
         };
-        let first = places.first().map_or(DVec3::ZERO, |b| 0.5 * (b.min + b.max));
-        let what = format!("could not be decided; the first is at {first:.6}");
-        let degenerate = "a slightly other parameter, or a little noise, parts critical points that coincide";
-        let thin = "parts that only just touch, or very thin ones, cannot be told apart; try a smooth field";
-        let hint = if self.critical_points.is_some() { degenerate } else { thin };
+        let hint = if self.critical_points.is_some() { DEGENERATE } else { thin };
         doubt(*places_total, "place", &what, hint);
         let hint = "shift the field by a small constant";
         doubt(*level, "critical point", "may be inside or not", hint);
@@ -181,6 +196,10 @@ impl<'a> Report<'a> {
         let hint = "widen the bounds of the scene";
         doubt(*beyond, "path", "left the region: the solid reaches beyond the bounds", hint);
         doubt(*cut, "component", "may go on beyond the bounds", hint);
+        if *elsewhere && *cut == 0 {
+            let warning = "it is not proven that nothing of the solid is beyond the bounds";
+            doubts.push(Diagnostic::warning(warning).hint(hint));
+        }
         if self.voids.as_ref().is_some_and(|voids| !voids.certified) {
             let hint = "walls that only just close, a field without a value somewhere, and bounds that cut the solid \
                         leave nothing to prove";
@@ -272,11 +291,13 @@ fn enclosed([lo, hi]: [f64; 2]) -> String {
 
 impl Undecided {
     fn new(analysis: &Analysis) -> Undecided {
+        let elsewhere = !analysis.is_whole;
         if analysis.proven().is_some() {
-            return Undecided::default();
+            return Undecided { elsewhere, ..Undecided::default() };
         }
         let flood = &analysis.flood;
         let mut undecided = Undecided {
+            elsewhere,
             places_total: flood.undecided.len(),
             places: flood.undecided.iter().take(PLACES).copied().collect(),
             cut: flood.list.iter().filter(|c| c.cut).count(),

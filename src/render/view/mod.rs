@@ -129,6 +129,11 @@ impl View {
         }
     }
 
+    /// Whether a point is within the picture, if nothing is in front of it.
+    pub fn shows(&self, p: DVec3) -> bool {
+        self.project(p).is_some_and(|at| (0..2).all(|axis| (0.0..=self.size[axis]).contains(&at[axis])))
+    }
+
     /// Where a short straight line appears; `None` where an end is not seen, or where the line runs over a
     /// seam of the picture.
     pub fn project_line(&self, ends: [DVec3; 2]) -> Option<[[f64; 2]; 2]> {

@@ -62,7 +62,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<Sky>("Sky");
     let sentence = "What surrounds the solid. Options: zenith, nadir (light from above and below), up (a direction, or \"outward\" on a planet), background, air (which gives light of its own in place of zenith and nadir), stars (true, or how bright they are beside those of a photograph).";
     lib.def("sky(options)", sentence, "sky(#{ zenith: \"#8090a0\", background: \"#000\" })", sky);
-    let sentence = "What a picture shows. Options: surface (needed), material, camera, sun, lights (an array of more suns, and lamps), sky, moon, sea, film, bounds (half the size of a cube, or [min, max]).";
+    let sentence = "What a picture shows. Options: surface (needed), material, camera, sun, lights (an array of more suns, and lamps), sky, moon, sea, film, bounds (half the size of a cube, or [min, max]; what is beyond is left out; found around all of the solid unless given).";
     lib.def(
         "scene(options)",
         sentence,

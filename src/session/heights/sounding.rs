@@ -12,8 +12,8 @@ use crate::field::Field;
 use crate::field::Watch;
 use crate::render::{self, Rect, RenderError};
 use crate::scene::{Aabb, Scene, Spacing};
-use crate::session::stage;
 use crate::session::topology::Sieve;
+use crate::session::whereabouts;
 use crate::tape::Cells;
 use rayon::prelude::*;
 use std::io;
@@ -100,8 +100,8 @@ impl Sounder {
         let (graph, roots) = spacing
             .limit(&scene.graph, &[scene.surface.field])
             .map_err(|e| RenderError::TooLarge(e).diagnostic())?;
-        let mut field = Field::new(&graph, roots[0]);
-        let bounds = stage::region(scene, &mut field);
+        let field = Field::new(&graph, roots[0]);
+        let bounds = whereabouts::region(scene, &field);
         let Aabb { min, max } = bounds;
         if !(min.is_finite() && max.is_finite() && min.cmplt(max).all()) {
             return Err(Box::new(RenderError::Bounds.diagnostic()));

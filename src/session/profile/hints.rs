@@ -75,6 +75,11 @@ impl<'a> Found<'a> {
         name(self.shown.graph.node(node))
     }
 
+    /// Whether what an expression does is carry something along.
+    fn is_flow(&self, node: NodeId) -> bool {
+        matches!(self.shown.graph.node(node), Node::Flow(..))
+    }
+
     pub(super) fn places(&self) -> impl Iterator<Item = &Sight> {
         self.look.seen.iter().step_by(self.look.seen.len().div_ceil(PLACES).max(1))
     }
@@ -230,8 +235,11 @@ fn undefined(found: &Found<'_>) -> Vec<Hint> {
             found.look.stats.rays,
             found.look.stats.uncertified
         );
-        let remedy =
-            "keep its argument where it has a value, as `sqrt(max(x, 0.0))` and `a / max(b, 0.01)` do";
+        let remedy = if found.is_flow(node) {
+            "weaker flows, or several one after the other, are known to have one; `--caster bent` finds what they show without proof"
+        } else {
+            "keep its argument where it has a value, as `sqrt(max(x, 0.0))` and `a / max(b, 0.01)` do"
+        };
         found.hint(node, finding, remedy.to_owned())
     };
     nodes.into_iter().map(of).collect()
@@ -246,7 +254,11 @@ fn boundless(found: &Found<'_>) -> Vec<Hint> {
             found.name(*node),
             percent(term.boundless as f64 / found.slopes.boxes as f64)
         );
-        let remedy = "keep its argument away from where it is vertical or jumps, as `sqrt(x + 1e-4)` and `smoothstep` do";
+        let remedy = if found.is_flow(*node) {
+            "weaker flows have a bound; `--caster bent` finds what these show without proof"
+        } else {
+            "keep its argument away from where it is vertical or jumps, as `sqrt(x + 1e-4)` and `smoothstep` do"
+        };
         found.hint(*node, finding, remedy.to_owned())
     };
     terms.map(of).collect()

@@ -8,7 +8,7 @@ use crate::cast::{Judge, Ruling};
 use crate::diag::Diagnostic;
 use crate::field::{Field, Watch};
 use crate::scene::{Keep, Measure, Scene};
-use crate::session::stage;
+use crate::session::{stage, whereabouts};
 use crate::topology::local::{Local, Seeker};
 use glam::DVec3;
 use std::num::NonZeroUsize;
@@ -108,7 +108,7 @@ static LAST: Mutex<Option<(Key, bool, Analysis)>> = Mutex::new(None);
 /// An analysis, remembered from picture to picture: quick ones and the full one share it.
 fn known(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis, Box<Diagnostic>> {
     let (graph, root) = (&scene.graph, scene.surface.field);
-    let key = Key::new(graph, root, &stage::region(scene, &mut Field::new(graph, root)));
+    let key = Key::new(graph, root, &whereabouts::region(scene, &Field::new(graph, root)));
     let last = || LAST.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((of, volumes, analysis)) = &*last()
         && *of == key

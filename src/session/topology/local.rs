@@ -10,7 +10,7 @@ use crate::field::{self, Field};
 use crate::num::Interval;
 use crate::render::Painter;
 use crate::scene::{Aabb, Scene};
-use crate::session::stage;
+use crate::session::whereabouts;
 use crate::tape::{Evaluator, Tape};
 use crate::topology::local::{Local, LocalStats, Seeker};
 use glam::DVec3;
@@ -34,7 +34,7 @@ static REMEMBERED: Mutex<Vec<(Which, Arc<Local>)>> = Mutex::new(Vec::new());
 pub fn local(scene: &Scene, core: DVec3, feature: f64) -> Result<Arc<Local>, Box<Diagnostic>> {
     let (graph, root) = (&scene.graph, scene.surface.field);
     field::smooth(graph, root)?;
-    let region: Aabb = stage::region(scene, &mut Field::new(graph, root));
+    let region: Aabb = whereabouts::region(scene, &Field::new(graph, root));
     let bits = [core.x, core.y, core.z, feature].map(f64::to_bits);
     let which = (Key::new(graph, root, &region), bits);
     let mut remembered = REMEMBERED.lock().unwrap_or_else(PoisonError::into_inner);

@@ -11,7 +11,7 @@ mod sieve;
 mod store;
 mod voids;
 
-pub use carried::origin;
+pub use carried::Origin;
 pub use judge::{Correction, correction, labels};
 pub use labels::Labels;
 pub use local::{doubts, local};
@@ -22,6 +22,7 @@ pub use sieve::{LeftOut, Sieve};
 pub use voids::{Void, Voids};
 
 use super::stage;
+use super::whereabouts::{self, Whereabouts};
 use crate::diag::{Diagnostic, Place};
 use crate::field::{self, Field, Stopped, Watch};
 use crate::scene::{Aabb, Scene};
@@ -37,6 +38,8 @@ pub struct Analysis {
     pub tape: Arc<Tape>,
     /// Where it was analysed.
     pub region: Aabb,
+    /// Whether it is proven that nothing of it is anywhere else.
+    pub is_whole: bool,
     /// Its components.
     pub parts: Vec<Part>,
     /// Critical points and what they join, of a field with continuous second derivatives.
@@ -119,7 +122,7 @@ pub fn analyse(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Ana
 /// Finds the parts of a solid.
 fn parted(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis, Box<Diagnostic>> {
     let (graph, root) = (&scene.graph, scene.surface.field);
-    let region: Aabb = stage::region(scene, &mut Field::new(graph, root));
+    let Whereabouts { region, is_whole } = whereabouts::locate(scene, &Field::new(graph, root));
     let tape = Arc::new(Tape::new(graph, &[root]));
     let rough = field::smooth(graph, root).err();
     let (complex, remembered) = match rough {
@@ -139,7 +142,19 @@ fn parted(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis
     let place = graph.place(root).cloned();
     let flood = Arc::new(flood);
     let labels = Labels::new(&tape, proven.map(|complex| &**complex), &flood, names);
-    Ok(Analysis { tape, region, parts, complex, flood, labels, voids: None, rough, place, remembered })
+    Ok(Analysis {
+        tape,
+        region,
+        is_whole,
+        parts,
+        complex,
+        flood,
+        labels,
+        voids: None,
+        rough,
+        place,
+        remembered,
+    })
 }
 
 /// Critical points and what they join, and whether they were on disk.

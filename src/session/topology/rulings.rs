@@ -18,6 +18,8 @@ pub fn unproven(analysis: &Analysis, kept: &[Ruling]) -> Option<Diagnostic> {
         "it is not proven what the solid is connected with, and so not what of it is kept"
     } else if analysis.parts.iter().any(|part| part.cut) && sure < kept.len() {
         "the solid may go on beyond the bounds, where what is left out may be joined with what is kept"
+    } else if !analysis.is_whole && sure < kept.len() {
+        "it is not proven that nothing of the solid is beyond the bounds, which may be larger than what is kept"
     } else if sure < kept.len() {
         "what is known of the sizes of components does not prove which are to be kept"
     } else {
@@ -85,10 +87,10 @@ fn large(analysis: &Analysis, share: f64) -> Vec<Ruling> {
     sizes.iter().zip(&analysis.parts).map(ruling).collect()
 }
 
-/// How large what is in no list may be: all that is not decided. Parts that end at the bounds may be one beyond them,
-/// which would be larger than any of them.
+/// How large what is in no list may be: all that is not decided, and whatever is beyond the bounds. Parts that end there
+/// may be one beyond them, which would be larger than any of them.
 fn unlisted(analysis: &Analysis) -> f64 {
-    if analysis.parts.iter().any(|part| part.cut) {
+    if !analysis.is_whole || analysis.parts.iter().any(|part| part.cut) {
         f64::INFINITY
     } else if analysis.is_certified() {
         0.0
@@ -121,10 +123,16 @@ fn holder(analysis: &Analysis, p: DVec3) -> Result<usize, Box<Diagnostic>> {
         return Err(Box::new(outside(p, value).at(analysis.place.clone())));
     }
     analysis.labels.clone().components(&[p])[0].ok_or_else(|| {
-        let error =
-            format!("{} is inside of the solid, but it is not known which component it belongs to", point(p));
-        let hint = "choose a point farther from the surface; orogen topology says what is not decided";
-        Box::new(Diagnostic::error(error).at(analysis.place.clone()).hint(hint))
+        let is_beyond = p.cmplt(analysis.region.min).any() || p.cmpgt(analysis.region.max).any();
+        let (error, hint) = if is_beyond {
+            ("is inside of the solid, but beyond the bounds", "widen the bounds of the scene")
+        } else {
+            (
+                "is inside of the solid, but it is not known which component it belongs to",
+                "choose a point farther from the surface; orogen topology says what is not decided",
+            )
+        };
+        Box::new(Diagnostic::error(format!("{} {error}", point(p))).at(analysis.place.clone()).hint(hint))
     })
 }
 

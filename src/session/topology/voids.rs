@@ -43,7 +43,7 @@ pub(super) fn voids(scene: &Scene, analysis: &Analysis, watch: &Watch<'_>) -> Re
     let can_have = |part: &Part| part.critical.as_ref().is_none_or(|c| c.counts[Kind::Saddle2 as usize] > 0);
     let hollow: Vec<usize> = (0..parts.len()).filter(|&i| can_have(&parts[i])).collect();
     if hollow.is_empty() && analysis.proven().is_some() {
-        return Ok(Voids { list: Vec::new(), certified: true });
+        return Ok(Voids { list: Vec::new(), certified: analysis.is_whole });
     }
     // Where there is no value there is nothing of the solid, and nothing of what is not solid.
     let is_defined = tape.is_defined(&region.intervals());
@@ -67,7 +67,7 @@ pub(super) fn voids(scene: &Scene, analysis: &Analysis, watch: &Watch<'_>) -> Re
         volume,
         part: part(around),
     });
-    Ok(Voids { list: list.collect(), certified: certified && is_defined && is_closed })
+    Ok(Voids { list: list.collect(), certified: certified && is_defined && is_closed && analysis.is_whole })
 }
 
 /// A box that holds all of a solid, not much larger than it if possible: one that holds all of its critical points and

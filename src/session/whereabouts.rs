@@ -1,0 +1,97 @@
+//! Where a solid is: the box that its scene gives, or one that is found around it.
+
+use crate::field::{self, Extent, FAR, Field};
+use crate::scene::{Aabb, Scene};
+
+/// Where a solid is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whereabouts {
+    /// The box.
+    pub region: Aabb,
+    /// Whether it is proven that nothing of the solid is anywhere else.
+    pub is_whole: bool,
+}
+
+/// Half sides of the cubes in which a solid is looked for, one after the other.
+const REACHES: [f64; 4] = [2.0, 16.0, 256.0, FARTHEST];
+
+/// Half side of the last of them.
+const FARTHEST: f64 = 4096.0;
+
+/// The box that a scene gives, or else finds for a field of its.
+pub(super) fn region(scene: &Scene, field: &Field) -> Aabb {
+    scene.bounds.unwrap_or_else(|| bounds(scene, field))
+}
+
+/// The same, and whether there is anything of the field's solid outside.
+pub fn locate(scene: &Scene, field: &Field) -> Whereabouts {
+    let found = find(scene, field, &|| false).whereabouts(field);
+    let Some(region) = scene.bounds else { return found };
+    let holds_found = region.min.cmple(found.region.min).all() && region.max.cmpge(found.region.max).all();
+    Whereabouts { region, is_whole: found.is_whole && holds_found || is_clear(field, &region) }
+}
+
+/// A box that holds all of a field's solid wherever the scene has its bounds, if it is proven that one does.
+pub(super) fn whole(scene: &Scene, field: &Field) -> Option<Aabb> {
+    let found = find(scene, field, &|| false).whereabouts(field);
+    found.is_whole.then_some(found.region)
+}
+
+/// Whether it is proven that nothing of a field's solid is outside of a box.
+fn is_clear(field: &Field, region: &Aabb) -> bool {
+    field::around(field, region, FAR, &|| false).clear >= FAR
+}
+
+/// A box for a scene that gives none: around the solid if it ends, else around what the camera can
+/// be meant to show.
+pub fn bounds(scene: &Scene, field: &Field) -> Aabb {
+    bounds_until(scene, field, &|| false)
+}
+
+/// The same, but no closer bounds are looked for when `halt` says so.
+pub(super) fn bounds_until(scene: &Scene, field: &Field, halt: &dyn Fn() -> bool) -> Aabb {
+    find(scene, field, halt).region
+}
+
+/// A box that was found.
+struct Found {
+    region: Aabb,
+    /// The cube that it was found in, if nothing else is as far away as anything is looked for.
+    cube: Option<Aabb>,
+}
+
+impl Found {
+    fn whereabouts(&self, field: &Field) -> Whereabouts {
+        Whereabouts { region: self.region, is_whole: self.cube.is_some_and(|cube| is_clear(field, &cube)) }
+    }
+}
+
+fn find(scene: &Scene, field: &Field, halt: &dyn Fn() -> bool) -> Found {
+    let sight = sight(scene);
+    let mut near = None;
+    for half in REACHES {
+        // Inside the smallest cube that holds it, the search finds a box that fits closely.
+        let cube = Aabb::cube(half);
+        let Extent::Within(region) = field::extent_until(field, &cube, halt) else { continue };
+        let around = field::around(field, &cube, FARTHEST, halt);
+        if around.clear >= FARTHEST {
+            return Found { region, cube: Some(cube) };
+        }
+        // Where it takes too long to prove that there is nothing else, and nothing was met, there is likely nothing.
+        if around.clear >= sight || around.met.is_none() {
+            near.get_or_insert(region);
+        }
+    }
+    Found { region: near.unwrap_or_else(|| in_sight(scene)), cube: None }
+}
+
+/// A cube that holds the camera and what it looks at, with room behind.
+pub(super) fn in_sight(scene: &Scene) -> Aabb {
+    Aabb::cube(sight(scene))
+}
+
+/// Half its side.
+fn sight(scene: &Scene) -> f64 {
+    let reach = scene.camera.reach();
+    if reach.is_finite() { (1.5 * reach).max(2.0) } else { 16.0 }
+}
