@@ -94,12 +94,13 @@ impl Outline {
         let mut gradient = sign * reading.toward.xy();
         let mut jet = Point { value, ..Point::default() };
         // The direction to a place within a piece is that across it, without the rounding that grows as the
-        // place gets close; so it is at a place where pieces join smoothly.
+        // place gets close, until nothing else is left of it; so it is at a place where pieces join smoothly.
         let within = foot.t > 0.0 && foot.t < 1.0;
         let close = reading.distance <= 1e-7 * self.strand.size();
-        let beside = within || close && gradient.dot(normal) > 1.0 - 1e-6 || reading.distance == 0.0;
+        let lost = reading.distance <= 1e-12 * self.strand.size();
+        let beside = within || close && gradient.dot(normal) > 1.0 - 1e-6 || lost;
         if beside {
-            gradient = if gradient.dot(normal) < 0.0 { -normal } else { normal };
+            gradient = if gradient.dot(normal) < 0.0 && !close { -normal } else { normal };
         }
         if order == Order::Hessian {
             // Parallel to a line of curvature k the outline's is k / (1 - f k); around a corner 1 / f.

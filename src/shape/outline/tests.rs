@@ -215,3 +215,19 @@ fn drawings_that_enclose_nothing_say_so() {
         .collect();
     assert!((value(&polygon(&[&many]), 0.5, 0.0) + 0.5).abs() < 1e-6);
 }
+
+/// What is left of the distance to an edge is rounding: it says nothing of the side that is outside.
+#[test]
+fn edges_face_outwards_however_close() {
+    let corners = [[-0.7, -0.5], [0.7, -0.5], [0.1, 0.8]];
+    let outline = polygon(&[&corners]);
+    let mut rng = seeded(12);
+    for _ in 0..3000 {
+        let i = rng.random_range(0..3);
+        let [from, to] = [corners[i], corners[(i + 1) % 3]].map(DVec2::from);
+        let outwards = -(to - from).perp().normalize();
+        let place = from.lerp(to, rng.random_range(0.01..0.99)) + rng.random_range(-1e-15..1e-15) * outwards;
+        let gradient = DVec3::from(outline.jet(Order::Gradient, place.extend(0.0)).grad).xy();
+        assert!(gradient.distance(outwards) < 1e-9, "{place}: {gradient} for {outwards}");
+    }
+}
