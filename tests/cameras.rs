@@ -144,6 +144,29 @@ fn all_around_a_ball_fills_its_solid_angle() {
     assert!(square.warnings.iter().any(|w| w.message.contains("stretched")));
 }
 
+/// Who asks for no camera is told when the usual one does not show all, and which one does.
+#[test]
+fn the_usual_camera_says_what_it_does_not_show() {
+    let warnings = |script: &str| {
+        let compiled = compile(&Request::text(script));
+        let scene = compiled.scene.unwrap_or_else(|| panic!("{script}: {:?}", compiled.diagnostics));
+        let order = Order { size: Some((40, 30)), samples: Some(1), ..Order::default() };
+        let job = AtomicBool::new(false);
+        session::render(&scene, &order, &Job::unwatched(&job)).expect("a picture").warnings
+    };
+    let two = "union(sphere(1.0), sphere(0.5).translated([3, 0, 0]))";
+    let [cut] = &warnings(two)[..] else { panic!("one warning") };
+    assert!(cut.message.contains("does not show all"), "{cut:?}");
+    let (_, camera) = cut.hints[0].split_once("camera: ").expect("a camera");
+    let all = format!("scene(#{{ surface: {two}, camera: {camera}");
+    for script in [&all, "sphere(1.0)", "sphere(1.0) + 0.2 * gradient(7).scaled(4.0)", "y - 0.1 * sin(x)"] {
+        assert!(warnings(script).is_empty(), "{script}");
+    }
+    // Whoever chooses a camera chooses what it shows.
+    let own = format!("scene(#{{ surface: {two}, camera: orbit(#{{ distance: 3.9 }}) }})");
+    assert!(warnings(&own).is_empty());
+}
+
 #[test]
 fn a_lens_blurs_what_is_out_of_focus_only() {
     // Pixels that the ball covers in part, at its edge about 2.8 units away.

@@ -477,6 +477,8 @@ fn far_parts_are_found_or_in_doubt() {
         (beside, Some(2), true),
         (ring, Some(2), true),
         (far, Some(2), true),
+        ("sphere(1e5)", Some(1), true),
+        ("sphere(1.0).translated([2e4, 0, 0])", Some(1), true),
         (rough, None, true),
         (lattice, None, false),
         (&bounded(beside, 5.0), Some(2), true),

@@ -41,11 +41,11 @@ pub struct Args {
     output: PathBuf,
 
     /// Cells along the longest edge of the solid's bounds [default: 128, or what the tolerance needs, up to 512]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(FINEST)))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(FINEST)), allow_negative_numbers = true)]
     resolution: Option<u32>,
 
     /// How far the mesh may be from the surface, in the units of the script; merges triangles up to that
-    #[arg(long, value_name = "DISTANCE", value_parser = distance)]
+    #[arg(long, value_name = "DISTANCE", value_parser = distance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
 
     /// Edges sharper than this are shown sharp: a .glb has points of its own for each side there; 180 for none
@@ -56,7 +56,7 @@ pub struct Args {
     scripting: ScriptOptions,
 
     /// Threads to use [default: one per processor core]; the mesh does not depend on it
-    #[arg(long, value_name = "N", value_parser = options::threads)]
+    #[arg(long, value_name = "N", value_parser = options::threads, allow_negative_numbers = true)]
     threads: Option<NonZeroUsize>,
 }
 

@@ -49,7 +49,7 @@ pub struct PictureOptions {
     pub size: Option<Size>,
 
     /// Samples per pixel; more are smoother and slower [default: what the script says, or 4]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Film::MAX_SAMPLES)))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Film::MAX_SAMPLES)), allow_negative_numbers = true)]
     pub samples: Option<u32>,
 
     /// How rays find the surface: auto, beam, octree, sphere, speculative, segment or affine; to compare with,
@@ -59,7 +59,7 @@ pub struct PictureOptions {
     pub caster: Kind,
 
     /// Threads to use [default: one per processor core]; the picture does not depend on it
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub threads: Option<NonZeroUsize>,
 }
 

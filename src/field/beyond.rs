@@ -101,12 +101,12 @@ mod tests {
     #[test]
     fn what_is_clear_is() {
         let mut rng = StdRng::seed_from_u64(5);
-        let mut counts = [0; 3];
+        let mut counts = [0; 2];
         for _ in 0..200 {
             let far = 4.0 * rng.random_range(0.1..200.0_f64);
             let centre = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-far..far)));
             let radius = rng.random_range(0.05..4.0);
-            let region = Aabb::cube(rng.random_range(1.0..100.0));
+            let region = Aabb::cube(rng.random_range(1.0..800.0));
             let found = around(&ball(centre, radius), &region, FAR, &|| false);
             let about = format!("{centre} {radius} {region:?}: {found:?}");
             let is_inside = centre.abs().max_element() + radius < region.max.x;
@@ -119,9 +119,9 @@ mod tests {
             if let Some(p) = found.met {
                 assert!(p.distance(centre) <= radius && p.abs().max_element() >= region.max.x, "{about}");
             }
-            counts[if found.clear >= FAR { 0 } else { 1 + usize::from(found.met.is_some()) }] += 1;
+            counts[usize::from(found.met.is_some())] += 1;
         }
-        assert!(counts.iter().all(|&n| n > 10), "{counts:?}");
+        assert!(counts.iter().all(|&n| n > 50), "{counts:?}");
     }
 
     #[test]

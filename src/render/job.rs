@@ -134,15 +134,20 @@ fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {
             )
             .hint("check the sign of the field (negative is inside), or widen the bounds")
         } else {
-            Diagnostic::warning("the camera does not see the solid")
-                .hint("turn the camera's target towards it, step back, or widen the field of view")
+            Diagnostic::warning("the camera does not see the solid").hint(
+                "turn the camera's target towards it; step back, or closer where it is smaller than a pixel",
+            )
         });
     }
     if picture.stats.undefined > 0 {
         let share = 100.0 * picture.stats.undefined as f64 / picture.stats.samples as f64;
         let message =
             format!("colour or normal is not a number in {share:.2}% of the samples (shown in magenta)");
-        warnings.push(Diagnostic::warning(message).hint("guard divisions and square roots in the colour"));
+        warnings.push(
+            Diagnostic::warning(message).hint(
+                "guard divisions and square roots in the colour; where a surface jumps it has no normal",
+            ),
+        );
     }
     warnings
 }

@@ -79,8 +79,11 @@ fn solid(scene: &Scene, fineness: &Fineness) -> Result<(Scene, Solid, bool), Box
         },
         Extent::Empty => {
             let place = graph.place(whole).cloned();
-            let error = Diagnostic::error("there is no solid: the field is positive everywhere").at(place);
-            return Err(Box::new(error.hint("negative is inside; check the sign of the field")));
+            let error = Diagnostic::error("there is no solid within the bounds: the field is positive there")
+                .at(place);
+            return Err(Box::new(error.hint(
+                "negative is inside; check the sign of the field, or give other `bounds` of the scene",
+            )));
         }
     };
     let tape = Arc::new(Tape::new(&graph, &[field]));

@@ -2,6 +2,7 @@
 
 use crate::field::{self, Extent, FAR, Field};
 use crate::scene::{Aabb, Scene};
+use glam::DVec3;
 
 /// Where a solid is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,10 +14,13 @@ pub struct Whereabouts {
 }
 
 /// Half sides of the cubes in which a solid is looked for, one after the other.
-const REACHES: [f64; 4] = [2.0, 16.0, 256.0, FARTHEST];
+const REACHES: [f64; 7] = [2.0, 16.0, 256.0, LARGE, 16.0 * LARGE, 256.0 * LARGE, FARTHEST];
+
+/// Half side of the first of them that solids are seldom in, and only looked for if they seem to end there.
+const LARGE: f64 = 4096.0;
 
 /// Half side of the last of them.
-const FARTHEST: f64 = 4096.0;
+const FARTHEST: f64 = 4096.0 * LARGE;
 
 /// The box that a scene gives, or else finds for a field of its.
 pub(super) fn region(scene: &Scene, field: &Field) -> Aabb {
@@ -69,7 +73,8 @@ impl Found {
 fn find(scene: &Scene, field: &Field, halt: &dyn Fn() -> bool) -> Found {
     let sight = sight(scene);
     let mut near = None;
-    for half in REACHES {
+    let mut values = field.clone();
+    for half in REACHES.into_iter().filter(|half| *half <= LARGE || seems_to_end(&mut values, *half)) {
         // Inside the smallest cube that holds it, the search finds a box that fits closely.
         let cube = Aabb::cube(half);
         let Extent::Within(region) = field::extent_until(field, &cube, halt) else { continue };
@@ -83,6 +88,20 @@ fn find(scene: &Scene, field: &Field, halt: &dyn Fn() -> bool) -> Found {
         }
     }
     Found { region: near.unwrap_or_else(|| in_sight(scene)), cube: None }
+}
+
+/// Whether samples on the faces of a cube are all outside of the solid.
+fn seems_to_end(field: &mut Field, half: f64) -> bool {
+    const ACROSS: usize = 8;
+    // Not where the symmetries of solids are.
+    let place = |i: usize| half * (2.0 * (i as f64 + 0.53) / ACROSS as f64 - 1.0);
+    let points = (0..ACROSS * ACROSS).map(|i| [place(i % ACROSS), place(i / ACROSS)]);
+    let on_faces = points.flat_map(|[u, v]| {
+        [-half, half]
+            .into_iter()
+            .flat_map(move |w| [DVec3::new(w, u, v), DVec3::new(u, w, v), DVec3::new(u, v, w)])
+    });
+    on_faces.into_iter().all(|p| field.value(p) > 0.0)
 }
 
 /// A cube that holds the camera and what it looks at, with room behind.

@@ -202,7 +202,10 @@ impl<'a> Reader<'a> {
         /// Characters shown on either side.
         const AROUND: usize = 24;
         let what = match self.next() {
-            Some(c) => format!("`{c}`"),
+            Some(c) => {
+                let digits: String = self.text[self.at..].chars().take_while(char::is_ascii_digit).collect();
+                format!("`{}`", if digits.is_empty() { c.to_string() } else { digits })
+            }
             None => "the end".to_owned(),
         };
         let before = self.text[..self.at].chars().count();
