@@ -211,7 +211,7 @@ fn an_enormous_bound_makes_no_hits() {
     let mut b = Build::default();
     let ball = b.sphere([0.0; 3], 1.0);
     let [x, ..] = b.p();
-    let wall = b.shifted(x, 1.9);
+    let wall = b.shifted(x, 1.4);
     let wall = b.neg(wall);
     let wall = b.scaled(1e40, wall);
     let root = b.max(ball, wall);
@@ -223,10 +223,9 @@ fn an_enormous_bound_makes_no_hits() {
         made.first_hits(rays, &mut hits, &mut CastStats::default(), &AtomicBool::new(false));
         for (ray, hit) in rays.iter().zip(&hits) {
             let value = field.value(ray.at(hit.t));
-            assert!(
-                !hit.is_hit() || value.abs() < 2.0 * TOLERANCE,
-                "{kind:?}, {ray:?}: {hit:?}, where f = {value}"
-            );
+            let begins_inside = hit.t == ray.near && value <= 0.0;
+            let is_right = !hit.is_hit() || begins_inside || value.abs() < 2.0 * TOLERANCE;
+            assert!(is_right, "{kind:?}, {ray:?}: {hit:?}, where f = {value}");
         }
         let met = hits.iter().filter(|hit| hit.is_hit()).count();
         assert!((50..450).contains(&met), "{met}");
