@@ -228,7 +228,7 @@ fn an_enormous_bound_makes_no_hits() {
             assert!(is_right, "{kind:?}, {ray:?}: {hit:?}, where f = {value}");
         }
         let met = hits.iter().filter(|hit| hit.is_hit()).count();
-        assert!((50..450).contains(&met), "{met}");
+        assert!((50..rays.len()).contains(&met), "{met}");
     }
 }
 
