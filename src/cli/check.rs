@@ -46,10 +46,11 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
 fn describe(scene: &Scene, terminal: &Terminal) -> String {
     let field = scene.surface.field;
     let nodes = scene.graph.reachable(&[field]).len() as u64;
+    let solid = Field::new(&scene.graph, field);
     let mut lines = vec![
         ("parameters", parameters(scene, &" ".repeat(12)).unwrap_or_else(|| "none".into())),
         ("surface", format!("{}; {} nodes", smoothness(scene.graph.class(field)), count(nodes))),
-        ("bounds", bounds(scene)),
+        ("bounds", bounds(scene, &solid)),
         (
             "picture",
             format!(
@@ -61,7 +62,7 @@ fn describe(scene: &Scene, terminal: &Terminal) -> String {
             ),
         ),
     ];
-    if let Some(steps) = Field::new(&scene.graph, field).tape().flowed().map(|flow| flow.steps()) {
+    if let Some(steps) = solid.tape().flowed().map(|flow| flow.steps()) {
         let most = if steps == MOST {
             ", the most that are taken: is the velocity too steep somewhere?"
         } else {
@@ -97,9 +98,8 @@ fn smoothness(class: Class) -> &'static str {
     }
 }
 
-fn bounds(scene: &Scene) -> String {
-    let field = Field::new(&scene.graph, scene.surface.field);
-    let Whereabouts { region: Aabb { min, max }, is_whole } = session::locate(scene, &field);
+fn bounds(scene: &Scene, solid: &Field) -> String {
+    let Whereabouts { region: Aabb { min, max }, is_whole } = session::locate(scene, solid);
     let origin = match (scene.bounds, is_whole) {
         (Some(_), true) => "given by the script",
         (Some(_), false) => "given by the script; the solid may go on beyond",

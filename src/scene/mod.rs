@@ -126,6 +126,11 @@ impl Aabb {
         Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// Whether all of another box is in this one.
+    pub fn holds(&self, other: &Aabb) -> bool {
+        self.min.cmple(other.min).all() && self.max.cmpge(other.max).all()
+    }
+
     /// The coordinates.
     pub fn intervals(&self) -> [Interval; 3] {
         std::array::from_fn(|axis| Interval::new(self.min[axis], self.max[axis]))

@@ -68,15 +68,16 @@ fn solid(scene: &Scene, fineness: &Fineness) -> Result<(Scene, Solid, bool), Box
         Scene { graph: graph.clone(), surface: Surface { field, ..scene.surface.clone() }, ..scene.clone() };
     let grown = Aabb { min: found.min - 0.01 * size, max: found.max + 0.01 * size };
     let shown = Field::new(&graph, field);
+    // With less detail it may reach farther, or have parts elsewhere.
+    let all = whereabouts::locate(&limited, &shown);
     let (region, is_whole) = match field::extent(&shown, &grown) {
-        Extent::Within(region) => (region, whereabouts::locate(&limited, &shown).is_whole),
-        Extent::Open(_) => match whereabouts::whole(scene, &shown).filter(|_| scene.bounds.is_none()) {
-            Some(region) => (region, true),
-            None => {
-                field = clipped(Arc::make_mut(&mut graph), field, &found).map_err(too_large)?;
-                (found, false)
-            }
-        },
+        Extent::Within(region) if grown.holds(&all.region) => (region, all.is_whole),
+        Extent::Within(_) | Extent::Open(_) if all.is_whole && scene.bounds.is_none() => (all.region, true),
+        Extent::Within(region) => (region, false),
+        Extent::Open(_) => {
+            field = clipped(Arc::make_mut(&mut graph), field, &found).map_err(too_large)?;
+            (found, false)
+        }
         Extent::Empty => {
             let place = graph.place(whole).cloned();
             let error = Diagnostic::error("there is no solid within the bounds: the field is positive there")

@@ -139,7 +139,7 @@ fn cropped(scene: &Scene, shot: &Taken) -> Option<Diagnostic> {
     let Camera { eye, target, .. } = Camera::framing(&bounds);
     let DVec3 { x, y, z } = target;
     let hint = format!(
-        "this camera does: scene(#{{ surface: ..., camera: orbit(#{{ target: [{x:.2}, {y:.2}, {z:.2}], distance: {:.2} }}) }})",
+        "try scene(#{{ surface: ..., camera: orbit(#{{ target: [{x:.2}, {y:.2}, {z:.2}], distance: {:.2} }}) }})",
         eye.distance(target)
     );
     Some(Diagnostic::warning("the picture does not show all of the solid").hint(hint))

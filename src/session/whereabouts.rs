@@ -31,8 +31,8 @@ pub(super) fn region(scene: &Scene, field: &Field) -> Aabb {
 pub fn locate(scene: &Scene, field: &Field) -> Whereabouts {
     let found = find(scene, field, &|| false).whereabouts(field);
     let Some(region) = scene.bounds else { return found };
-    let holds_found = region.min.cmple(found.region.min).all() && region.max.cmpge(found.region.max).all();
-    Whereabouts { region, is_whole: found.is_whole && holds_found || is_clear(field, &region) }
+    let is_whole = found.is_whole && region.holds(&found.region) || is_clear(field, &region);
+    Whereabouts { region, is_whole }
 }
 
 /// A box that holds all of a field's solid wherever the scene has its bounds, if it is proven that one does.

@@ -7,7 +7,7 @@ use super::{Analysis, Part};
 use crate::cast::Ruling;
 use crate::diag::Diagnostic;
 use crate::num::Interval;
-use crate::scene::{Keep, Measure};
+use crate::scene::{Aabb, Keep, Measure};
 use crate::tape::Evaluator;
 use glam::DVec3;
 
@@ -123,7 +123,7 @@ fn holder(analysis: &Analysis, p: DVec3) -> Result<usize, Box<Diagnostic>> {
         return Err(Box::new(outside(p, value).at(analysis.place.clone())));
     }
     analysis.labels.clone().components(&[p])[0].ok_or_else(|| {
-        let is_beyond = p.cmplt(analysis.region.min).any() || p.cmpgt(analysis.region.max).any();
+        let is_beyond = !analysis.region.holds(&Aabb { min: p, max: p });
         let (error, hint) = if is_beyond {
             ("is inside of the solid, but beyond the bounds", "widen the bounds of the scene")
         } else {
