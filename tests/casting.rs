@@ -10,6 +10,7 @@ use orogen::expr::NodeId;
 use orogen::field::Field;
 use orogen::op::{self, Op};
 use orogen::scene::Aabb;
+use orogen::script::{Request, compile};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use std::sync::atomic::AtomicBool;
 
@@ -525,6 +526,53 @@ fn where_the_field_has_no_value_there_is_nothing() {
         }
     }
     assert!(from_below > 300, "only {from_below} rays come from where there is no value");
+}
+
+/// Where parts of a field jump and the field does not, there is no wall; where it does, there is one.
+#[test]
+fn there_are_walls_where_the_field_changes_sign_and_nowhere_else() {
+    let repeated = "sphere(0.3).at(vec3(modulo(x + 0.5, 1.0) - 0.5, y, modulo(z + 0.5, 1.0) - 0.5))";
+    let fields = [
+        (repeated, true),
+        ("sphere(1.0) - 0.05 * cos(3.0 * atan2(x, z))", true),
+        ("y + 0.3 * cos(TAU * fract(x))", true),
+        ("y + 0.6 * abs(fract(x) - 0.5)", true),
+        ("y - 0.3 * floor(3.0 * x)", false),
+        ("max(sphere(1.0), 0.4 - abs(floor(2.0 * z) + 0.5))", false),
+    ];
+    let rays = &rays(13)[..3000];
+    for (text, continuous) in fields {
+        let compiled = compile(&Request::text(text));
+        let scene = compiled.scene.expect(text);
+        let mut field = Field::new(&scene.graph, scene.surface.field);
+        for kind in boundless() {
+            let mut made = caster(kind, &field, &Aabb::cube(REGION), &[]).expect("a caster");
+            let (mut hits, mut stats) = (vec![Hit::MISS; rays.len()], CastStats::default());
+            made.first_hits(rays, &mut hits, &mut stats, &AtomicBool::new(false));
+            const SAMPLES: u32 = 2000;
+            for (ray, hit) in rays.iter().zip(&hits) {
+                let about = format!("{text}, {kind:?}, {ray:?}: {hit:?}");
+                let mut value = |t: f64| field.value(ray.at(t.clamp(ray.near, ray.far)));
+                if hit.is_hit() {
+                    let behind = (0..=20).map(|i| value(hit.t + 0.1 * f64::from(i) * TOLERANCE));
+                    let least = behind.fold(f64::INFINITY, f64::min);
+                    assert!(least < 10.0 * TOLERANCE, "{about} where the field is {least}");
+                }
+                let step = (ray.far - ray.near) / f64::from(SAMPLES);
+                let samples = (0..=SAMPLES).map(|i| ray.near + step * f64::from(i));
+                let free = samples.take_while(|t| *t < hit.t - TOLERANCE);
+                // What is no deeper than this may be shorter than the tolerance.
+                let deepest = free.map(value).fold(f64::INFINITY, f64::min);
+                assert!(deepest > -10.0 * TOLERANCE, "{about} behind {deepest}");
+            }
+            let hit = hits.iter().filter(|hit| hit.is_hit()).count();
+            assert!(hit > 100 && hit < rays.len(), "{text}, {kind:?}: {hit} hits");
+            assert!(
+                !continuous || stats.uncertified > 0,
+                "{text}, {kind:?}: nothing proves what is at a jump"
+            );
+        }
+    }
 }
 
 #[test]

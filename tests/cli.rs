@@ -295,6 +295,11 @@ fn grids_say_what_they_cannot_write_before_they_begin() {
     ] {
         has(&stderr(&bench.run(arguments).code(1)), pieces);
     }
+    bench.write("root.rhai", "max(sphere(1.0), sqrt(x) - 0.3)");
+    has(
+        &stderr(&bench.run("grid root.rhai -o root.json --size 8").code(1)),
+        &["a place has no value", "guard"],
+    );
     bench.write("e.0003.exr/x", "");
     has(&stderr(&bench.run("grid b.rhai -o e.exr --size 4").code(1)), &["e.0003.exr", "not a file"]);
     assert!(!bench.path("e.0000.exr").exists() && !bench.path("c.json").exists());

@@ -231,6 +231,28 @@ fn parts_and_frames_that_make_no_sense() {
     assert_eq!(bench.names(), ["a.rhai", "rock.rhai", "shape.rhai"]);
 }
 
+#[test]
+fn parts_do_not_take_the_place_of_one_another() {
+    let bench = rock();
+    let render = "render rock.rhai --size 64x48 --samples 1 -o p.png";
+    bench.run(&format!("{render} --tile 1/3")).success();
+    let first = bench.read("p.png");
+    let said = stderr(&bench.run(&format!("{render} --tile 2/3")).code(1));
+    has(&said, &["p.png holds another of the 3 parts", "-o 'p.2of3.png'"]);
+    assert!(bench.read("p.png") == first);
+    bench.run(&format!("{render} --tile 1/3")).success();
+    assert!(bench.read("p.png") == first);
+
+    let render = "render a.rhai --frames 1-2 --size 64x48 --samples 1 -o b.#.png";
+    bench.run(&format!("{render} --tile 1/2")).success();
+    let first = frames(&bench);
+    has(
+        &stderr(&bench.run(&format!("{render} --tile 2/2")).code(1)),
+        &["b.1.png holds another", "b.1.2of2.png"],
+    );
+    assert_eq!(frames(&bench), first);
+}
+
 // ---- frames -------------------------------------------------------------------------------------
 
 /// Twelve frames that take long enough to be killed in.
@@ -240,11 +262,31 @@ const MANY: &str = "render a.rhai --frames 1-12 --size 64x48 --samples 4";
 fn frames_are_pictures_at_their_times() {
     let bench = rock();
     let said = stderr(&bench.run("render a.rhai --frames 8-12:2 --fps 8 --time 1 --size 64x48").success());
-    has(&said, &["a.0008.png to a.0012.png: 3 frames", "orogen video 'a.####.png' -o 'a.mp4' --fps 8"]);
+    has(&said, &["a.0008.png to a.0012.png: 3 frames"]);
+    // A video takes frames that follow one another.
+    assert!(!said.contains("orogen video"), "{said}");
     assert_eq!(frames(&bench).keys().collect::<Vec<_>>(), ["a.0008.png", "a.0010.png", "a.0012.png"]);
     bench.run("render a.rhai --time 2.25 --size 64x48 -o alone.png").success();
     assert!(bench.read("a.0010.png") == bench.read("alone.png"));
     assert!(bench.read("a.0010.png") != bench.read("a.0012.png"));
+    let said = stderr(&bench.run("render a.rhai --frames 8-9 --fps 8 --size 64x48 -o b.#.png").success());
+    has(&said, &["b.8.png to b.9.png: 2 frames", "orogen video 'b.#.png' -o 'b.mp4' --fps 8"]);
+}
+
+#[test]
+fn what_is_saved_meanwhile_is_for_the_next_time() {
+    let bench = rock();
+    bench.run(MANY).success();
+    let expected = frames(&bench);
+    expected.keys().for_each(|name| fs::remove_file(bench.path(name)).unwrap());
+    let run = bench.start(MANY);
+    run.wait_until("a frame is there", || bench.path("a.0001.png").exists());
+    bench.write("shape.rhai", SHAPE.replace("0.1", "0.3"));
+    bench.write("a.rhai", IMPORTING.replace("0.5", "0.9"));
+    let (code, said) = run.end();
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(frames(&bench), expected);
+    has(&stderr(&bench.run(MANY).success()), &["a.0001.png (and 11 more) is made again", "has changed"]);
 }
 
 #[test]
@@ -411,7 +453,7 @@ mod video {
     #[test]
     fn ffmpeg_is_told_what_to_do() {
         let bench = with_ffmpeg(
-            "printf '%s\\n' \"$@\" >arguments; for last; do :; done; echo frame=2; echo a video >\"$last\"",
+            "printf '%s\\n' \"$@\" >arguments; for last; do :; done; echo frame=2; echo frame=3; echo a video >\"$last\"",
         );
         let path = format!("{}:/usr/bin:/bin", bench.path("bin").display());
         let said = stderr(&run(&bench, "video a.####.png -o a.mp4 --fps 12.5", &path).success());
@@ -476,6 +518,24 @@ mod video {
         let said = stderr(&run(&bench, "video a.####.png -o a.mp4", &path).code(1));
         has(&said, &["no such codec", "ffmpeg failed", "a.mp4", "untouched"]);
         assert_eq!(bench.read("a.mp4"), b"earlier");
+    }
+
+    #[test]
+    fn every_frame_is_shown_as_it_is() {
+        let bench = with_ffmpeg("for last; do :; done; echo frame=2; echo a video >\"$last\"");
+        let path = format!("{}:/usr/bin:/bin", bench.path("bin").display());
+        let fails = |pieces: &[&str]| {
+            has(&stderr(&run(&bench, "video a.####.png -o a.mp4", &path).code(1)), pieces);
+            assert!(!bench.names().contains(&"a.mp4".into()));
+        };
+        fails(&["ffmpeg took 2 of the 3 frames"]);
+        let whole = bench.read("a.0008.png");
+        for damaged in [&whole[..whole.len() - 20], b"", b"no picture"] {
+            bench.write("a.0008.png", damaged);
+            fails(&["a.0008.png is damaged, or no picture", "--frames"]);
+        }
+        bench.run("render a.rhai --time 0.32 --size 32x34 --samples 1 -o a.0008.png").success();
+        fails(&["a.0008.png has 32 x 34 pixels", "32 x 32", "--size"]);
     }
 
     #[test]

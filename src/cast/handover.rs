@@ -1,7 +1,7 @@
 //! A way to cast that is quick where it works, and affine arithmetic for the rays that it gives up.
 
 use super::group::{Group, Strategy};
-use super::pieces::{Pieces, Seek};
+use super::pieces::Pieces;
 use super::{CastStats, Caster, Hit, Ray};
 use crate::num::Reduced;
 use crate::tape::Cells;
@@ -24,7 +24,7 @@ type Cast<C> = fn(&mut C, &[Ray], &mut [Hit], &mut CastStats, &AtomicBool);
 
 impl<S: Strategy> Handover<S> {
     pub(super) fn new(strategy: S, cells: Arc<Cells>) -> Self {
-        let sure = Group::new(Pieces::trimming(Seek::First), cells.clone());
+        let sure = Group::new(Pieces::trimming(&cells), cells.clone());
         Handover { quick: Group::new(strategy, cells), sure }
     }
 

@@ -44,7 +44,7 @@ pub use reach::{Reach, reach};
 pub use sifted::{Judge, Ruling, Sifted};
 
 use crate::field::{Field, lipschitz_until};
-use crate::num::{Affine, Interval, ROUNDOFF, Reduced};
+use crate::num::{Affine, Class, Interval, ROUNDOFF, Reduced};
 use crate::scene::Aabb;
 use crate::tape::{Cells, Census, Evaluator};
 use beam::Beams;
@@ -53,7 +53,7 @@ use glam::DVec3;
 use group::{Group, march};
 use handover::Handover;
 use octree::Octree;
-use pieces::{Pieces, Seek};
+use pieces::Pieces;
 use segment::SegmentTracing;
 use sphere::SphereTracing;
 use std::sync::Arc;
@@ -113,8 +113,8 @@ impl Ray {
 pub struct Hit {
     /// Distance along the ray of a point within the tolerance of the surface; infinite for a miss.
     pub t: f64,
-    /// Whether it is proven that nothing was missed before `t`, and that the field changes sign there or
-    /// cannot be told from zero over a piece as short as the tolerance.
+    /// Whether it is proven that nothing was missed before `t`, and that the field changes sign there or, being
+    /// continuous, cannot be told from zero over a piece as short as the tolerance.
     pub certified: bool,
 }
 
@@ -151,7 +151,7 @@ pub struct CastStats {
     /// Rays whose answer is not proven.
     pub uncertified: u64,
     /// Of these, the ones that were given up after too many pieces, or for want of a proof of what they met; the
-    /// others came by places where the field is not known to be finite.
+    /// others came by places where the field may jump or is not known to be finite.
     pub given_up: u64,
     /// Places that a [`Judge`] was asked about.
     pub judged: u64,
@@ -300,10 +300,10 @@ pub fn caster_in(
         Kind::Auto => return Ok(auto(field, region, cells, typical, cancel)),
         Kind::Sphere | Kind::Speculative => {}
         Kind::Segment => return Ok(Box::new(Handover::new(SegmentTracing { any: false }, own))),
-        Kind::Interval => return Ok(Box::new(Group::new(Pieces::<Interval>::halving(Seek::First), own))),
-        Kind::Standard => return Ok(Box::new(Group::new(Pieces::<Affine>::halving(Seek::First), own))),
-        Kind::Reduced => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::halving(Seek::First), own))),
-        Kind::Affine => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::trimming(Seek::First), own))),
+        Kind::Interval => return Ok(Box::new(Group::new(Pieces::<Interval>::halving(&own), own))),
+        Kind::Standard => return Ok(Box::new(Group::new(Pieces::<Affine>::halving(&own), own))),
+        Kind::Reduced => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::halving(&own), own))),
+        Kind::Affine => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::trimming(&own), own))),
         Kind::Beam => return Ok(Box::new(Beams::new(own))),
         Kind::Octree => return octree(field, region, cells, cancel).ok_or(CastError::Stopped),
         Kind::Bent => {
@@ -319,9 +319,9 @@ pub fn caster_in(
     Ok(spheres(bound(field, region, cancel)?, relaxation, cells))
 }
 
-/// Casts through cubes; beams do where the field may have no value.
+/// Casts through cubes; beams do where the field may jump or have no value.
 fn octree(field: &Field, region: &Aabb, cells: &Arc<Cells>, cancel: &AtomicBool) -> Option<Box<dyn Caster>> {
-    if !cells.is_defined() {
+    if !cells.is_defined() || field.class() == Class::Jump {
         return Some(Box::new(Beams::new(cells.clone())));
     }
     Octree::new(field, region, cells, cancel).map(|octree| Box::new(octree) as Box<dyn Caster>)
@@ -415,8 +415,8 @@ const RELAXATION: f64 = 1.46;
 /// at least one change of sign or come within rounding of zero, and whether each list is proven
 /// complete.
 pub fn all_hits(field: &Field, rays: &[Ray], stats: &mut CastStats) -> Vec<(Vec<(f64, f64)>, bool)> {
-    let strategy = Pieces::<Reduced<1>>::trimming(Seek::All);
     let cells = Cells::undivided(field.tape().clone());
+    let strategy = Pieces::<Reduced<1>>::trimming(&cells).all();
     let mut evaluator = Evaluator::new(cells.tape().clone());
     let mut out = vec![(Vec::new(), true); rays.len()];
     let never = AtomicBool::new(false);

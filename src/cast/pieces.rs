@@ -15,11 +15,15 @@
 //!
 //! can hold roots. That part is tried next, or half of it if trimming gained little. A band that crosses
 //! zero within the piece proves a root. Without bands a piece as short as the tolerance says nothing
-//! of a root but that there may be one: then the field at its end tells a root from a near miss.
+//! of a root but that there may be one: then the field at its end tells a root from a near miss. Where the field may
+//! jump, no arithmetic gets across, even if values are alike on both sides: such a piece is passed without a proof if it
+//! does not end inside.
 
 use super::along::{Along, Band};
 use super::group::Strategy;
 use super::{CastStats, Hit, Ray};
+use crate::num::Class;
+use crate::tape::Cells;
 use std::marker::PhantomData;
 
 /// Pieces after which a ray is given up, uncertified.
@@ -30,7 +34,7 @@ const GRAZE: f64 = 1.0 / 64.0;
 
 /// What is wanted of a ray.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Seek {
+enum Seek {
     /// Its first root, or its beginning if that is inside.
     First,
     /// Whether it meets the solid.
@@ -45,6 +49,8 @@ pub(super) struct Pieces<A> {
     seek: Seek,
     /// Whether to trim pieces.
     optimised: bool,
+    /// Whether the field may jump.
+    jumps: bool,
     arithmetic: PhantomData<fn() -> A>,
 }
 
@@ -72,14 +78,20 @@ pub(super) struct March {
 }
 
 impl<A> Pieces<A> {
-    /// Cuts pieces in halves.
-    pub(super) fn halving(seek: Seek) -> Self {
-        Pieces { seek, optimised: false, arithmetic: PhantomData }
+    /// Looks for first roots of the field in these cells by cutting pieces in halves.
+    pub(super) fn halving(cells: &Cells) -> Self {
+        let jumps = cells.tape().class() == Class::Jump;
+        Pieces { seek: Seek::First, optimised: false, jumps, arithmetic: PhantomData }
     }
 
-    /// Trims pieces to where they may hold roots.
-    pub(super) fn trimming(seek: Seek) -> Self {
-        Pieces { optimised: true, ..Pieces::halving(seek) }
+    /// The same by trimming pieces to where they may hold roots.
+    pub(super) fn trimming(cells: &Cells) -> Self {
+        Pieces { optimised: true, ..Pieces::halving(cells) }
+    }
+
+    /// The same way to all roots.
+    pub(super) fn all(self) -> Self {
+        Pieces { seek: Seek::All, ..self }
     }
 
     /// Moves the frontier to `t` and tries a piece of this length next.
@@ -196,15 +208,16 @@ impl<A: Along> Strategy for Pieces<A> {
         let close = crosses && tb - ta <= tolerance;
         let shortest = a + (b - a) * 0.5 <= a;
         if close || b - a <= tolerance || shortest {
-            if !self.optimised && !shortest && b - a > GRAZE * tolerance && range.is_finite() {
+            let probes = !self.optimised || self.jumps && self.seek != Seek::All;
+            if probes && !shortest && b - a > GRAZE * tolerance && range.is_finite() {
                 march.probing = true;
                 return None;
             }
-            if range.is_finite() {
+            // Undefined, unbounded or torn here, however closely one looks: pass, but say so.
+            march.certified &= range.is_finite() && !self.jumps;
+            if range.is_finite() && (!self.jumps || self.seek == Seek::All) {
                 return self.found(ray, march, ta, tb);
             }
-            // Undefined or unbounded here, however closely one looks: pass, but say so.
-            march.certified = false;
             let at = march.beyond;
             return self.advance(ray, march, at, b - a);
         }

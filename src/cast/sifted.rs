@@ -32,7 +32,7 @@
 
 use super::group::Group;
 use super::passage::{Ahead, Looks, Passage, Side};
-use super::pieces::{Pieces, Seek};
+use super::pieces::Pieces;
 use super::{CastStats, Caster, Hit, Ray};
 use crate::num::Reduced;
 use crate::scene::Aabb;
@@ -80,10 +80,10 @@ impl Sifted {
     pub fn new(solid: Box<dyn Caster>, cells: &Arc<Cells>, region: &Aabb, judge: Box<dyn Judge>) -> Sifted {
         // Which parts of the region are free of the complement is another question than which are free of
         // the solid, so it has cells of its own.
-        let complement = Cells::new(Arc::new(cells.tape().negated()), &region.intervals());
+        let complement = Arc::new(Cells::new(Arc::new(cells.tape().negated()), &region.intervals()));
         Sifted {
             solid,
-            complement: Group::new(Pieces::trimming(Seek::First), Arc::new(complement)),
+            complement: Group::new(Pieces::trimming(&complement), complement),
             passage: Passage::new(cells.clone()),
             judge,
             costs: Vec::new(),

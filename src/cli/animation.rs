@@ -7,7 +7,7 @@
 use super::frames::{Frames, Pattern};
 use super::interrupt::{Flag, Interrupt};
 use super::progress::Progress;
-use super::report::{Failure, Outcome, Terminal, err, out, plural, seconds};
+use super::report::{Failure, Outcome, Terminal, err, in_quotes, out, plural, seconds};
 use super::work::Work;
 use crate::diag::{self, Diagnostic};
 use crate::render::{self, Job, OpenError, Picture, Saved};
@@ -146,8 +146,8 @@ impl Run<'_> {
     /// Whether a frame is there.
     fn find(&mut self, number: u32, digests: &mut Digests) -> Result<Finding, Failure> {
         let (path, time) = (self.animation.pattern.path(number), self.animation.time(number));
-        let Animation { work, params, .. } = &mut self.animation;
-        work.session.set(params.clone(), time);
+        self.animation.work.session.set(self.animation.params.clone(), time);
+        let work = &self.animation.work;
         let about = match Saved::open(&path) {
             Ok(saved) => saved.about,
             Err(OpenError::Unreadable { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
@@ -157,6 +157,7 @@ impl Run<'_> {
             Err(OpenError::Damaged { .. }) => return Ok(Finding::Wanted(Some("it is damaged".into()))),
             Err(error) => return Err(Diagnostic::error(error.to_string()).into()),
         };
+        work.keeps(&path, &about)?;
         let reason = work.session.departure(&about.recipe, &work.order, digests).or_else(|| {
             let window = work.order.part.window(about.width, about.height).ok();
             (window != Some(about.window)).then(|| "it is another part of the picture".to_owned())
@@ -248,10 +249,11 @@ impl Run<'_> {
         let kept = if there > 0 { format!(", {there} were there") } else { String::new() };
         let made = plural(made as u64, "frame");
         err(format!("{} to {}: {made} in {}{kept}", first.display(), last.display(), seconds(elapsed)));
-        if work.order.part == render::Part::Whole && first.extension().is_some_and(|e| e == "png") {
-            let video = video_of(&work.output);
-            let (frames, video) = (work.output.display(), video.display());
-            err(format!("\nTry:\n  orogen video '{frames}' -o '{video}' --fps {rate}"));
+        let is_video = frames.are_consecutive() && work.order.part == render::Part::Whole;
+        if is_video && first.extension().is_some_and(|e| e == "png") {
+            let (frames, video) = (&work.output, &video_of(&work.output));
+            let [frames, video] = [frames, video].map(|path| in_quotes(&path.to_string_lossy()));
+            err(format!("\nTry:\n  orogen video {frames} -o {video} --fps {rate}"));
         }
     }
 }

@@ -21,6 +21,11 @@ impl Frames {
         (self.first..=self.last).step_by(self.step as usize)
     }
 
+    /// Whether none is left out.
+    pub fn are_consecutive(self) -> bool {
+        self.step == 1
+    }
+
     /// The first number.
     pub fn first(self) -> u32 {
         self.first

@@ -9,9 +9,9 @@ use super::report::{Failure, Outcome, Terminal, err};
 use super::snapshots::{Series, Sides};
 use super::stats;
 use super::work::{self, Work};
-use crate::render::{self, Format, Job, Rect, Rough};
+use crate::render::{self, Format, Job, Rect, Rough, Saved};
 use crate::session::Session;
-use crate::world::{Disk, Memory};
+use crate::world::{Disk, Kept, Memory};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -124,6 +124,7 @@ impl Cost {
 /// Runs the command.
 pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let session = match &args.script {
+        Some(script) if args.frames.is_some() => Session::new(script, Arc::new(Kept::<Disk>::default())),
         Some(script) => Session::new(script, Arc::new(Disk)),
         None => Session::new("planet.rhai", Arc::new(Memory([("planet.rhai".into(), PLANET.into())].into()))),
     };
@@ -144,6 +145,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     if let (Some(frames), Some(pattern)) = (args.frames, pattern) {
         let (params, offset, rate) = (args.scripting.params()?, args.scripting.time, args.fps);
         return animation::run(Animation { work, params, frames, rate, offset, pattern, terminal });
+    }
+    if let Ok(saved) = Saved::open(&work.output) {
+        work.keeps(&work.output, &saved.about)?;
     }
     render(work, args, terminal)?;
     if args.script.is_none() {

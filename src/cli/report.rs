@@ -167,9 +167,13 @@ pub fn quoted(path: &Path) -> String {
 
 /// A text as it can be typed into a shell.
 pub fn word(text: &str) -> String {
-    let plain =
-        |c: char| c.is_alphanumeric() || matches!(c, '.' | '/' | '_' | '-' | '+' | ',' | '#' | '\\' | ':');
-    if text.chars().all(plain) { text.to_owned() } else { format!("'{}'", text.replace('\'', "'\\''")) }
+    let plain = |c: char| c.is_alphanumeric() || "./_-+,#\\:%=".contains(c);
+    if text.chars().all(plain) && !text.starts_with('#') { text.to_owned() } else { in_quotes(text) }
+}
+
+/// A text in quotes, as any shell takes it for what it is.
+pub fn in_quotes(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "'\\''"))
 }
 
 #[cfg(test)]

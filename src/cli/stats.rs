@@ -34,7 +34,7 @@ const ROWS: &[Row] = &[
     ("  rejected", |c| number(c.cast.rejected)),
     ("certified, %", |c| certified(c.cast.uncertified, c.cast.rays)),
     ("  given up", |c| number(c.cast.given_up)),
-    ("  met what is not finite", |c| number(c.cast.uncertified - c.cast.given_up)),
+    ("  met jumps or no value", |c| number(c.cast.uncertified - c.cast.given_up)),
     ("rays/s, each thread", |c| (c.seconds > 0.0).then(|| rounded(c.cast.rays as f64 / c.seconds))),
 ];
 
@@ -160,7 +160,7 @@ mod tests {
         };
         assert_eq!(row("certified, %"), Some(vec!["-", "99.9999", "99.9999"]), "{said}");
         assert_eq!(row("  given up"), Some(vec!["-", "2", "2"]), "{said}");
-        assert_eq!(row("  met what is not finite"), Some(vec!["-", "1", "1"]), "{said}");
+        assert_eq!(row("  met jumps or no value"), Some(vec!["-", "1", "1"]), "{said}");
         assert_eq!(certified(1, 3).unwrap(), "66.6666");
     }
 }

@@ -7,10 +7,11 @@
 use super::frames::{self, Pattern};
 use super::interrupt::{Flag, Interrupt};
 use super::progress::Progress;
-use super::report::{Failure, Outcome, Terminal, err, plural};
+use super::report::{Failure, Outcome, Terminal, err, plural, word};
 use crate::diag::Diagnostic;
 use crate::world::atomic;
 use std::ffi::OsString;
+use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -72,6 +73,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let (first, count) = sequence(&pattern, &args.pattern)?;
     let progress = Progress::new(terminal, &args.output.path.display().to_string());
     let flag = Interrupt::stopping(&progress).flag();
+    check(&pattern, (first, count), &flag).inspect_err(|_| progress.finish())?;
     let mut missing = false;
     let made = atomic::write_by(&args.output.path, |temporary| {
         let mut command = Command::new("ffmpeg");
@@ -79,7 +81,12 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         command.stdin(Stdio::null()).stdout(Stdio::piped());
         let child = command.spawn();
         missing = child.as_ref().is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
-        follow(child?, &flag, |done| progress.set(done as f64 / count as f64))
+        let shown = follow(child?, &flag, |done| progress.set(done as f64 / count as f64))?;
+        // It leaves out what it cannot read, and says that all went well.
+        if shown == count {
+            return Ok(());
+        }
+        Err(io::Error::other(format!("ffmpeg took {shown} of the {}", plural(count, "frame"))))
     });
     progress.finish();
     match made {
@@ -123,6 +130,42 @@ fn sequence(pattern: &Pattern, shown: &Path) -> Result<(u32, u64), Failure> {
     Ok((first, numbers.len() as u64))
 }
 
+/// Reads all frames, so that none is left out or stretched in silence: ffmpeg goes on without those that are damaged, and
+/// brings the others to the size of the first.
+fn check(pattern: &Pattern, (first, count): (u32, u64), flag: &Flag) -> Outcome {
+    let mut all = None;
+    for number in (first..).take(count as usize) {
+        if flag.load(Ordering::Relaxed) {
+            return Err(Failure::error("stopped before the video was begun", "no file was written"));
+        }
+        let path = pattern.path(number);
+        let size = size(&path).map_err(|e| {
+            let message = format!("{} is damaged, or no picture ({e})", path.display());
+            Failure::error(
+                message,
+                "make it again: `orogen render --frames` makes those again that are damaged",
+            )
+        })?;
+        let [width, height] = *all.get_or_insert(size);
+        if size != [width, height] {
+            let [w, h] = size;
+            let message =
+                format!("{} has {w} x {h} pixels, and the frames before {width} x {height}", path.display());
+            return Err(Failure::error(message, "render all frames with one --size"));
+        }
+    }
+    Ok(())
+}
+
+/// Width and height of a picture that is read to its end.
+fn size(path: &Path) -> io::Result<[u32; 2]> {
+    let mut reader = png::Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
+    let held = reader.output_buffer_size().ok_or(io::ErrorKind::OutOfMemory)?;
+    reader.next_frame(&mut vec![0; held])?;
+    reader.finish()?;
+    Ok([reader.info().width, reader.info().height])
+}
+
 /// What ffmpeg is to do.
 fn arguments(args: &Args, pattern: &Pattern, (first, count): (u32, u64), output: &Path) -> Vec<OsString> {
     let input = [
@@ -146,30 +189,30 @@ fn arguments(args: &Args, pattern: &Pattern, (first, count): (u32, u64), output:
     all
 }
 
-/// Waits for ffmpeg, which says how far it is in lines such as `frame=17`; ends it when the flag is raised.
-fn follow(mut child: Child, flag: &Flag, told: impl Fn(u64)) -> io::Result<()> {
+/// Waits for ffmpeg, which says how far it is in lines such as `frame=17`; ends it when the flag is raised. Returns how
+/// many frames it has taken.
+fn follow(mut child: Child, flag: &Flag, told: impl Fn(u64)) -> io::Result<u64> {
+    let mut shown = 0;
     if let Some(said) = child.stdout.take() {
         for line in BufReader::new(said).lines().map_while(Result::ok) {
             if flag.load(Ordering::Relaxed) {
                 child.kill()?;
             }
-            line.strip_prefix("frame=").and_then(|n| n.trim().parse().ok()).into_iter().for_each(&told);
+            if let Some(frames) = line.strip_prefix("frame=").and_then(|n| n.trim().parse().ok()) {
+                shown = frames;
+                told(frames);
+            }
         }
     }
     match child.wait()? {
-        status if status.success() => Ok(()),
+        status if status.success() => Ok(shown),
         status => Err(io::Error::other(format!("ffmpeg failed with {status}; what it says is above"))),
     }
 }
 
 /// The command as one types it.
 fn line(arguments: &[OsString]) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=%,".contains(c);
-    let quoted = |word: &OsString| {
-        let word = word.to_string_lossy();
-        if word.chars().all(plain) { word.into_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
-    };
-    let words: Vec<String> = arguments.iter().map(quoted).collect();
+    let words: Vec<String> = arguments.iter().map(|w| word(&w.to_string_lossy())).collect();
     format!("ffmpeg {}", words.join(" "))
 }
 

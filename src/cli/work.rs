@@ -4,10 +4,10 @@
 use super::interrupt::{Flag, Interrupt};
 use super::options::{PictureOptions, ScriptOptions};
 use super::progress::Progress;
-use super::report::{Failure, Terminal, count, out, plural, seconds};
+use super::report::{Failure, Outcome, Terminal, count, out, plural, seconds};
 use crate::cast::CastStats;
 use crate::diag::Diagnostic;
-use crate::render::{self, Heatmap, Metadata, Picture};
+use crate::render::{self, About, Heatmap, Metadata, Part, Picture};
 use crate::scene::{Scene, Value};
 use crate::session::{Loaded, Order, Session};
 use crate::world::{Disk, atomic};
@@ -51,6 +51,19 @@ impl Work {
         let PictureOptions { samples, caster, threads, .. } = *picture;
         let order = Order { size, samples, caster, threads, ..Order::default() };
         Ok(Work { session, order, output, stats: stats.map(Path::to_path_buf) })
+    }
+
+    /// Refuses a file that holds another of the shares of a picture that one of is wanted: together they are the
+    /// picture, and one would be lost.
+    pub fn keeps(&self, path: &Path, about: &About) -> Outcome {
+        let Part::Tile { number, of } = self.order.part else { return Ok(()) };
+        if !self.order.part.is_beside(about.window, about.width, about.height) {
+            return Ok(());
+        }
+        let ending = path.extension().unwrap_or_default().to_string_lossy();
+        let own = path.with_extension(format!("{number}of{of}.{ending}"));
+        let message = format!("{} holds another of the {of} parts", path.display());
+        Err(Failure::error(message, format!("give each a file of its own: -o '{}'", own.display())))
     }
 
     /// Where a picture goes: an unfinished one never takes the place of an earlier picture.

@@ -76,7 +76,10 @@ pub fn write(samples: &Samples, out: &mut dyn Write) -> io::Result<()> {
     for value in &samples.values {
         let single = *value as f32;
         if !single.is_finite() {
-            let what = format!("{value} does not fit into 32 bits; scale the grid down");
+            let what = match value.is_nan() {
+                true => "a place has no value; guard square roots and divisions".to_owned(),
+                false => format!("{value} does not fit into 32 bits; scale the field down"),
+            };
             return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
         }
         out.write_all(&single.to_le_bytes())?;

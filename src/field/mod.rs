@@ -29,7 +29,6 @@ use std::sync::Arc;
 /// An expression with the memory to evaluate it; cheap to clone, one per thread.
 #[derive(Clone, Debug)]
 pub struct Field {
-    class: Class,
     points: Evaluator<f64>,
     duals: Evaluator<Dual>,
     jets: Evaluator<Jet>,
@@ -40,13 +39,12 @@ pub struct Field {
 impl Field {
     /// The field of an expression of the coordinates.
     pub fn new(graph: &Graph, root: NodeId) -> Self {
-        Field { class: graph.class(root), ..Field::of_tape(&Arc::new(Tape::new(graph, &[root]))) }
+        Field::of_tape(&Arc::new(Tape::new(graph, &[root])))
     }
 
-    /// The first output of a tape, as far as is known no smoother than continuous.
+    /// The first output of a tape.
     pub fn of_tape(tape: &Arc<Tape>) -> Self {
         Field {
-            class: Class::C0,
             points: Evaluator::new(tape.clone()),
             duals: Evaluator::new(tape.clone()),
             jets: Evaluator::new(tape.clone()),
@@ -62,7 +60,7 @@ impl Field {
 
     /// Continuity class.
     pub fn class(&self) -> Class {
-        self.class
+        self.tape().class()
     }
 
     /// Value at a point.

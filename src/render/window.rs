@@ -156,6 +156,13 @@ impl PartError {
 }
 
 impl Part {
+    /// Whether these pixels of a picture of this size are another of the shares that this is one of.
+    pub fn is_beside(self, window: Rect, width: u32, height: u32) -> bool {
+        let Part::Tile { number, of } = self else { return false };
+        let other = |n: u32| Part::Tile { number: n, of }.window(width, height);
+        (1..=of).any(|n| n != number && other(n) == Ok(window))
+    }
+
     /// The pixels that this part of a picture has.
     ///
     /// # Errors

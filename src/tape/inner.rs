@@ -17,7 +17,6 @@ pub type Flowed = flow::Flowed<Inner<3>, Inner<1>>;
 #[derive(Clone, Debug)]
 pub struct Inner<const N: usize> {
     tape: Arc<Tape>,
-    class: Class,
     is_gradient: bool,
     parts: Option<Simple>,
     /// Whether it has a value everywhere.
@@ -63,9 +62,9 @@ impl Simple {
 }
 
 impl<const N: usize> Inner<N> {
-    fn new(tape: Tape, class: Class) -> Self {
+    fn new(tape: Tape) -> Self {
         let (is_gradient, parts, tape) = (tape.is_gradient(), Simple::of(&tape), Arc::new(tape));
-        Inner { is_gradient, parts, class, is_total: tape.is_defined(&[Interval::ENTIRE; 3]), tape }
+        Inner { is_gradient, parts, is_total: tape.is_defined(&[Interval::ENTIRE; 3]), tape }
     }
 
     /// The tape.
@@ -77,9 +76,8 @@ impl<const N: usize> Inner<N> {
 impl Inner<1> {
     /// Lowers a flow.
     pub(super) fn flowed(graph: &Graph, flow: &Flow) -> Flowed {
-        let class = flow.velocity.iter().map(|v| graph.class(*v)).fold(Class::C2, Class::min);
-        let velocity = Inner::new(Tape::new(graph, &flow.velocity), class);
-        let field = Inner::new(Tape::new(graph, &[flow.field]), graph.class(flow.field));
+        let velocity = Inner::new(Tape::new(graph, &flow.velocity));
+        let field = Inner::new(Tape::new(graph, &[flow.field]));
         Flowed::new(velocity, field, flow.precision)
     }
 }
@@ -88,7 +86,7 @@ impl<const N: usize> Code<N> for Inner<N> {
     type Part = Noise;
 
     fn class(&self) -> Class {
-        self.class
+        self.tape.class()
     }
 
     fn parts(&self) -> Parts<'_, Noise> {

@@ -6,7 +6,7 @@ use super::native::Native;
 use crate::expr::{Graph, Input, Node, NodeId};
 use crate::grid::Grid;
 use crate::noise::{Fractal, Noise};
-use crate::num::Kernel;
+use crate::num::{Class, Kernel};
 use crate::op::{self, Op};
 use crate::shape::Shape;
 use std::collections::HashMap;
@@ -78,6 +78,8 @@ pub struct Tape {
     pub(super) outputs: Vec<u32>,
     /// What each instruction computes.
     pub(super) origins: Vec<NodeId>,
+    /// Of the roughest output.
+    class: Class,
     /// Counted when it is first asked for.
     work: OnceLock<u64>,
     /// Chosen when the tape is first evaluated.
@@ -118,12 +120,18 @@ impl Tape {
             slot.insert(id, code.len() as u32 - 1);
         }
         let outputs = roots.iter().map(|r| slot[r]).collect();
-        Tape::of(code, outputs, origins).without_dead_code()
+        let class = roots.iter().map(|&root| graph.class(root)).fold(Class::C2, Class::min);
+        Tape::of(code, outputs, origins, class).without_dead_code()
     }
 
-    pub(super) fn of(code: Vec<Instr>, outputs: Vec<u32>, origins: Vec<NodeId>) -> Tape {
+    pub(super) fn of(code: Vec<Instr>, outputs: Vec<u32>, origins: Vec<NodeId>, class: Class) -> Tape {
         let (work, registers, native) = Default::default();
-        Tape { code, outputs, origins, work, registers, native }
+        Tape { code, outputs, origins, class, work, registers, native }
+    }
+
+    /// Continuity class, of the roughest output where there are several.
+    pub fn class(&self) -> Class {
+        self.class
     }
 
     /// Number of instructions.
@@ -169,7 +177,7 @@ impl Tape {
         let outputs = (first..code.len() as u32).collect();
         let negated = self.outputs.iter().filter_map(|&o| self.origins.get(o as usize));
         let origins = self.origins.iter().chain(negated).copied().collect();
-        Tape::of(code, outputs, origins)
+        Tape::of(code, outputs, origins, self.class)
     }
 
     /// How much work there is in the tape.
@@ -238,7 +246,7 @@ impl Tape {
                 origins.extend(self.origins.get(i));
             }
         }
-        Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect(), origins)
+        Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect(), origins, self.class)
     }
 }
 

@@ -66,7 +66,7 @@ impl Tape {
             origins.extend(self.origins.get(slot));
             moved[slot] = code.len() as u32 - 1;
         }
-        Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect(), origins)
+        Tape::of(code, self.outputs.iter().map(|&o| moved[o as usize]).collect(), origins, self.class())
     }
 }
 

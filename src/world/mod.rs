@@ -11,7 +11,7 @@ pub mod watch;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A source of files.
 pub trait World {
@@ -22,7 +22,8 @@ pub trait World {
     fn read(&self, path: &Path) -> io::Result<Arc<str>> {
         let bytes = self.bytes(path)?;
         let text = std::str::from_utf8(&bytes).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))?;
-        Ok(Arc::from(text))
+        // Some editors begin files with a mark of their encoding.
+        Ok(Arc::from(text.trim_start_matches('\u{feff}')))
     }
 
     /// The bytes of a file.
@@ -42,6 +43,30 @@ impl World for Disk {
     }
 }
 
+/// Files of another world as they were when they were first asked for: a job that asks again and again, as that of an
+/// animation does for every frame, is of one piece, whoever saves something meanwhile.
+#[derive(Debug, Default)]
+pub struct Kept<W> {
+    world: W,
+    seen: Mutex<BTreeMap<PathBuf, Option<Arc<[u8]>>>>,
+}
+
+impl<W: World> World for Kept<W> {
+    fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = seen.get(path) {
+            return known.clone().ok_or_else(|| io::ErrorKind::NotFound.into());
+        }
+        let found = self.world.bytes(path);
+        match &found {
+            Ok(bytes) => seen.insert(path.to_owned(), Some(bytes.clone())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => seen.insert(path.to_owned(), None),
+            Err(_) => None,
+        };
+        found
+    }
+}
+
 /// Files in memory.
 #[derive(Clone, Debug, Default)]
 pub struct Memory(pub BTreeMap<PathBuf, String>);
@@ -49,5 +74,30 @@ pub struct Memory(pub BTreeMap<PathBuf, String>);
 impl World for Memory {
     fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
         self.0.get(path).map(|text| Arc::from(text.as_bytes())).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_kept_stays_as_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let [there, gone] = ["there", "gone"].map(|name| folder.path().join(name));
+        std::fs::write(&there, "then").unwrap();
+        let kept = Kept::<Disk>::default();
+        let ask = || (kept.read(&there).unwrap(), kept.read(&gone).map_err(|e| e.kind()));
+        let before = ask();
+        std::fs::write(&there, "now").unwrap();
+        std::fs::write(&gone, "now").unwrap();
+        assert_eq!(ask(), before);
+        assert_eq!(before, ("then".into(), Err(io::ErrorKind::NotFound)));
+    }
+
+    #[test]
+    fn a_mark_of_the_encoding_is_no_text() {
+        let world = Memory([("a".into(), "\u{feff}sphere(1.0)".to_owned())].into());
+        assert_eq!(&*world.read(Path::new("a")).unwrap(), "sphere(1.0)");
     }
 }

@@ -32,7 +32,7 @@ pub(super) struct Answer {
     pub halves: [Half; 2],
     /// Where the field is expected to be zero, if it is expected within the piece or a little beyond.
     pub root: Option<f64>,
-    /// Whether the field is known to have finite values there.
+    /// Whether the field is known to have finite values there, and no jumps.
     pub finite: bool,
 }
 

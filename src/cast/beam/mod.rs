@@ -22,6 +22,7 @@ mod thin;
 mod worth;
 
 use super::{CastStats, Caster, Hit, Ray};
+use crate::num::Class;
 use crate::tape::{Cells, Evaluator};
 pub(super) use batch::Batches;
 pub use bundle::Bundle;
@@ -222,8 +223,10 @@ impl Beams {
                 |thin| (thin.piece, thin.coordinates()),
                 |thin, _, answer| {
                     let mut value = |at: DVec3| *self.points.eval(&at.to_array());
-                    let answer =
+                    let mut answer =
                         if self.cells.is_defined() { answer } else { thin.checked(answer, &mut value) };
+                    // Across a jump of a part nothing is told from zero, be it ever so short.
+                    answer.finite &= self.cells.tape().class() > Class::Jump;
                     thin.tell(&answer, want, value);
                     costs[thin.ray] += 1.0;
                 },

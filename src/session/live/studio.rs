@@ -3,7 +3,7 @@
 use super::wish::{LARGEST, Message, Report, Stage, Wish};
 use super::{Event, Finished, Running, Shared, State, Subject};
 use crate::cast::Kind;
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Severity};
 use crate::field::Watch;
 use crate::render::{Job, Layer, Look, Picture, Pixel, Progress, Rect, Rough, Steering, View};
 use crate::scene::{Keep, Measure, Scene, Value};
@@ -162,7 +162,7 @@ impl Studio {
         Some(loaded)
     }
 
-    /// Runs the script. Parameters that it no longer has, or that are out of range by now, are forgotten.
+    /// Runs the script. Parameters that it does not have, or that are out of range, are forgotten, and it says so.
     fn load(&mut self, wish: &Wish, cancel: &Arc<AtomicBool>) -> Arc<Loaded> {
         self.session.set(wish.params.clone(), wish.time);
         let loaded = self.session.load(cancel);
@@ -183,7 +183,10 @@ impl Studio {
         params.retain(|name, value| fits(name, value));
         self.shared.state().wish.params.retain(|name, value| fits(name, value));
         self.session.set(params, wish.time);
-        self.session.load(cancel)
+        let fit = self.session.load(cancel);
+        let forgotten = loaded.diagnostics.iter().filter(|d| d.severity == Severity::Error);
+        let forgotten = forgotten.map(|d| Diagnostic { severity: Severity::Warning, ..d.clone() });
+        Arc::new(Loaded { diagnostics: forgotten.chain(fit.diagnostics.clone()).collect(), ..(*fit).clone() })
     }
 
     /// Says what the script came to.

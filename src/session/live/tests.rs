@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::render::Rect;
+use crate::scene::Value;
 use crate::world::World;
 use std::collections::BTreeMap;
 use std::io;
@@ -30,9 +31,14 @@ struct Bench {
 
 impl Bench {
     fn new(script: &str) -> Bench {
+        Bench::with(script, BTreeMap::new())
+    }
+
+    fn with(script: &str, set: BTreeMap<String, Value>) -> Bench {
         let world = Arc::new(Changing::default());
         world.0.lock().unwrap().insert("a.rhai".into(), script.into());
-        let session = Session::new("a.rhai", world.clone());
+        let mut session = Session::new("a.rhai", world.clone());
+        session.set(set, 0.0);
         let (sender, heard) = channel();
         let live = Live::new(session, Order::default(), move |event| sender.send(event).unwrap_or_default());
         let bench = Bench { live, world, heard };
@@ -141,6 +147,18 @@ fn parameters_that_are_gone_are_forgotten() {
     let report = bench.wait(|report| report.revision == 2);
     assert!(report.messages.is_empty(), "{:?}", report.messages);
     assert_eq!(report.params.iter().map(|p| p.value.clone()).collect::<Vec<_>>(), [0.5.into(), 2.0.into()]);
+}
+
+/// What cannot be set is left out, and not in silence.
+#[test]
+fn what_is_set_in_vain_is_said() {
+    let set = [("nope", 1.0), ("radius", 9.0), ("count", 3.0)];
+    let set: BTreeMap<String, Value> = set.map(|(name, value)| (name.to_owned(), value.into())).into();
+    let bench = Bench::with(BALL, set);
+    let report = bench.wait(|report| report.stage == Stage::Done);
+    let said = serde_json::to_string(&report.messages).unwrap();
+    assert!(said.contains("no parameter `nope`") && said.contains("`radius` is set to 9"), "{said}");
+    assert_eq!(report.params.iter().map(|p| p.value.clone()).collect::<Vec<_>>(), [0.5.into(), 3.0.into()]);
 }
 
 /// A ball, or a smaller one, perhaps.

@@ -26,7 +26,7 @@ mod trace;
 
 use super::eval::Outcome;
 use super::{Instr, Tape};
-use crate::num::{Level, Number, simd_level};
+use crate::num::{Class, Level, Number, simd_level};
 use crate::op::{self, Op};
 use encode::{Assembler, Width};
 use memory::{Batches, Code};
@@ -212,7 +212,7 @@ fn tells_invalid() -> bool {
     *TELLS.get_or_init(|| {
         let code =
             vec![Instr::Coordinate(0), Instr::Coordinate(1), Instr::Op(Op::Min(op::Min), [0, 1, 0, 0, 0, 0])];
-        let tape = (&Tape::of(code, vec![2], Vec::new()), &[0, 1, 2][..]);
+        let tape = (&Tape::of(code, vec![2], Vec::new(), Class::C0), &[0, 1, 2][..]);
         let Some(translated) = Translated::unasked(tape, Width::Ymm) else { return false };
         let [Step::Run(entry)] = translated.steps[..] else { return false };
         let invalid = |x: f64| {

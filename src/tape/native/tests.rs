@@ -3,7 +3,7 @@
 use super::encode::{Assembler, Place, Source, Width};
 use super::trace::Do;
 use super::*;
-use crate::num::{Many, widest};
+use crate::num::{Class, Many, widest};
 
 /// The bytes that some instructions become.
 fn bytes(width: Width, write: impl Fn(&mut Assembler)) -> Vec<u8> {
@@ -65,7 +65,7 @@ fn wide_instructions_are_as_the_manual_has_them() {
 fn tape(more: impl IntoIterator<Item = Instr>) -> Tape {
     let code: Vec<Instr> = [Instr::Coordinate(0), Instr::Coordinate(1)].into_iter().chain(more).collect();
     let last = code.len() as u32 - 1;
-    Tape::of(code, vec![last], Vec::new())
+    Tape::of(code, vec![last], Vec::new(), Class::C0)
 }
 
 fn two(op: Op, x: u32, y: u32) -> Instr {
