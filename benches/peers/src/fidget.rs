@@ -1,6 +1,6 @@
 //! Height maps as Fidget makes them.
 
-use crate::{SIZE, View};
+use crate::View;
 use fidget_core::Context;
 use fidget_core::context::Tree;
 use fidget_core::shape::{BoundShape, Shape};
@@ -37,7 +37,7 @@ impl Model {
         let half = view.half as f32;
         let config = RenderConfig {
             world_to_model: turned * Scale3::new(half, half, half).to_homogeneous(),
-            image_size: (SIZE as u32).into(),
+            image_size: (view.size as u32).into(),
         };
         let single = EvalConfig { threads: None, ..EvalConfig::default() };
         let shape = BoundShape::try_from(self.0.clone()).expect("a shape of x, y and z alone");

@@ -7,7 +7,7 @@
 //! **Fidget** (crates `fidget-*`, Keeter) compiles an expression to machine code, in single precision, and
 //! finds a height map with normals by intervals over tiles, each with the code pruned for it. Its models are
 //! not ours to copy: `FOLDER/fidget` has them. Without a folder there are `scripts/nut.vm` and a planet, six
-//! octaves of gradient noise on a ball, in each program's own operations. Both look along the z axis at 1024 x 1024 pixels, Fidget at 1024
+//! octaves of gradient noise on a ball, in each program's own operations. Both look along the z axis at as many pixels, Fidget at as many
 //! voxels in depth, orogen to 1e-4 of a unit. Models are turned to where they are not seen from their ends.
 //!
 //! Meshes are made of the cube from -1 to 1 at 128, 256 and 512 cells along its edges; Fidget merges cells as it
@@ -28,15 +28,14 @@ use clock::race;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Width and height of the pictures beside Fidget's.
-const SIZE: usize = 1024;
-
 /// A model and how it is looked at: turns about x and z in degrees, and the half width of the picture.
 struct View {
     /// Of a file, or else of the planet.
     file: Option<&'static str>,
     turns: [f64; 2],
     half: f64,
+    /// Width and height of the picture in pixels, and for Fidget its depth in voxels.
+    size: usize,
 }
 
 impl View {
@@ -46,11 +45,11 @@ impl View {
 }
 
 const VIEWS: [View; 5] = [
-    View { file: Some("colonnade.vm"), turns: [-60.0, 30.0], half: 1.0 / 0.7 },
-    View { file: Some("tanglecube.vm"), turns: [-30.0, 20.0], half: 3.0 },
-    View { file: Some("hi.vm"), turns: [0.0, 0.0], half: 1.0 },
-    View { file: Some("nut.vm"), turns: [-30.0, 20.0], half: 1.5 },
-    View { file: None, turns: [0.0, 0.0], half: 1.0 },
+    View { file: Some("colonnade.vm"), turns: [-60.0, 30.0], half: 1.0 / 0.7, size: 1024 },
+    View { file: Some("tanglecube.vm"), turns: [-30.0, 20.0], half: 3.0, size: 1024 },
+    View { file: Some("hi.vm"), turns: [0.0, 0.0], half: 1.0, size: 1024 },
+    View { file: Some("nut.vm"), turns: [-30.0, 20.0], half: 1.5, size: 1024 },
+    View { file: None, turns: [0.0, 0.0], half: 1.0, size: 512 },
 ];
 
 fn main() -> ExitCode {
@@ -59,11 +58,11 @@ fn main() -> ExitCode {
         eprintln!("there is no folder {}", folder.display());
         return ExitCode::FAILURE;
     }
-    println!("{SIZE} x {SIZE}, one thread each, CPU seconds\n");
+    println!("Height maps, one thread each, CPU seconds\n");
     println!(
-        "| model | Fidget, JIT | orogen, hits | and normals | factor | pixels that both hit, one alone |"
+        "| model | pixels | Fidget, JIT | orogen, hits | and normals | factor | pixels that both hit, one alone |"
     );
-    println!("|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|");
     for view in &VIEWS {
         let path = view.file.map(|file| found(folder.as_deref(), file));
         let done = match &path {
@@ -126,10 +125,11 @@ fn beside_fidget(view: &View, path: Option<&Path>) -> Result<(), String> {
             *c = ours.hits(view, true)
         }],
     );
+    let size = view.size;
     let both = pictures[0].iter().zip(&pictures[1]).filter(|(a, b)| **a && **b).count();
     let alone = pictures[0].iter().zip(&pictures[1]).filter(|(a, b)| a != b).count();
     println!(
-        "| {} | {jit:.2} | {hits:.2} | {normals:.2} | {:.2} | {both}, {alone} |",
+        "| {} | {size}^2 | {jit:.2} | {hits:.2} | {normals:.2} | {:.2} | {both}, {alone} |",
         view.name(),
         normals / jit
     );

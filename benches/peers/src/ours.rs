@@ -1,6 +1,6 @@
 //! The same pictures as orogen makes them.
 
-use crate::{SIZE, View};
+use crate::View;
 use glam::{DMat3, DVec3};
 use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, caster_in};
 use orogen::expr::{Graph, NodeId, text};
@@ -63,17 +63,17 @@ impl Model {
         let frame = Screen::new(view);
         let (mut rays, mut pixels) = (Vec::new(), Vec::new());
         let mut typical = Vec::new();
-        for tile in (0..TILES).step_by(TILES / 10) {
+        for tile in (0..frame.tiles()).step_by((frame.tiles() / 10).max(1)) {
             frame.tile(tile, &mut rays, &mut pixels);
             typical.push(rays[..64].to_vec());
         }
         let (mut stats, never) = (CastStats::default(), AtomicBool::new(false));
-        let mut caster = caster_in(Kind::Auto, field, &region, &cells, &typical, &never)
-            .expect("beams serve every field");
+        let mut caster =
+            caster_in(Kind::Auto, field, &region, &cells, &typical, &never).expect("beams serve every field");
         let mut shading = Normals::new(&cells);
-        let mut covered = vec![false; SIZE * SIZE];
+        let mut covered = vec![false; view.size * view.size];
         let mut hits = vec![Hit::MISS; GROUP];
-        for tile in 0..TILES {
+        for tile in 0..frame.tiles() {
             frame.tile(tile, &mut rays, &mut pixels);
             caster.first_hits(&rays, &mut hits, &mut stats, &never);
             let met = || hits.iter().zip(&rays).filter(|(hit, _)| hit.is_hit());
@@ -98,34 +98,43 @@ fn expression(path: &Path) -> Result<(Graph, NodeId), String> {
     Ok((graph, root))
 }
 
-const TILES: usize = SIZE * SIZE / GROUP;
-
 /// Rays along the z axis through the middles of pixels.
 struct Screen {
     turned: DMat3,
     half: f64,
+    /// Pixels along an edge, a multiple of 64.
+    size: usize,
 }
 
 impl Screen {
     fn new(view: &View) -> Screen {
         let [x, z] = view.turns.map(f64::to_radians);
-        Screen { turned: DMat3::from_rotation_x(x) * DMat3::from_rotation_z(z) * view.half, half: view.half }
+        Screen {
+            turned: DMat3::from_rotation_x(x) * DMat3::from_rotation_z(z) * view.half,
+            half: view.half,
+            size: view.size,
+        }
+    }
+
+    fn tiles(&self) -> usize {
+        self.size * self.size / GROUP
     }
 
     /// The rays of a tile, and where their pixels are.
     fn tile(&self, tile: usize, rays: &mut Vec<Ray>, pixels: &mut Vec<usize>) {
         let direction = (self.turned * DVec3::NEG_Z).normalize();
-        let place = |i: usize| 2.0 * (i as f64 + 0.5) / SIZE as f64 - 1.0;
+        let place = |i: usize| 2.0 * (i as f64 + 0.5) / self.size as f64 - 1.0;
+        let across = self.size / 64;
         rays.clear();
         pixels.clear();
         for i in 0..GROUP {
             let (column, row) =
-                (tile % (SIZE / 64) * 64 + every_other(i), tile / (SIZE / 64) * 64 + every_other(i >> 1));
+                (tile % across * 64 + every_other(i), tile / across * 64 + every_other(i >> 1));
             // A little behind where the picture begins: rays that begin at zero begin on a surface.
             let origin = self.turned * DVec3::new(place(column), -place(row), 2.0);
             let (near, far) = (self.half, 3.0 * self.half);
             rays.push(Ray { origin, direction, near, far, tolerance: Tolerance::fixed(TOLERANCE) });
-            pixels.push(row * SIZE + column);
+            pixels.push(row * self.size + column);
         }
     }
 }
