@@ -416,11 +416,15 @@ impl Function<3> for Mix {
         let (zero, one) = (R::of(0.0), R::of(1.0));
         [[zero, zero, -one], [zero, zero, one], [-one, one, zero]]
     }
-    /// Both ways to write it; the second has `a` and `b` but once.
+    /// Linear in each of the three, so that corners bound it: one end of `t` or the other, and there what `a` and `b` say.
     #[inline(always)]
     fn range(&self, [a, b, t]: [Interval; 3]) -> Interval {
-        let one = Interval::point(1.0);
-        self.value([a, b, t]).meet(a * (one - t) + b * t)
+        let at = |t: f64| {
+            let t = Interval::point(t);
+            a * (Interval::point(1.0) - t) + b * t
+        };
+        let whole = self.value([a, b, t]);
+        if t.width().is_finite() { whole.meet(at(t.lo).hull(at(t.hi))) } else { whole }
     }
     #[inline(always)]
     fn is_quadratic(&self) -> bool {
