@@ -208,14 +208,15 @@ impl<A: Along> Strategy for Pieces<A> {
         let close = crosses && tb - ta <= tolerance;
         let shortest = a + (b - a) * 0.5 <= a;
         if close || b - a <= tolerance || shortest {
-            let probes = !self.optimised || self.jumps && self.seek != Seek::All;
+            let probes = !self.optimised || self.jumps && !close && self.seek != Seek::All;
             if probes && !shortest && b - a > GRAZE * tolerance && range.is_finite() {
                 march.probing = true;
                 return None;
             }
             // Undefined, unbounded or torn here, however closely one looks: pass, but say so.
-            march.certified &= range.is_finite() && !self.jumps;
-            if range.is_finite() && (!self.jumps || self.seek == Seek::All) {
+            let is_whole = close || !self.jumps;
+            march.certified &= range.is_finite() && is_whole;
+            if range.is_finite() && (is_whole || self.seek == Seek::All) {
                 return self.found(ray, march, ta, tb);
             }
             let at = march.beyond;

@@ -157,7 +157,7 @@ impl Run<'_> {
             Err(OpenError::Damaged { .. }) => return Ok(Finding::Wanted(Some("it is damaged".into()))),
             Err(error) => return Err(Diagnostic::error(error.to_string()).into()),
         };
-        work.keeps(&path, &about)?;
+        work.keeps(&path, &about, digests)?;
         let reason = work.session.departure(&about.recipe, &work.order, digests).or_else(|| {
             let window = work.order.part.window(about.width, about.height).ok();
             (window != Some(about.window)).then(|| "it is another part of the picture".to_owned())

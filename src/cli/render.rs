@@ -10,7 +10,7 @@ use super::snapshots::{Series, Sides};
 use super::stats;
 use super::work::{self, Work};
 use crate::render::{self, Format, Job, Rect, Rough, Saved};
-use crate::session::Session;
+use crate::session::{Digests, Session};
 use crate::world::{Disk, Kept, Memory};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -147,7 +147,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         return animation::run(Animation { work, params, frames, rate, offset, pattern, terminal });
     }
     if let Ok(saved) = Saved::open(&work.output) {
-        work.keeps(&work.output, &saved.about)?;
+        work.keeps(&work.output, &saved.about, &mut Digests::new())?;
     }
     render(work, args, terminal)?;
     if args.script.is_none() {

@@ -9,7 +9,7 @@ use crate::cast::CastStats;
 use crate::diag::Diagnostic;
 use crate::render::{self, About, Heatmap, Metadata, Part, Picture};
 use crate::scene::{Scene, Value};
-use crate::session::{Loaded, Order, Session};
+use crate::session::{Digests, Loaded, Order, Session};
 use crate::world::{Disk, atomic};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -53,11 +53,12 @@ impl Work {
         Ok(Work { session, order, output, stats: stats.map(Path::to_path_buf) })
     }
 
-    /// Refuses a file that holds another of the shares of a picture that one of is wanted: together they are the
+    /// Refuses a file that holds another of the shares of the picture that one of is wanted: together they are the
     /// picture, and one would be lost.
-    pub fn keeps(&self, path: &Path, about: &About) -> Outcome {
+    pub fn keeps(&self, path: &Path, about: &About, known: &mut Digests) -> Outcome {
         let Part::Tile { number, of } = self.order.part else { return Ok(()) };
-        if !self.order.part.is_beside(about.window, about.width, about.height) {
+        let is_beside = self.order.part.is_beside(about.window, about.width, about.height);
+        if !is_beside || self.session.departure(&about.recipe, &self.order, known).is_some() {
             return Ok(());
         }
         let ending = path.extension().unwrap_or_default().to_string_lossy();
