@@ -2,7 +2,16 @@
 
 mod support;
 
+use orogen::script::{Interpreter, Limits};
+use orogen::world::Memory;
+use std::path::PathBuf;
+use std::sync::Arc;
 use support::{Bench, SLOW, has, stderr, stdout};
+
+/// A session without a program around it, which goes on after errors.
+fn interpreter() -> Interpreter {
+    Interpreter::new(Arc::new(Memory::default()), PathBuf::new(), Limits::default(), None).unwrap()
+}
 
 #[test]
 fn answers_on_a_pipe() {
@@ -138,6 +147,150 @@ fn a_session_is_saved_as_a_script_that_comes_to_the_same() {
     assert_eq!(again, "2.0\n");
     has(&stderr(&bench.command("repl").write_stdin(":save a.rhai\n").assert().code(1)), &["nothing to save"]);
     has(&stderr(&bench.command("repl").write_stdin("1\n:save a.txt\n").assert().code(1)), &[":save a.rhai"]);
+}
+
+#[test]
+fn a_session_that_a_script_cannot_repeat_says_so_when_it_is_saved() {
+    let bench = Bench::new(&[]);
+    let run = |lines: &str| bench.command("repl").write_stdin(lines.to_owned()).assert();
+    let changed = "fn rad(a) { a }\nlet s = sphere(rad(1.0));\nfn rad(a) { a * 3.0 }\ns\n:save b.rhai\n";
+    has(&stderr(&run(changed).code(1)), &["`s` differs", "`rad` was used", "another name"]);
+    // A library's function counts as well, and what was only looked at does not.
+    let library = "let s = sphere(1.0)\nfn sphere(r) { length(p) - 2.0 * r }\n:save b.rhai\n";
+    has(&stderr(&run(library).code(1)), &["`s` differs", "`sphere` was used"]);
+    let tried = "fn rad(a) { a }\nrad(1.0)\nfn rad(a) { a * 3.0 }\nlet s = sphere(rad(1.0))\n:save b.rhai\n";
+    assert_eq!(stderr(&run(tried).success()), "");
+    // The remedies that the message names.
+    let again = "let s = sphere(rad(1.0));\nfn rad(a) { a * 3.0 }\nlet s = sphere(rad(1.0));\n:save b.rhai\n";
+    assert_eq!(stderr(&run(&format!("fn rad(a) {{ a }}\n{again}")).success()), "");
+    assert_eq!(stdout(&bench.command("repl b.rhai").write_stdin("s.at([4, 0, 0])").assert()), "1.0\n");
+}
+
+#[test]
+fn a_line_that_fails_changes_nothing() {
+    let mut session = interpreter();
+    for line in ["let a = [1, [2]];", "let m = #{ k: 1 };", "let n = 1;", "fn f() { 1 }"] {
+        session.eval(line).unwrap();
+    }
+    // What functions without a name take along is shared with them.
+    for line in ["let kept = [2]; let add = || { kept.push(3); n += 1; n };", "let deep = [#{ f: add }];"] {
+        session.eval(line).unwrap();
+    }
+    for bad in [
+        "let q = 5; nosuch",
+        "a.push(3); a[1].push(3); m.k = 2; m.l = 3; nosuch",
+        "n = 7; kept.push(4); nosuch",
+        "add.call(); deep[0].f.call(); nosuch",
+        "fn f() { 2 } nosuch",
+        "let w = param(\"w\", 1.0, 0.0..2.0); nosuch",
+    ] {
+        assert!(session.eval(bad).is_err(), "{bad}");
+    }
+    assert!(session.eval("q").is_err());
+    for (line, answer) in [
+        ("a", "[1, [2]]"),
+        ("m", "#{ k: 1 }"),
+        ("[n, kept]", "[1, [2]]"),
+        ("f()", "1"),
+        ("add.call()", "2"),
+        ("[n, kept]", "[2, [2, 3]]"),
+        ("param(\"w\", 0.5, 0.0..1.0)", "0.5"),
+    ] {
+        assert_eq!(session.eval(line).unwrap().as_deref(), Some(answer), "{line}");
+    }
+    assert!(!session.script().unwrap().contains('q'), "{:?}", session.script());
+}
+
+#[test]
+fn questions_leave_no_trace() {
+    let mut session = interpreter();
+    session.eval("let a = [1.0]; let f = sphere(1.0)").unwrap();
+    session.numbers("a.push(2.0); a[1]").unwrap();
+    session.solid(Some("f = torus(1.0, 0.3); f")).unwrap();
+    assert_eq!(session.eval("a").unwrap().as_deref(), Some("[1.0]"));
+    assert!(session.eval("f").unwrap().unwrap().starts_with("length(x, y, z) - 1"));
+}
+
+#[test]
+fn the_last_solid_is_what_was_answered_or_named_last() {
+    let bench = Bench::new(&[("part.rhai", "let size = 2.0;\nlet ball = sphere(size);\n")]);
+    let run = |lines: &str| bench.command("repl").write_stdin(lines.to_owned()).assert();
+    for (lines, tree) in [
+        ("let f = sphere(1.0);", "length(x, y, z) - 1"),
+        ("let f = max(x, y);\nlet r = 2.0;\nr = 3.0;", "max(x, y)"),
+        ("sphere(1.0)\nlet f = max(x, y);", "max(x, y)"),
+        ("let f = x;\nf = min(x, y);\nf.at([1, 2, 3])", "min(x, y)"),
+        ("let f = x; f\nconst g = y;\nx", "x"),
+    ] {
+        let said = stdout(&run(&format!("{lines}\n:tree\n")).success());
+        assert_eq!(said.lines().last(), Some(tree), "{lines}");
+    }
+    has(&stdout(&run(":load part.rhai\n:topology\n").success()), &["1 component, certified"]);
+    // A script has it for its value, under its own name where that still is it.
+    let saved = |lines: &str| {
+        run(&format!("{lines}\n:save all.rhai\n")).success();
+        bench.run("check all.rhai").success();
+        String::from_utf8(bench.read("all.rhai")).unwrap()
+    };
+    assert!(saved("let f = sphere(1.0)\nf.at([2, 0, 0])").ends_with("f.at([2, 0, 0]);\n\nf\n"));
+    let kept = saved("let f = sphere(1.0);\nf = 2.0;");
+    has(&kept, &["let last_solid = f;\n\nf = 2.0;\n\nlast_solid\n"]);
+}
+
+#[test]
+fn the_session_of_the_readme_runs() {
+    let readme = include_str!("../README.md");
+    let (_, section) = readme.split_once("\n## A session\n").unwrap();
+    let lines = section.split("\n## ").next().unwrap().lines();
+    // What is behind a command is told from it by a wide gap.
+    let typed = lines.filter_map(|line| line.trim_start().strip_prefix("> "));
+    let typed: Vec<&str> = typed.map(|line| line.split("   ").next().unwrap_or(line)).collect();
+    assert!(typed.len() > 6, "{typed:?}");
+    // A picture in full size and the critical points of noise take long, and are not what this is about.
+    let small = "scene(#{ surface: f, film: film(#{ width: 40, height: 30 }) })\n:render";
+    let lines = typed.join("\n").replace(":topology f", ":topology sphere(1.0)");
+    let lines = lines.replace("\n:render", &format!("\n:tree\n{small}")) + "\n";
+    let bench = Bench::new(&[]);
+    has(
+        &stdout(&bench.command("repl").write_stdin(lines).assert().success()),
+        &["blue is inside", "rock.rhai"],
+    );
+    assert_eq!(bench.names(), ["plot.png", "repl.png", "rock.rhai", "slice.png"]);
+    bench.run("check rock.rhai").success();
+}
+
+#[test]
+fn zeros_are_told_from_poles_and_jumps() {
+    let bench = Bench::new(&[]);
+    for (asked, said) in [
+        ("tan(x) along x=0..6", ", zero near 0, 3.142, jumps over zero near 1.571, 4.712\n"),
+        ("1.0 / x along x=-1..1.1", ", jumps over zero near 0\n"),
+        ("sign(x - 0.5) along x=0..1", " from -1 to 1, jumps over zero near 0.5\n"),
+        ("x along x=0..1", " from 0 to 1, zero near 0\n"),
+    ] {
+        let answer = bench.command("repl").write_stdin(format!(":plot {asked}\n")).assert().success();
+        has(&stdout(&answer), &[said]);
+    }
+}
+
+#[test]
+fn nested_values_are_answered_with_what_is_in_them() {
+    let mut session = interpreter();
+    for (asked, said) in [
+        ("[[1,2],[3]]", "[[1, 2], [3]]"),
+        ("#{a: [1,2], b: #{c: 1}}", "#{ a: [1, 2], b: #{ c: 1 } }"),
+        ("[#{ \"a b\": \"c\" }, [], #{}, x + 1.0]", "[#{ \"a b\": \"c\" }, [], #{}, x + 1]"),
+        ("\"text\"", "text"),
+        ("[[[[[[[1]]]]]]]", "[[[[[[[...]]]]]]]"),
+    ] {
+        assert_eq!(session.eval(asked).unwrap().as_deref(), Some(said), "{asked}");
+    }
+    let long = session.eval("let a = []; for i in 0..99 { a.push([i]); } [a, a]").unwrap().unwrap();
+    assert!(long.contains("[39], ... 59 more], [[0], "), "{long}");
+    let wide = "let b = []; for i in 0..30 { b.push(a); } b";
+    assert!(session.eval(wide).unwrap().unwrap().len() < 3000);
+    // As deep as it gets.
+    assert!(session.eval("let d = []; for i in 0..400 { d = [d]; } d").is_ok());
 }
 
 #[test]

@@ -22,7 +22,7 @@ pub struct Axis {
 pub struct Line {
     /// What it is, for the legend; empty for no entry.
     pub label: String,
-    /// Its points.
+    /// Its points; what is not a finite number is a gap.
     pub points: Vec<(f64, f64)>,
     /// Whether it is there for comparison only: thin and grey.
     pub guide: bool,
@@ -51,8 +51,16 @@ const LETTERS: [i32; 3] = [FINER as i32 * TITLE, FINER as i32 * TEXT, FINER as i
 type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 
 /// Colours of curves: dark enough on white, and told apart by people who see no red or green.
-const COLORS: [RGBColor; 4] =
-    [RGBColor(0, 90, 160), RGBColor(200, 85, 0), RGBColor(0, 130, 95), RGBColor(150, 60, 130)];
+const COLORS: [RGBColor; 8] = [
+    RGBColor(0, 90, 160),
+    RGBColor(200, 85, 0),
+    RGBColor(0, 130, 95),
+    RGBColor(150, 60, 130),
+    RGBColor(70, 175, 215),
+    RGBColor(190, 30, 50),
+    RGBColor(130, 120, 0),
+    RGBColor(95, 60, 25),
+];
 const GUIDE: RGBColor = RGBColor(120, 120, 120);
 
 /// An axis as the drawing library wants it. Its own logarithmic axis leaves out most ticks.
@@ -149,10 +157,14 @@ impl Curves {
                 (false, Some(color)) => color.stroke_width(2 * FINER),
                 _ => GUIDE.stroke_width(FINER),
             };
-            let drawn = chart.draw_series(LineSeries::new(self.visible(line), style)).map_err(drawing)?;
+            for piece in self.visible(line) {
+                chart.draw_series(LineSeries::new(piece, style)).map_err(drawing)?;
+            }
             if !line.label.is_empty() {
                 let length = 18 * FINER as i32;
-                drawn
+                let entry = LineSeries::new(std::iter::empty::<(f64, f64)>(), style);
+                let entry = chart.draw_series(entry).map_err(drawing)?;
+                entry
                     .label(&line.label)
                     .legend(move |(x, y)| PathElement::new([(x, y), (x + length, y)], style));
             }
@@ -181,10 +193,12 @@ impl Curves {
         if high { SeriesLabelPosition::LowerRight } else { SeriesLabelPosition::UpperRight }
     }
 
-    /// The points of a line, kept on the paper: what falls below runs along the lower edge.
-    fn visible(&self, line: &Line) -> Vec<(f64, f64)> {
+    /// The pieces of a line between its gaps, kept on the paper: what falls below runs along the lower edge.
+    fn visible(&self, line: &Line) -> Vec<Vec<(f64, f64)>> {
         let (x, y) = (self.x.range, self.y.range);
-        let seen = line.points.iter().filter(|p| (x.0..=x.1).contains(&p.0) && p.1.is_finite());
-        seen.map(|p| (p.0, p.1.clamp(y.0, y.1))).collect()
+        let seen: Vec<(f64, f64)> =
+            line.points.iter().filter(|p| (x.0..=x.1).contains(&p.0)).copied().collect();
+        let pieces = seen.split(|p| !p.1.is_finite()).filter(|piece| !piece.is_empty());
+        pieces.map(|piece| piece.iter().map(|p| (p.0, p.1.clamp(y.0, y.1))).collect()).collect()
     }
 }

@@ -8,7 +8,7 @@ const DOTS: (usize, usize) = (2, 4);
 /// The bit of each dot, by column and row.
 const BITS: [[u8; 4]; 2] = [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
 /// Colours of curves, as terminals number them.
-const COLORS: [u8; 4] = [34, 33, 32, 35];
+const COLORS: [u8; 8] = [34, 33, 32, 35, 36, 31, 94, 93];
 
 /// Curves over a common axis.
 pub struct Chart<'a> {

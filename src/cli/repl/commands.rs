@@ -70,8 +70,8 @@ pub const COMMANDS: &[Command] = &[
         argument: "FILE",
         meaning: "write what was typed and loaded, as a script that runs",
         action: Action::Save,
-        more: "Inputs that failed are left out. Where a function was defined again, the last one counts; the last \
-               solid or scene becomes the value of the script.",
+        more: "Inputs that failed are left out. Where a function was defined again, the last one counts, and it is an \
+               error if that makes a difference; the last solid or scene becomes the value of the script.",
         examples: &[":save rock.rhai"],
     },
     Command {
@@ -79,8 +79,9 @@ pub const COMMANDS: &[Command] = &[
         argument: "[FILE]",
         meaning: "make a picture of the last solid or scene",
         action: Action::Render,
-        more: "It is shown in the terminal, as large as fits. With FILE, or where the terminal shows no pictures, \
-               it is as large as the script says and goes to that file, or to one named after the script.",
+        more: "The last one is what was answered last, or given to a variable with `let` or `=`. It is shown in the \
+               terminal, as large as fits. With FILE, or where the terminal shows no pictures, it is as large as the \
+               script says and goes to that file, or to one named after the script.",
         examples: &[":render", ":render rock.png"],
     },
     Command {

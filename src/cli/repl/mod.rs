@@ -17,6 +17,7 @@ mod request;
 mod save;
 mod slice;
 mod topology;
+mod zeros;
 
 use super::check::parameters;
 use super::interrupt::Interrupt;

@@ -1,4 +1,4 @@
-//! `:save`: the session as a script, and whether that runs.
+//! `:save`: the session as a script, whether that runs, and whether it comes to the same.
 
 use super::Shell;
 use crate::cli::report::{Outcome, out};
@@ -28,5 +28,7 @@ pub fn run(shell: &Shell, path: &Path) -> Outcome {
     for diagnostic in &loaded.diagnostics {
         shell.terminal.diagnostic(diagnostic, &loaded.sources);
     }
-    Ok(())
+    // A file that is wrong is of more use than none, as long as that is said.
+    let strays = shell.interpreter.borrow_mut().strays(&script);
+    strays.map_or(Ok(()), |error| Err(shell.say(&error)))
 }

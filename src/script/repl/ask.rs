@@ -1,7 +1,7 @@
 //! Questions about what a session has made: an expression as a solid, as numbers, as a function along a line. They
 //! leave no trace among the inputs.
 
-use super::Interpreter;
+use super::{Effects, Interpreter};
 use crate::diag::Diagnostic;
 use crate::expr::Input;
 use crate::op::{self, Op};
@@ -45,7 +45,7 @@ impl Interpreter {
             let missing = || Diagnostic::error("there is no solid yet").hint("for example: sphere(1.0)");
             return self.scene().ok_or_else(|| Box::new(missing()));
         };
-        let value = self.evaluate(expression)?;
+        let value = self.evaluate(expression, Effects::None)?;
         let scene = scene_value(&self.setup, &value).map_err(|_| Box::new(no_field(&value)))?;
         finish(&self.setup.host, &scene).map_err(failed)
     }
@@ -55,7 +55,7 @@ impl Interpreter {
     /// # Errors
     /// Whatever is wrong with the expression, or that it is something else.
     pub fn numbers(&mut self, expression: &str) -> Result<Vec<f64>, Box<Diagnostic>> {
-        let value = self.evaluate(expression)?;
+        let value = self.evaluate(expression, Effects::None)?;
         let numbers = match Value::of(&self.setup.host, &value).map_err(failed)? {
             Some(Value::Scalar(Scalar::Number(c), _)) => Some(vec![c]),
             Some(Value::Vector(v)) => v.iter().map(Scalar::number).collect(),
@@ -76,7 +76,7 @@ impl Interpreter {
     /// # Errors
     /// Whatever is wrong with the expression, or that it is no field.
     pub fn along(&mut self, expression: &str, line: &Line) -> Result<Arc<Tape>, Box<Diagnostic>> {
-        let value = self.evaluate(expression)?;
+        let value = self.evaluate(expression, Effects::None)?;
         let Some(Value::Scalar(Scalar::Field(_) | Scalar::Number(_), _)) =
             Value::of(&self.setup.host, &value).map_err(failed)?
         else {

@@ -1,7 +1,11 @@
 //! One line after another: what a REPL needs of scripts.
 
+mod answer;
 mod ask;
+mod named;
 mod record;
+mod replay;
+mod snapshot;
 
 pub use ask::Line;
 
@@ -11,12 +15,13 @@ use super::engine::{self, INPUTS, KEYWORDS, Limits, Setup};
 use super::host::Host;
 use super::library::Entry;
 use super::value::type_name;
-use super::{SceneValue, finish, help, lexer, modules, scene_value, show};
+use super::{SceneValue, finish, help, lexer, modules, scene_value};
 use crate::diag::{Diagnostic, Sources};
 use crate::scene::Scene;
 use crate::world::World;
-use record::Record;
+use record::{Record, Solid};
 use rhai::{AST, Dynamic, EvalAltResult, Scope};
+use snapshot::Snapshot;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,6 +30,15 @@ use std::time::Instant;
 
 /// Name of what is typed, in messages.
 const INPUT: &str = "input";
+
+/// What becomes of what an input does to variables and functions.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Effects {
+    /// It stays.
+    Kept,
+    /// It is undone, as after a question.
+    None,
+}
 
 /// A script that grows line by line. Variables, functions and imports stay.
 pub struct Interpreter {
@@ -84,14 +98,14 @@ impl Interpreter {
     /// Runs an input and describes its value, if it has one.
     ///
     /// # Errors
-    /// Whatever is wrong with the input; what it did before stays done.
+    /// Whatever is wrong with the input; what it did before that is undone.
     pub fn eval(&mut self, input: &str) -> Result<Option<String>, Box<Diagnostic>> {
-        let value = self.evaluate(input)?;
+        let value = self.evaluate(input, Effects::Kept)?;
         Ok(self.answer(None, input, &value))
     }
 
     /// The value of an input.
-    fn evaluate(&mut self, input: &str) -> Result<Dynamic, Box<Diagnostic>> {
+    fn evaluate(&mut self, input: &str, effects: Effects) -> Result<Dynamic, Box<Diagnostic>> {
         // Each input stands below the earlier ones, as lines of one text.
         let lines = self.text.lines().count();
         let padded = "\n".repeat(lines) + input;
@@ -101,7 +115,7 @@ impl Interpreter {
         self.text.push_str(input);
         let text: Arc<str> = Arc::from(self.text.as_str());
         self.setup.loaded.source(INPUT, &text);
-        self.execute(INPUT, &padded)
+        self.execute(INPUT, &padded, effects)
     }
 
     /// Runs a file as if it had been typed.
@@ -117,28 +131,49 @@ impl Interpreter {
             .map_err(|e| Box::new(Diagnostic::error(modules::unreadable(&name, &e).message)))?;
         self.setup.loaded.source(&name, &text);
         self.setup.loaded.clear();
-        let value = self.execute(&name, &text)?;
+        let value = self.execute(&name, &text, Effects::Kept)?;
         Ok(self.answer(Some(path), &text, &value))
     }
 
     /// Keeps an input that went well, and describes its value.
     fn answer(&mut self, file: Option<&Path>, input: &str, value: &Dynamic) -> Option<String> {
-        let scene = (!value.is_unit()).then(|| scene_value(&self.setup, value).ok()).flatten();
-        self.record.add(file, input, scene.is_some());
+        let (solid, scene) = self.left_by(input, value).unzip();
+        self.record.add(file, input, solid);
         self.scene = scene.or(self.scene.take());
-        (!value.is_unit()).then(|| show::summary(&self.setup.host, value))
+        (!value.is_unit()).then(|| answer::answer(&self.setup.host, value))
     }
 
-    fn execute(&mut self, name: &str, text: &str) -> Result<Dynamic, Box<Diagnostic>> {
+    /// The solid that an input leaves behind: its value, or else what it gave to a variable last.
+    fn left_by(&self, input: &str, value: &Dynamic) -> Option<(Solid, SceneValue)> {
+        if let Ok(scene) = scene_value(&self.setup, value) {
+            return Some((Solid::Value, scene));
+        }
+        named::named(input)
+            .into_iter()
+            .rev()
+            .find_map(|name| Some((Solid::Named(name.to_owned()), self.has(name)?)))
+    }
+
+    /// The solid that a variable has.
+    fn has(&self, name: &str) -> Option<SceneValue> {
+        scene_value(&self.setup, self.scope.get(name)?).ok()
+    }
+
+    /// Runs a text. Where it fails, and where no effects are wanted, everything is as before after it.
+    fn execute(&mut self, name: &str, text: &str, effects: Effects) -> Result<Dynamic, Box<Diagnostic>> {
         self.setup.host.deadline.set(Instant::now().checked_add(self.limits.time));
-        let result = self.run(name, text);
+        let before = Snapshot::of(&self.scope, &self.setup.host);
+        let result = self.run(name, text, effects);
+        if result.is_err() || effects == Effects::None {
+            before.restore(&mut self.scope, &self.setup.host);
+        }
         result.map_err(|e| {
             let explainer = Explainer { setup: &self.setup, limits: &self.limits, main: name };
             Box::new(explainer.explain(&e))
         })
     }
 
-    fn run(&mut self, name: &str, text: &str) -> Result<Dynamic, Box<EvalAltResult>> {
+    fn run(&mut self, name: &str, text: &str, effects: Effects) -> Result<Dynamic, Box<EvalAltResult>> {
         let compile = |text: &str| {
             let mut ast = self
                 .setup
@@ -160,9 +195,8 @@ impl Interpreter {
         let mut whole = whole.merge(&ast);
         whole.set_source(name);
         let result = self.setup.engine.eval_ast_with_scope::<Dynamic>(&mut self.scope, &whole);
-        // What an input defined before it failed stays, like its variables.
-        self.functions = self.functions.merge(&ast.clone_functions_only());
-        if result.is_ok() {
+        if result.is_ok() && effects == Effects::Kept {
+            self.functions = self.functions.merge(&ast.clone_functions_only());
             self.imports.extend(imports);
             statements.into_iter().for_each(|import| self.name_module(import));
         }
@@ -244,7 +278,8 @@ impl Interpreter {
 
     /// Everything that went well so far, as a script; `None` if there is nothing.
     pub fn script(&self) -> Option<String> {
-        (!self.record.is_empty()).then(|| self.record.script())
+        let still = self.record.variable().is_some_and(|name| self.has(name) == self.scene);
+        (!self.record.is_empty()).then(|| self.record.script(still))
     }
 
     /// What a name means: signatures, a sentence, an example; or what there is in a module, under a
@@ -263,7 +298,7 @@ impl Interpreter {
         help::nearest(&self.entries, &self.names(), name).map(str::to_owned)
     }
 
-    /// The last scene or field, as a scene.
+    /// The last scene or field that was answered or given to a variable, as a scene.
     pub fn scene(&self) -> Option<Scene> {
         finish(&self.setup.host, self.scene.as_ref()?).ok()
     }

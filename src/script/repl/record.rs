@@ -2,11 +2,21 @@
 //!
 //! A session may do what a script may not: ask without using the answer, define a function again, load a file
 //! again, and look at a solid before going on. So what it asked is ended with a semicolon, of functions and
-//! loaded files the last version counts, and the solid that was seen last becomes the value of the script.
+//! loaded files the last version counts, and the solid that was there last becomes the value of the script.
 
 use crate::script::lexer::{self, Kind, Token};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+
+/// A solid or scene that an input leaves behind.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Solid {
+    /// It is the value of the input.
+    Value,
+    /// A variable was given it.
+    Named(String),
+}
 
 /// The name of the last solid, where the session went on after it.
 const SOLID: &str = "last_solid";
@@ -17,8 +27,8 @@ struct Input {
     /// The file that it was loaded from, if it was.
     file: Option<PathBuf>,
     text: String,
-    /// Whether its value was a solid or a scene.
-    solid: bool,
+    /// The solid that it left behind, if it did.
+    solid: Option<Solid>,
 }
 
 /// Inputs in their order.
@@ -27,7 +37,7 @@ pub struct Record(Vec<Input>);
 
 impl Record {
     /// Adds an input. A file that is loaded again takes the place of what it was.
-    pub fn add(&mut self, file: Option<&Path>, text: &str, solid: bool) {
+    pub fn add(&mut self, file: Option<&Path>, text: &str, solid: Option<Solid>) {
         let file = file.map(Path::to_path_buf);
         if file.is_some() {
             self.0.retain(|input| input.file != file);
@@ -40,10 +50,32 @@ impl Record {
         self.0.is_empty()
     }
 
-    /// The script.
-    pub fn script(&self) -> String {
+    /// The variable that was given the last solid, unless that was the value of an input.
+    pub fn variable(&self) -> Option<&str> {
+        match self.0.iter().rev().find_map(|input| input.solid.as_ref())? {
+            Solid::Named(name) => Some(name),
+            Solid::Value => None,
+        }
+    }
+
+    /// Functions that the script has other than the session had them: their names occur before the input that defines
+    /// them last.
+    pub fn redefined(&self) -> Vec<String> {
+        let (mut used, mut found) = (BTreeSet::new(), BTreeSet::new());
+        for input in &self.0 {
+            found.extend(
+                functions(&input.text).into_iter().map(|f| f.name).filter(|name| used.contains(name)),
+            );
+            used.extend(code(&input.text).iter().filter(|t| t.kind == Kind::Word).map(|t| t.text.to_owned()));
+        }
+        found.into_iter().collect()
+    }
+
+    /// The script. The variable that was given the last solid may still have it, or be something else by now.
+    pub fn script(&self, still: bool) -> String {
         let mut out = String::from("// A session of orogen repl.\n");
-        let shown = self.0.iter().rposition(|input| input.solid);
+        let shown = self.0.iter().rposition(|input| input.solid.is_some());
+        let mut last = None;
         for (i, input) in self.0.iter().enumerate() {
             let later = self.0[i + 1..].iter().flat_map(|later| functions(&later.text));
             let later: Vec<(String, usize)> = later.map(|f| (f.name, f.arity)).collect();
@@ -55,15 +87,27 @@ impl Record {
                 // Writing to a text cannot fail.
                 let _ = write!(out, "\n// From {}.", file.display());
             }
-            let text = match shown == Some(i) {
-                true if i + 1 < self.0.len() => named(&text),
-                true => text,
-                false => ended(&text),
+            let solid = input.solid.as_ref().filter(|_| shown == Some(i));
+            let text = match solid {
+                Some(Solid::Value) if i + 1 == self.0.len() => text,
+                Some(Solid::Value) => {
+                    last = Some(SOLID);
+                    named(&text)
+                }
+                Some(Solid::Named(name)) if still => {
+                    last = Some(name);
+                    ended(&text)
+                }
+                Some(Solid::Named(name)) => {
+                    last = Some(SOLID);
+                    format!("{}\nlet {SOLID} = {name};", ended(&text).trim_end())
+                }
+                None => ended(&text),
             };
             let _ = write!(out, "\n{}\n", text.trim());
         }
-        if shown.is_some_and(|i| i + 1 < self.0.len()) {
-            let _ = write!(out, "\n{SOLID}\n");
+        if let Some(last) = last {
+            let _ = write!(out, "\n{last}\n");
         }
         out
     }
@@ -163,9 +207,13 @@ mod tests {
 
     fn script(inputs: &[(&str, bool)]) -> String {
         let mut record = Record::default();
-        inputs.iter().for_each(|(text, solid)| record.add(None, text, *solid));
+        inputs.iter().for_each(|(text, solid)| record.add(None, text, solid.then_some(Solid::Value)));
+        body(&record, true)
+    }
+
+    fn body(record: &Record, still: bool) -> String {
         let (_, body) =
-            record.script().split_once("\n\n").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+            record.script(still).split_once("\n\n").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
         body.replace("\n\n", "\n")
     }
 
@@ -196,11 +244,35 @@ mod tests {
     }
 
     #[test]
+    fn a_variable_with_the_last_solid_is_the_value() {
+        let mut record = Record::default();
+        record.add(None, "let f = sphere(1.0)", Some(Solid::Named("f".to_owned())));
+        record.add(None, "f.at([2, 0, 0])", None);
+        assert_eq!(record.variable(), Some("f"));
+        assert_eq!(body(&record, true), "let f = sphere(1.0);\nf.at([2, 0, 0]);\nf\n");
+        let kept = "let f = sphere(1.0);\nlet last_solid = f;\nf.at([2, 0, 0]);\nlast_solid\n";
+        assert_eq!(body(&record, false), kept);
+        record.add(None, "f", Some(Solid::Value));
+        assert_eq!(record.variable(), None);
+    }
+
+    #[test]
+    fn functions_are_redefined_where_their_names_came_before() {
+        let mut record = Record::default();
+        for text in ["fn f(a) { a }", "fn g(a) { f(a) } let h = 1;", "fn f(b) { -b } fn k() { 1 } k()"] {
+            record.add(None, text, None);
+        }
+        assert_eq!(record.redefined(), ["f"]);
+        record.add(None, "fn sphere(r) { r } fn g(a) { a }", None);
+        assert_eq!(record.redefined(), ["f", "g"]);
+    }
+
+    #[test]
     fn a_file_that_was_loaded_again_is_there_once() {
         let mut record = Record::default();
-        record.add(Some(Path::new("a.rhai")), "let a = 1;", false);
-        record.add(Some(Path::new("a.rhai")), "let a = 2;", false);
-        let script = record.script();
+        record.add(Some(Path::new("a.rhai")), "let a = 1;", None);
+        record.add(Some(Path::new("a.rhai")), "let a = 2;", None);
+        let script = record.script(true);
         assert!(!script.contains("a = 1") && script.contains("// From a.rhai.\nlet a = 2;"), "{script}");
     }
 }
