@@ -1,12 +1,15 @@
 //! Meshes of solids whose shape and topology are known.
 
+use glam::DVec3;
+use orogen::exchange::mesh::{self as file, Format, Stl};
 use orogen::field::Field;
 use orogen::field::Watch;
-use orogen::mesh::{Fineness, Meshed};
+use orogen::mesh::{Fineness, Meshed, rounded};
 use orogen::script::{Request, compile};
 use orogen::session::topology::LeftOut;
 use orogen::session::{Solidified, polygonise};
-use orogen::shape::{Census, Parts};
+use orogen::shape::{Census, Mesh, Parts};
+use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 
 fn watched<T>(job: impl FnOnce(&Watch<'_>) -> T) -> T {
@@ -33,12 +36,33 @@ fn volume(m: &Meshed) -> f64 {
 }
 
 fn check(script: &str, m: &Meshed) -> Census {
-    assert_eq!(m.mesh.check(), Ok(()));
-    assert_eq!(m.mesh.normals.len(), m.mesh.points.len());
+    check_files(script, &m.mesh);
     let census = Census::of(&m.mesh);
-    assert!(census.is_closed_manifold(), "{script}: {} flawed points", census.flawed_points);
     assert!(volume(m) > 0.0, "{script}: inside out");
     census
+}
+
+/// A mesh is a closed manifold, and stays one in every file though readers take equal points for one.
+fn check_files(script: &str, mesh: &Mesh) {
+    assert_eq!(mesh.check(), Ok(()));
+    assert_eq!(mesh.normals.len(), mesh.points.len());
+    for mesh in [mesh, &rounded(mesh)] {
+        let census = Census::of(mesh);
+        assert!(census.is_closed_manifold(), "{script}: {} flawed points", census.flawed_points);
+        let places: BTreeSet<[u64; 3]> =
+            mesh.points.iter().map(|p| (*p + 0.0).to_array().map(f64::to_bits)).collect();
+        assert_eq!(places.len(), mesh.points.len(), "{script}: equal points");
+    }
+}
+
+/// Triangles of which no corner is so far from the opposite side as that share of the cells.
+fn slivers(m: &Meshed, share: f64) -> usize {
+    let height = |t| {
+        let [a, b, c] = m.mesh.corners(t);
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        (b - a).cross(c - a).length() / longest
+    };
+    (0..m.mesh.triangles.len()).filter(|t| height(*t) <= share * m.cell).count()
 }
 
 #[test]
@@ -166,6 +190,73 @@ fn sharp_edges_are_kept() {
     assert!((volume(&flat) - 1.0).abs() < 5e-4, "{}", volume(&flat));
     let triangles = meshed(script, Some(128), None).mesh.triangles.len();
     assert!(flat.mesh.triangles.len() < triangles / 10, "{} of {triangles}", flat.mesh.triangles.len());
+}
+
+#[test]
+fn triangles_have_an_area() {
+    let prism = "polygon([[-0.7, -0.5], [0.7, -0.5], [0, 0.8]])";
+    let extruded = format!("import \"std/arrange\" as arrange; arrange::extrude({prism}, 0.6)");
+    let solids = [
+        extruded.as_str(),
+        &format!("max({prism}, abs(z) - 0.3)"),
+        "pyramid(4, 0.8, 1.0)",
+        "box([2, 1, 1]).rotated([1, 2, 3], 33)",
+        "tetrahedron(0.4)",
+    ];
+    for script in solids {
+        for (resolution, tolerance) in [(None, None), (Some(48), None), (Some(64), Some(0.002))] {
+            let m = meshed(script, resolution, tolerance);
+            check(script, &m);
+            let mut file = Vec::new();
+            file::write(Format::Stl(Stl::Binary), &rounded(&m.mesh), &mut file).expect("a file");
+            let read = file::read("a.stl", &file).expect("a mesh");
+            assert!(Census::of(&read).is_closed_manifold(), "{script} {resolution:?}: holes in the file");
+            let few = m.mesh.triangles.len() / 10_000;
+            assert!(slivers(&m, 1e-6) <= few, "{script} {resolution:?}: {} of {few}", slivers(&m, 1e-6));
+        }
+    }
+}
+
+/// The field of what is drawn out is as exact on its surface as elsewhere, but has no gradient just there.
+#[test]
+fn normals_are_found_where_the_gradient_is_none() {
+    let prism = "polygon([[-0.7, -0.5], [0.7, -0.5], [0, 0.8]])";
+    for field in [
+        format!("length(max({prism}, 0)) + min({prism}, 0)"),
+        format!("let f = {prism}; max(f, 0) * 1 + min(f, 0)"),
+    ] {
+        let m = meshed(&format!("max({field}, abs(z) - 0.3)"), Some(48), None);
+        assert!(m.deviation.0 < 1e-6 * m.cell, "{field}: {:?}", m.deviation);
+        let sides = [DVec3::Y, DVec3::Z, DVec3::new(1.3, 0.7, 0.0).normalize()];
+        let flat = |n: &DVec3| sides.iter().any(|side| n.abs().distance(side.abs()) < 1e-6);
+        let other = m.mesh.normals.iter().filter(|n| !flat(n)).count();
+        assert!(other < m.mesh.normals.len() / 10, "{other} of {}", m.mesh.normals.len());
+    }
+}
+
+/// Tips that hang together with a body by a diagonal only are cut off, and what does not is not.
+#[test]
+fn tips_are_no_crumbs() {
+    for script in ["tetrahedron(0.4)", "tetrahedron(0.4).rotated([1, 0, 0], 90)"] {
+        for resolution in [None, Some(64), Some(100)] {
+            assert_eq!(check(script, &meshed(script, resolution, None)).parts, 1, "{script} {resolution:?}");
+        }
+    }
+}
+
+/// A ball about as large as a cell holds one corner of the lattice, as a tip does, and a narrow gap parts it from the body.
+#[test]
+fn specks_stay() {
+    let is_speck = |i: i32| {
+        let cell = 1.0 / 32.0;
+        let at = 0.5 + (0.55 / 3.0_f64.sqrt() + 0.2 + 0.01 * f64::from(i)) * cell;
+        let ball = format!("sphere({}).translated([{at}, {at}, {at}])", 0.55 * cell);
+        let m = meshed(&format!("union(box(1.0), {ball})"), Some(32), None);
+        let volumes = Parts::of(&m.mesh).volumes(&m.mesh);
+        volumes.len() == 2 && volumes[1] < m.cell * m.cell * m.cell
+    };
+    let specks = (0..40).filter(|i| is_speck(*i)).count();
+    assert!(specks > 10, "{specks}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::exchange::mesh::{self as file, Format};
 use crate::field::Watch;
-use crate::mesh::{FINEST, Fineness};
+use crate::mesh::{self, FINEST, Fineness, Meshed};
 use crate::session::topology::LeftOut;
 use crate::session::{self, Solidified};
 use crate::shape::{Census, creased};
@@ -87,6 +87,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let made = session::on_threads(args.threads, || session::polygonise(&scene, &fineness, &watch));
     progress.finish();
     let made = made.and_then(|m| m).map_err(|error| work::failure(error, &loaded, terminal))?;
+    // What is said of the mesh is said of the file.
+    let made = if format.is_single() { rounded(made) } else { made };
     let Solidified { meshed, left_out, warnings, .. } = &made;
     for warning in warnings.iter().cloned().chain(doubts(left_out)) {
         terminal.diagnostic(&warning, &loaded.sources);
@@ -109,6 +111,12 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     err(summary(&args.output, &made, start.elapsed().as_secs_f64()));
     err(judgement(&made, args.tolerance));
     Ok(())
+}
+
+/// The mesh as numbers of 32 bits hold it.
+fn rounded(made: Solidified) -> Solidified {
+    let mesh = mesh::rounded(&made.meshed.mesh);
+    Solidified { meshed: Meshed { mesh, ..made.meshed }, ..made }
 }
 
 /// That the mesh is too coarse to show what is joined and what is not.

@@ -5,7 +5,7 @@
 //! surface be such that the derivative in some direction, an axis or the normal of its vertex, is proven not to be
 //! zero in it; along creases its enclosure holds the slopes of both sides and all between. Then critical
 //! points lie only in parts of space over which the field keeps its sign, and which are whole cells: their
-//! corners were seen, and are on the right side of the mesh. Nothing is missed, however small, and no two
+//! corners were seen, and are on the right side of the mesh, but for those at tips that hang together with a part. Nothing is missed, however small, and no two
 //! parts are taken for one that are not connected through a cell.
 //!
 //! Cells of which that cannot be proven are cut further for the sake of the proof. Blocks with a cell that is left
@@ -16,6 +16,7 @@
 use super::blocks::Block;
 use super::contour::Contour;
 use super::lattice::{Lattice, Place, SIDE};
+use super::tips::slopes_along;
 use crate::num::{Interval, Slope};
 use crate::tape::Evaluator;
 use glam::DVec3;
@@ -85,25 +86,22 @@ fn mean_gradient(at: Place, lattice: &Lattice, slopes: &mut Evaluator<Slope>) ->
 
 /// Whether the field rises along a direction everywhere in a region.
 fn rises_along(region: [Interval; 3], direction: DVec3, slopes: &mut Evaluator<Slope>) -> bool {
-    let (a, b) = direction.any_orthonormal_pair();
-    // Coordinates of which the first runs along the direction.
-    let p = std::array::from_fn(|axis| Slope {
-        value: region[axis],
-        grad: [direction, a, b].map(|d| Interval::point(d[axis])),
-        norm: f64::INFINITY,
-    });
-    slopes.eval(&p).grad[0].lo > 0.0
+    slopes_along(region, direction, slopes).grad[0].lo > 0.0
 }
 
 fn eighths(at: Place, cells: u32) -> impl Iterator<Item = (Place, u32)> {
     (0..8_u32).map(move |i| (std::array::from_fn(|axis| at[axis] + (i >> axis & 1) * cells), cells))
 }
 
-/// On which side all corners of a cell lie that the surface does not pass.
+/// On which side all corners of a cell lie that the surface does not pass; none if one of them is a tip that was cut off.
 fn side(at: Place, lattice: &Lattice, slopes: &mut Evaluator<Slope>) -> Option<bool> {
-    let corner = lattice.corner(at).to_array().map(Interval::point);
-    let Interval { lo, hi } = value(corner, slopes).value;
-    if lo > 0.0 { Some(false) } else { (hi < 0.0).then_some(true) }
+    let mut sides = eighths(at, 1).map(|(corner, _)| {
+        let corner = lattice.corner(corner).to_array().map(Interval::point);
+        let Interval { lo, hi } = value(corner, slopes).value;
+        if lo > 0.0 { Some(false) } else { (hi < 0.0).then_some(true) }
+    });
+    let first = sides.next()??;
+    sides.all(|side| side == Some(first)).then_some(first)
 }
 
 fn value(region: [Interval; 3], slopes: &mut Evaluator<Slope>) -> Slope {

@@ -4,6 +4,9 @@
 //! sides, the crossing is found by the Illinois method and the normal by the gradient; each patch of a cell
 //! then puts its vertex where the tangent planes at its crossings meet. Neighbouring blocks compute what they
 //! share twice, from the same places with the same bits, and so agree without asking each other.
+//!
+//! Fields may have no gradient just on the surface, such as `length(max(f, 0)) + min(f, 0)`, whose two terms both
+//! begin there: where a crossing is exact, the normal is that of a place a little inside, or else outside.
 
 use super::blocks::Block;
 use super::lattice::{Lattice, Place, SIDE, corner, edge_start};
@@ -27,11 +30,23 @@ const CELLS: usize = (SIDE * SIDE * SIDE) as usize;
 /// Steps towards a crossing. The Illinois method triples the digits in three of them.
 const STEPS: usize = 6;
 
+/// How far beside a crossing a normal is looked for, as a share of the way to the end of its edge.
+const BESIDE: f64 = 1.0 / 1024.0;
+
 /// A crossing or a cell that is not there.
 const NOWHERE: u16 = u16::MAX;
 
 /// A face of a cell on which the bilinear choice is reversed.
 pub(super) type Flip = (Place, usize);
+
+/// What the surface is said to be where the values alone would say otherwise.
+#[derive(Default)]
+pub(super) struct Choices {
+    /// Faces with the bilinear choice reversed.
+    pub flips: BTreeSet<Flip>,
+    /// Corners that count as outside.
+    pub cut: BTreeSet<Place>,
+}
 
 /// A cell that the surface passes.
 #[derive(Clone, Copy, Debug)]
@@ -124,25 +139,25 @@ impl Tracer {
         }
     }
 
-    /// The contour of a block, with the choice on some faces reversed.
-    pub fn contour(&mut self, block: &Block, flips: &BTreeSet<Flip>) -> Contour {
+    /// The contour of a block.
+    pub fn contour(&mut self, block: &Block, choices: &Choices) -> Contour {
         self.values.turn_to(&block.tape);
         self.slopes.turn_to(&block.tape);
-        self.sample(block.at);
+        self.sample(block.at, &choices.cut);
         let mut contour = Contour {
             at: block.at,
             cells: Vec::new(),
             vertices: Vec::new(),
             lookup: Box::new([NOWHERE; CELLS]),
         };
-        self.find_cells(&mut contour, flips);
+        self.find_cells(&mut contour, &choices.flips);
         self.locate(block.at);
         self.place_vertices(&mut contour);
         contour
     }
 
-    /// Evaluates the field at all corners.
-    fn sample(&mut self, at: Place) {
+    /// Evaluates the field at all corners, of which some are cut off.
+    fn sample(&mut self, at: Place, cut: &BTreeSet<Place>) {
         let mut p: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(self.corners.len()));
         let along: [[f64; CORNERS]; 3] = std::array::from_fn(|axis| {
             std::array::from_fn(|i| self.lattice.along(axis, at[axis] + i as u32))
@@ -155,6 +170,13 @@ impl Tracer {
             }
         }
         self.values.eval_all(p.each_ref().map(Vec::as_slice), &mut self.corners);
+        for corner in cut {
+            let offset: Place = std::array::from_fn(|axis| corner[axis].wrapping_sub(at[axis]));
+            if offset.iter().all(|i| *i <= SIDE) {
+                let value = &mut self.corners[corner_number(offset)];
+                *value = value.abs();
+            }
+        }
     }
 
     /// Finds the cells that the surface passes, and numbers the crossings.
@@ -227,27 +249,45 @@ impl Tracer {
         Search { ends: [0.0, 1.0], values: [a, b], last: None }
     }
 
+    /// Finds the normals at the crossings, or beside those where there is none; the rest leave along their edges.
     fn find_normals(&mut self, at: Place) {
-        for start in (0..self.crossings.len()).step_by(LANES) {
-            let end = self.crossings.len().min(start + LANES);
+        let mut left: Vec<usize> = (0..self.crossings.len()).collect();
+        for outward in [0.0, -BESIDE, BESIDE] {
+            left = self.find_normals_beside(at, &left, outward);
+        }
+        for i in left {
+            let (axis, sign) = self.way_out(&self.crossings[i]);
+            self.crossings[i].normal = DVec3::AXES[axis] * sign;
+        }
+    }
+
+    /// Finds the normals of some crossings a share of the way to the outer end of their edges, or if that is negative to
+    /// the inner one. Returns those that have none there.
+    fn find_normals_beside(&mut self, at: Place, some: &[usize], outward: f64) -> Vec<usize> {
+        let mut without = Vec::new();
+        for batch in some.chunks(LANES) {
             let place = |lane: usize| {
-                let crossing = &self.crossings[(start + lane).min(end - 1)];
-                self.position(at, crossing, crossing.along)
+                let crossing = &self.crossings[batch[lane.min(batch.len() - 1)]];
+                let end = if self.way_out(crossing).1 * outward > 0.0 { 1.0 } else { 0.0 };
+                self.position(at, crossing, crossing.along + outward.abs() * (end - crossing.along))
             };
             let places: [DVec3; LANES] = std::array::from_fn(place);
             let duals = |axis: usize| Many(places.map(|p| Dual::coordinate(p[axis], axis)));
             let slopes = *self.slopes.eval(&std::array::from_fn(duals));
-            for (lane, i) in (start..end).enumerate() {
-                let normal = DVec3::from_array(slopes.0[lane].grad).try_normalize();
-                self.crossings[i].normal = normal.unwrap_or_else(|| self.way_out(&self.crossings[i]));
+            for (i, slope) in batch.iter().zip(slopes.0) {
+                match DVec3::from_array(slope.grad).try_normalize() {
+                    Some(normal) => self.crossings[*i].normal = normal,
+                    None => without.push(*i),
+                }
             }
         }
+        without
     }
 
-    /// The direction along an edge in which it leaves the solid.
-    fn way_out(&self, crossing: &Crossing) -> DVec3 {
+    /// The axis along which an edge leaves the solid, and the sign of that direction.
+    fn way_out(&self, crossing: &Crossing) -> (usize, f64) {
         let starts_inside = self.corners[corner_number(crossing.start)] < 0.0;
-        DVec3::AXES[crossing.axis] * if starts_inside { 1.0 } else { -1.0 }
+        (crossing.axis, if starts_inside { 1.0 } else { -1.0 })
     }
 
     fn place_vertices(&self, contour: &mut Contour) {

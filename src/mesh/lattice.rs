@@ -56,6 +56,11 @@ impl Lattice {
     }
 }
 
+/// The first cell of the block that a cell is in.
+pub(super) fn block_of(cell: Place) -> Place {
+    cell.map(|i| i / SIDE * SIDE)
+}
+
 /// The offsets of an edge's lower end.
 pub(super) fn edge_start(edge: usize) -> Place {
     let axis = edge / 4;

@@ -5,11 +5,13 @@
 //! oriented and a manifold, and keeps sharp edges and corners:
 //!
 //! 1. enclosures drop what has no surface, with proof (`blocks`),
-//! 2. crossings of the lattice's edges and the normals there give vertices (`contour`, `patches`, `quadric`),
+//! 2. crossings of the lattice's edges and the normals there give vertices (`contour`, `patches`, `quadric`), but not
+//!    around tips that would float before the rest (`tips`),
 //! 3. each crossing makes a quadrangle of the vertices around it (`weave`),
 //! 4. where the surface is flat enough, vertices are merged (`merge`),
 //! 5. each quadrangle becomes two triangles, along the diagonal that is closer to the surface (`triangles`),
-//! 6. enclosures of the gradient tell whether anything may have been missed (`certificate`).
+//! 6. points at the same place become one (`weld`),
+//! 7. enclosures of the gradient tell whether anything may have been missed (`certificate`).
 //!
 //! Whatever the number of threads, the mesh is the same, bit for bit.
 
@@ -21,8 +23,12 @@ mod merge;
 mod patches;
 mod quadric;
 mod survey;
+mod tips;
 mod triangles;
 mod weave;
+mod weld;
+
+pub use weld::rounded;
 
 use crate::field::{Stopped, Watch};
 use crate::num::Slope;
@@ -30,9 +36,9 @@ use crate::scene::Aabb;
 use crate::shape::Mesh;
 use crate::tape::{Cells, Evaluator, Tape};
 use blocks::Block;
-use contour::{Contour, Tracer, Vertex};
+use contour::{Choices, Contour, Tracer, Vertex};
 use glam::DVec3;
-use lattice::{Lattice, Place, SIDE};
+use lattice::{Lattice, Place, block_of};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -74,7 +80,7 @@ const FIRST: u32 = 128;
 /// A mesh and how far it is to be trusted.
 #[derive(Clone, Debug)]
 pub struct Meshed {
-    /// Closed, oriented, and a manifold.
+    /// Closed, oriented, and a manifold; no two points are equal.
     pub mesh: Mesh,
     /// Length of a cell's edge.
     pub cell: f64,
@@ -157,7 +163,7 @@ impl Sketch {
         (watch.progress)(0.95);
         watch.check()?;
         let deviation = woven.deviation(cells);
-        let mut mesh = woven.mesh;
+        let mut mesh = weld::welded(woven.mesh, weld::SHORT * self.lattice.step);
         if let Some(color) = &solid.color {
             mesh.colors = survey::colors(color, &mesh.points);
         }
@@ -191,17 +197,17 @@ fn contours(
     watch: &Watch<'_>,
 ) -> Result<Vec<Contour>, Stopped> {
     let tracer = || Tracer::new(&solid.tape, lattice);
-    let mut flips = BTreeSet::new();
+    let mut choices = Choices::default();
     let trace = |tracer: &mut Tracer, block: &Block| {
         watch.check()?;
-        Ok(tracer.contour(block, &BTreeSet::new()))
+        Ok(tracer.contour(block, &Choices::default()))
     };
     let mut contours =
         blocks.par_iter().map_init(tracer, trace).collect::<Result<Vec<Contour>, Stopped>>()?;
     loop {
         let pinched = Web::new(&contours).pinched();
         if pinched.is_empty() {
-            return Ok(contours);
+            break;
         }
         // One face of a cell at a time: to reverse one parts a patch, to reverse two at once may join it again.
         let mut busy = BTreeSet::new();
@@ -209,18 +215,30 @@ fn contours(
             if pair.iter().all(|(cell, _)| !busy.contains(cell)) {
                 busy.extend(pair.map(|(cell, _)| cell));
                 for flip in pair {
-                    if !flips.insert(flip) {
-                        flips.remove(&flip);
+                    if !choices.flips.insert(flip) {
+                        choices.flips.remove(&flip);
                     }
                 }
             }
         }
-        let touched: BTreeSet<_> = busy.iter().map(|at| at.map(|i| i / SIDE * SIDE)).collect();
-        let mut tracer = tracer();
-        for (contour, block) in
-            contours.iter_mut().zip(blocks).filter(|(_, block)| touched.contains(&block.at))
-        {
-            *contour = tracer.contour(block, &flips);
-        }
+        retrace(&mut contours, blocks, &mut tracer(), &choices, busy.into_iter().map(block_of).collect());
+    }
+    choices.cut = tips::tips(&solid.tape, lattice, blocks, &contours);
+    let touched = choices.cut.iter().flat_map(|at| tips::blocks_with(*at)).collect();
+    retrace(&mut contours, blocks, &mut tracer(), &choices, touched);
+    Ok(contours)
+}
+
+/// Finds the contours of some blocks again, with other choices.
+fn retrace(
+    contours: &mut [Contour],
+    blocks: &[Block],
+    tracer: &mut Tracer,
+    choices: &Choices,
+    touched: BTreeSet<Place>,
+) {
+    let both = contours.iter_mut().zip(blocks);
+    for (contour, block) in both.filter(|(_, block)| touched.contains(&block.at)) {
+        *contour = tracer.contour(block, choices);
     }
 }

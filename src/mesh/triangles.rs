@@ -13,6 +13,9 @@ use glam::DVec3;
 /// Times that what was merged too far is parted.
 const ROUNDS: u32 = 12;
 
+/// Distances of diagonals from the surface that differ by less are the same, as a share of a cell.
+const EVEN: f64 = 1e-4;
+
 /// Makes meshes of quadrangles.
 pub(super) struct Weaver<'a> {
     pub lattice: &'a Lattice,
@@ -86,7 +89,15 @@ impl Weaver<'_> {
             Woven { mesh: Mesh { normals: merged.normals.clone(), ..Mesh::default() }, quads: Vec::new() };
         for (i, (quad, far)) in self.quads.iter().zip(far.chunks_exact(2)).enumerate() {
             let [a, b, c, d] = corners(quad);
-            let halves = if far[0] <= far[1] { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+            let both = [[[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]];
+            // On a flat piece neither is nearer but by rounding, and at its end one may be no triangle but a line.
+            let is_even = (far[0] - far[1]).abs() <= EVEN * self.lattice.step;
+            let is_first = if is_even {
+                least_area(both[0], &points) >= least_area(both[1], &points)
+            } else {
+                far[0] <= far[1]
+            };
+            let halves = if is_first { both[0] } else { both[1] };
             // Where opposite corners are one the halves are one another's reverse.
             let is_folded = a == c || b == d;
             for half in halves.into_iter().filter(|[a, b, c]| !is_folded && a != b && b != c && c != a) {
@@ -116,6 +127,16 @@ impl Woven {
         let most = *most;
         (far.into_iter().fold(0.0, f64::max), most)
     }
+}
+
+/// The smaller part of a quadrangle's area that a half of it has, below zero where one is turned over.
+fn least_area(halves: [[u32; 3]; 2], points: &[DVec3]) -> f64 {
+    let areas = halves.map(|half| {
+        let [a, b, c] = half.map(|i| points[i as usize]);
+        (b - a).cross(c - a)
+    });
+    let whole = areas[0] + areas[1];
+    areas[0].dot(whole).min(areas[1].dot(whole))
 }
 
 /// Places in a triangle whose distance from the surface is looked at, besides its corners.

@@ -6,8 +6,8 @@
 //! edge between the two vertices. Joining the crossings of that face the other way parts the patches on both
 //! sides (Wenger 2013); done one by one, this comes to an end, since there are ever more patches.
 
-use super::contour::{Contour, Flip, Vertex, crosses, starts_inside};
-use super::lattice::{Place, SIDE};
+use super::contour::{Cell, Contour, Flip, Vertex, crosses, starts_inside};
+use super::lattice::{Place, block_of};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -50,17 +50,22 @@ impl<'a> Web<'a> {
 
     /// The contour that has a cell: `near`, most often.
     fn around(&self, at: Place, near: usize) -> Option<usize> {
-        let block = at.map(|i| i / SIDE * SIDE);
+        let block = block_of(at);
         if self.contours[near].at == block {
             return Some(near);
         }
         self.index.get(&block).map(|i| *i as usize)
     }
 
+    /// A cell that the surface passes, and the number of the contour that has it: `near`, most often.
+    pub fn cell(&self, at: Place, near: usize) -> Option<(usize, &'a Cell)> {
+        let block = self.around(at, near)?;
+        Some((block, self.contours[block].cell(at)?))
+    }
+
     /// The vertex of the patch that crosses an edge of a cell.
     fn vertex(&self, cell: Place, edge: usize, near: usize) -> Option<u32> {
-        let block = self.around(cell, near)?;
-        let cell = self.contours[block].cell(cell)?;
+        let (block, cell) = self.cell(cell, near)?;
         Some(self.first[block] + cell.first + u32::from(cell.patches.of_edge[edge]))
     }
 

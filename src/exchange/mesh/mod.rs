@@ -7,7 +7,9 @@
 //! | `.ply` | exact | 32 bits | sRGB, 8 bits | binary or text |
 //! | `.stl` | 32 bits | no | no | binary or text (exact); loose triangles, whose equal corners are one point |
 //!
-//! *Exact* is what comes back as it was, bit for bit; so do points that 32 bits hold from any format.
+//! *Exact* is what comes back as it was, bit for bit; so do points that 32 bits hold from any format. Points that are
+//! near each other may be equal once they are rounded, and a reader that takes equal points for one then finds holes
+//! in a closed mesh; one that is [rounded](crate::mesh::rounded) before has none.
 //! Colours are linear here; formats that do not say what their colours mean hold those of screens.
 //!
 //! A [`Mesh`] has one normal and one colour a point. Where a file leaves some points without a normal,
@@ -77,6 +79,11 @@ impl Format {
     /// For any other ending.
     pub fn of(name: &str) -> Result<Format, Fault> {
         by_ending(name, FORMATS, "written to")
+    }
+
+    /// Whether points are rounded to 32 bits.
+    pub fn is_single(self) -> bool {
+        matches!(self, Format::Glb | Format::Stl(Stl::Binary))
     }
 }
 
