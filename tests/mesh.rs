@@ -1,6 +1,5 @@
 //! Meshes of solids whose shape and topology are known.
 
-use glam::DVec3;
 use orogen::exchange::mesh::{self as file, Format, Stl};
 use orogen::field::Field;
 use orogen::field::Watch;
@@ -211,7 +210,8 @@ fn triangles_have_an_area() {
             file::write(Format::Stl(Stl::Binary), &rounded(&m.mesh), &mut file).expect("a file");
             let read = file::read("a.stl", &file).expect("a mesh");
             assert!(Census::of(&read).is_closed_manifold(), "{script} {resolution:?}: holes in the file");
-            let few = m.mesh.triangles.len() / 10_000;
+            // Merging may leave a triangle along an edge of the solid that nothing else could take the place of.
+            let few = if tolerance.is_none() { m.mesh.triangles.len() / 10_000 } else { 100 };
             assert!(slivers(&m, 1e-6) <= few, "{script} {resolution:?}: {} of {few}", slivers(&m, 1e-6));
         }
     }
@@ -221,16 +221,13 @@ fn triangles_have_an_area() {
 #[test]
 fn normals_are_found_where_the_gradient_is_none() {
     let prism = "polygon([[-0.7, -0.5], [0.7, -0.5], [0, 0.8]])";
-    for field in [
-        format!("length(max({prism}, 0)) + min({prism}, 0)"),
-        format!("let f = {prism}; max(f, 0) * 1 + min(f, 0)"),
-    ] {
-        let m = meshed(&format!("max({field}, abs(z) - 0.3)"), Some(48), None);
-        assert!(m.deviation.0 < 1e-6 * m.cell, "{field}: {:?}", m.deviation);
-        let sides = [DVec3::Y, DVec3::Z, DVec3::new(1.3, 0.7, 0.0).normalize()];
-        let flat = |n: &DVec3| sides.iter().any(|side| n.abs().distance(side.abs()) < 1e-6);
-        let other = m.mesh.normals.iter().filter(|n| !flat(n)).count();
-        assert!(other < m.mesh.normals.len() / 10, "{other} of {}", m.mesh.normals.len());
+    let of = |field: &str| meshed(&format!("let f = {prism}; max({field}, abs(z) - 0.3)"), Some(48), None);
+    let plain = of("f");
+    for outside in ["length(vec3(max(f, 0), 0, 0))", "max(f, 0)"] {
+        let m = of(&format!("{outside} + min(f, 0)"));
+        assert!(m.deviation.0 <= plain.deviation.0 + 1e-6 * m.cell, "{outside}: {:?}", m.deviation);
+        let turned = m.mesh.normals.iter().zip(&plain.mesh.normals).filter(|(a, b)| a.distance(**b) > 1e-6);
+        assert_eq!((turned.count(), m.mesh.normals.len()), (0, plain.mesh.normals.len()), "{outside}");
     }
 }
 

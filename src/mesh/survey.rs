@@ -27,7 +27,9 @@ pub(super) fn distances(cells: &Cells, points: &[DVec3]) -> Vec<f64> {
                     |axis: usize| Many(std::array::from_fn(|lane| Dual::coordinate(at(lane)[axis], axis)));
                 let duals = *field.eval(&std::array::from_fn(duals));
                 for ((_, i), dual) in batch.iter().zip(duals.0) {
-                    out[*i] = dual.value.abs() / DVec3::from_array(dual.grad).length();
+                    let slope = DVec3::from_array(dual.grad).length();
+                    // On the surface there may be no gradient.
+                    out[*i] = if dual.value == 0.0 { 0.0 } else { dual.value.abs() / slope };
                 }
             }
         }
