@@ -34,7 +34,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
             Value::Vector(color.to_array().map(Scalar::Number)).into_dynamic(c.host)
         },
     );
-    let sentence = "The solid with a colour: a vector of numbers or fields, one number or field for grey, or a text such as \"#ff8800\".";
+    let sentence = "The solid with a colour: a vector of numbers or fields, one number or field for grey, or a text such as \"#ff8800\". Where solids are combined sharply, one without a colour takes the other's.";
     for name in ["colored", "coloured"] {
         lib.def(&format!("{name}(f, color)"), sentence, "sphere(1.0).colored(\"#c08040\")", |c| {
             let f = c.field(0)?;
