@@ -162,7 +162,8 @@ impl Studio {
         Some(loaded)
     }
 
-    /// Runs the script. Parameters that it does not have, or that are out of range, are forgotten, and it says so.
+    /// Runs the script. Parameters that it does not have, or that are out of range, are forgotten: in silence if they were
+    /// right before it was changed, but not those that it is begun with.
     fn load(&mut self, wish: &Wish, cancel: &Arc<AtomicBool>) -> Arc<Loaded> {
         self.session.set(wish.params.clone(), wish.time);
         let loaded = self.session.load(cancel);
@@ -184,6 +185,9 @@ impl Studio {
         self.shared.state().wish.params.retain(|name, value| fits(name, value));
         self.session.set(params, wish.time);
         let fit = self.session.load(cancel);
+        if self.loaded.is_some() {
+            return fit;
+        }
         let forgotten = loaded.diagnostics.iter().filter(|d| d.severity == Severity::Error);
         let forgotten = forgotten.map(|d| Diagnostic { severity: Severity::Warning, ..d.clone() });
         Arc::new(Loaded { diagnostics: forgotten.chain(fit.diagnostics.clone()).collect(), ..(*fit).clone() })
