@@ -219,7 +219,8 @@ impl<A: Along> Strategy for Pieces<A> {
             if range.is_finite() && (is_whole || self.seek == Seek::All) {
                 return self.found(ray, march, ta, tb);
             }
-            let at = march.beyond;
+            // What was trimmed off behind has no roots, but may be inside.
+            let at = if range.is_finite() { b } else { march.beyond };
             return self.advance(ray, march, at, b - a);
         }
         if tb - ta >= 0.5 * (b - a) {
