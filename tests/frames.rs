@@ -248,7 +248,7 @@ fn parts_do_not_take_the_place_of_one_another() {
     let first = frames(&bench);
     has(
         &stderr(&bench.run(&format!("{render} --tile 2/2")).code(1)),
-        &["b.1.png holds another", "b.1.2of2.png"],
+        &["b.1.png holds another", "-o 'b.#.2of2.png'"],
     );
     assert_eq!(frames(&bench), first);
 }

@@ -9,7 +9,7 @@ use super::report::{Failure, Outcome, Terminal, err};
 use super::snapshots::{Series, Sides};
 use super::stats;
 use super::work::{self, Work};
-use crate::render::{self, Format, Job, Rect, Rough, Saved};
+use crate::render::{self, Format, Job, Part, Rect, Rough, Saved};
 use crate::session::{Digests, Session};
 use crate::world::{Disk, Kept, Memory};
 use std::path::{Path, PathBuf};
@@ -146,7 +146,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         let (params, offset, rate) = (args.scripting.params()?, args.scripting.time, args.fps);
         return animation::run(Animation { work, params, frames, rate, offset, pattern, terminal });
     }
-    if let Ok(saved) = Saved::open(&work.output) {
+    let is_tile = matches!(work.order.part, Part::Tile { .. });
+    if is_tile && let Ok(saved) = Saved::open(&work.output) {
         work.keeps(&work.output, &saved.about, &mut Digests::new())?;
     }
     render(work, args, terminal)?;

@@ -4,7 +4,7 @@
 use super::interrupt::{Flag, Interrupt};
 use super::options::{PictureOptions, ScriptOptions};
 use super::progress::Progress;
-use super::report::{Failure, Outcome, Terminal, count, out, plural, seconds};
+use super::report::{Failure, Outcome, Terminal, count, in_quotes, out, plural, seconds};
 use crate::cast::CastStats;
 use crate::diag::Diagnostic;
 use crate::render::{self, About, Heatmap, Metadata, Part, Picture};
@@ -61,10 +61,14 @@ impl Work {
         if !is_beside || self.session.departure(&about.recipe, &self.order, known).is_some() {
             return Ok(());
         }
-        let ending = path.extension().unwrap_or_default().to_string_lossy();
-        let own = path.with_extension(format!("{number}of{of}.{ending}"));
+        // Of frames it is a pattern.
+        let ending = self.output.extension().unwrap_or_default().to_string_lossy();
+        let own = self.output.with_extension(format!("{number}of{of}.{ending}"));
         let message = format!("{} holds another of the {of} parts", path.display());
-        Err(Failure::error(message, format!("give each a file of its own: -o '{}'", own.display())))
+        Err(Failure::error(
+            message,
+            format!("give each a file of its own: -o {}", in_quotes(&own.to_string_lossy())),
+        ))
     }
 
     /// Where a picture goes: an unfinished one never takes the place of an earlier picture.

@@ -7,8 +7,9 @@
 //! **Fidget** (crates `fidget-*`, Keeter) compiles an expression to machine code, in single precision, and
 //! finds a height map with normals by intervals over tiles, each with the code pruned for it. Its models are
 //! not ours to copy: `FOLDER/fidget` has them. Without a folder there are `scripts/nut.vm` and a planet, six
-//! octaves of gradient noise on a ball, in each program's own operations. Both look along the z axis at as many pixels, Fidget at as many
-//! voxels in depth, orogen to 1e-4 of a unit. Models are turned to where they are not seen from their ends.
+//! octaves of gradient noise on a ball, in each program's own operations. Both look along the z axis with the
+//! same pixels, Fidget with as many voxels in depth as there are along an edge, orogen to 1e-4 of a unit. Models
+//! are turned to where they are not seen from their ends.
 //!
 //! Meshes are made of the cube from -1 to 1 at 128, 256 and 512 cells along its edges; Fidget merges cells as it
 //! goes, orogen proves that nothing is missed where it can, and both are manifold dual contouring.

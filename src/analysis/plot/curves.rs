@@ -50,7 +50,7 @@ const LETTERS: [i32; 3] = [FINER as i32 * TITLE, FINER as i32 * TEXT, FINER as i
 /// What is drawn on.
 type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 
-/// Colours of curves: dark enough on white, and told apart by people who see no red or green.
+/// Colours of curves: dark enough on white, the first four told apart by people who see no red or green.
 const COLORS: [RGBColor; 8] = [
     RGBColor(0, 90, 160),
     RGBColor(200, 85, 0),
