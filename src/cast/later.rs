@@ -67,6 +67,10 @@ impl Caster for Later {
         self.own.as_ref().map_or(&[], |caster| caster.costs())
     }
 
+    fn insides(&self) -> &[f64] {
+        self.own.as_ref().map_or(&[], |caster| caster.insides())
+    }
+
     fn clone_box(&self) -> Box<dyn Caster> {
         Box::new(Later { own: None, choice: self.choice.clone() })
     }

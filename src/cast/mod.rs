@@ -195,6 +195,12 @@ pub trait Caster: Send {
     /// beside an evaluation.
     fn costs(&self) -> &[f64];
 
+    /// Where each ray of the last group that was asked for [any hits](Caster::any_hits) is inside, if that is known, else
+    /// infinity; nothing from casters that do not say.
+    fn insides(&self) -> &[f64] {
+        &[]
+    }
+
     /// The Lipschitz bound of the field by which it takes its steps, if that is how it does: whole tiles can go by the
     /// same, see [`reach`].
     fn lipschitz(&self) -> Option<f64> {

@@ -30,11 +30,9 @@
 //!
 //! A ruling without a proof is followed like any other, but nothing that follows from it is certified.
 
-use super::group::Group;
+use super::beam::Beams;
 use super::passage::{Ahead, Looks, Passage, Side};
-use super::pieces::Pieces;
 use super::{CastStats, Caster, Hit, Ray};
-use crate::num::Reduced;
 use crate::scene::Aabb;
 use crate::tape::Cells;
 use glam::DVec3;
@@ -68,7 +66,7 @@ const PARTS: u32 = 1000;
 /// A caster that passes by what a judge rejects; see the module text.
 pub struct Sifted {
     solid: Box<dyn Caster>,
-    complement: Group<Pieces<Reduced<1>>>,
+    complement: Beams,
     passage: Passage,
     judge: Box<dyn Judge>,
     costs: Vec<f64>,
@@ -83,7 +81,7 @@ impl Sifted {
         let complement = Arc::new(Cells::new(Arc::new(cells.tape().negated()), &region.intervals()));
         Sifted {
             solid,
-            complement: Group::new(Pieces::trimming(&complement), complement),
+            complement: Beams::alone(complement),
             passage: Passage::new(cells.clone()),
             judge,
             costs: Vec::new(),
@@ -141,9 +139,7 @@ struct Sifting<'a> {
 impl<'a> Sifting<'a> {
     /// Nothing is under way yet; `stats` are those of what was done before.
     fn new(rays: &'a [Ray], out: &'a mut [Hit], stats: CastStats, cancel: &'a AtomicBool) -> Sifting<'a> {
-        // Those that are never under way have missed.
-        let CastStats { uncertified, .. } = stats;
-        let total = CastStats { rays: rays.len() as u64, uncertified, ..CastStats::default() };
+        let total = CastStats { rays: rays.len() as u64, ..CastStats::default() };
         Sifting { rays, out, going: Vec::new(), stats, given_up: 0, total, cancel }
     }
 
@@ -274,6 +270,22 @@ impl Sifted {
         next
     }
 
+    /// Which of the rays that its caster asked for any hits of are inside of something that is kept for sure.
+    fn kept(&mut self, hits: &[Hit], work: &mut Sifting<'_>) -> Vec<bool> {
+        let known = self.solid.insides().iter().zip(hits).enumerate();
+        let met = known.filter(|(_, (t, hit))| t.is_finite() && hit.is_hit());
+        let (numbers, points): (Vec<usize>, Vec<DVec3>) =
+            met.map(|(i, (t, _))| (i, work.rays[i].at(*t))).unzip();
+        let mut rulings = vec![Ruling { kept: false, proven: false }; points.len()];
+        self.judge.judge(&points, &mut rulings, work.cancel);
+        work.stats.judged += points.len() as u64;
+        let mut kept = vec![false; hits.len()];
+        for (i, ruling) in numbers.into_iter().zip(rulings) {
+            kept[i] = ruling.kept && ruling.proven;
+        }
+        kept
+    }
+
     /// Takes rays out of what was rejected.
     fn leave(&mut self, going: Vec<Going>, work: &mut Sifting<'_>) -> Vec<Going> {
         let (within, mut next): (Vec<Going>, Vec<Going>) =
@@ -366,27 +378,28 @@ impl Caster for Sifted {
     }
 
     /// Rays that meet nothing at all are settled by the solid's caster alone, in whichever way is quickest
-    /// for it. Of the others a first hit that is kept is needed.
+    /// for it, and those that it finds inside of something that is kept for sure by that. Of the others a first
+    /// hit that is kept is needed.
     fn any_hits(&mut self, rays: &[Ray], out: &mut [Hit], stats: &mut CastStats, cancel: &AtomicBool) {
         let mut hits = vec![Hit::MISS; rays.len()];
         let mut own = CastStats::default();
         self.solid.any_hits(rays, &mut hits, &mut own, cancel);
         self.costs.clear();
         self.costs.extend_from_slice(self.solid.costs());
-        let mut going = Vec::new();
-        if !cancel.load(Ordering::Relaxed) {
-            own.uncertified = 0;
-            for (i, &hit) in hits.iter().enumerate() {
-                if hit.is_hit() {
-                    // All before it is free.
-                    going.push(Going::new(i, hit.t, hit.certified));
+        own.uncertified = 0;
+        let mut work = Sifting::new(rays, out, own, cancel);
+        let kept = self.kept(&hits, &mut work);
+        if !work.is_cancelled() {
+            for ((i, &hit), is_kept) in hits.iter().enumerate().zip(kept) {
+                // All before it is free.
+                let ray = Going::new(i, hit.t, hit.certified);
+                if hit.is_hit() && !is_kept {
+                    work.going.push(ray);
                 } else {
-                    out[i] = hit;
-                    own.uncertified += u64::from(!hit.certified);
+                    work.settle(ray, hit);
                 }
             }
         }
-        let work = Sifting { going, ..Sifting::new(rays, out, own, cancel) };
         self.run(work, stats);
     }
 

@@ -60,6 +60,8 @@ pub(super) struct Beams {
     thin: Batches<0>,
     /// The field at single points.
     points: Evaluator<f64>,
+    /// Whether every ray begins next to the surface and marches alone.
+    is_alone: bool,
     memory: Memory,
 }
 
@@ -79,6 +81,8 @@ struct Memory {
     turned: Vec<Ray>,
     /// Evaluations for each ray of the last group.
     costs: Vec<f64>,
+    /// Where each ray of the last group of which anything was wanted is inside, or infinity.
+    insides: Vec<f64>,
 }
 
 /// Rays that march together.
@@ -148,7 +152,17 @@ impl Beams {
     pub(super) fn new(cells: Arc<Cells>) -> Beams {
         let (wide, thin) = (Batches::new(cells.tape()), Batches::new(cells.tape()));
         let points = Evaluator::new(cells.tape().clone());
-        Beams { wide, thin, points, cells, memory: Memory::default() }
+        Beams { wide, thin, points, cells, is_alone: false, memory: Memory::default() }
+    }
+
+    /// The same for rays that begin next to the surface, where they have nothing in common.
+    pub(super) fn alone(cells: Arc<Cells>) -> Beams {
+        Beams { is_alone: true, ..Beams::new(cells) }
+    }
+
+    /// The same with memory of its own.
+    pub(super) fn again(&self) -> Beams {
+        Beams { is_alone: self.is_alone, ..Beams::new(self.cells.clone()) }
     }
 
     /// The widest beams of a group, and the rays that go alone.
@@ -270,22 +284,43 @@ impl Beams {
         stats: &mut CastStats,
         cancel: &AtomicBool,
     ) {
-        self.march_together(rays, want, out, stats, cancel);
+        if self.is_alone {
+            self.set_apart(rays, out);
+        } else {
+            self.march_together(rays, want, out, stats, cancel);
+        }
         let Memory { thin, alone, .. } = &mut self.memory;
         thin.extend(alone.drain(..).map(|i| {
             // Those of which anything is wanted were turned around for the sake of beams.
             let line = if want == Want::Any { turned(&rays[i]) } else { rays[i] };
-            Thin::new(i, line, march_alone(&line))
+            Thin::new(i, line, march_alone(&line, self.is_alone))
         }));
         self.march_rays(want, stats, cancel);
-        for Thin { ray, march, hit, .. } in &self.memory.thin {
+        let Memory { thin, insides, .. } = &mut self.memory;
+        for Thin { ray, march, hit, .. } in thin {
             if let Some(hit) = *hit {
+                if want == Want::Any {
+                    insides[*ray] = if march.inside.is_finite() { -march.inside } else { f64::INFINITY };
+                }
                 // Any hit is somewhere behind the beginning.
                 let t = if want == Want::Any && hit.is_hit() { -rays[*ray].far } else { hit.t };
                 out[*ray] = Hit { t, ..hit };
                 stats.hits += u64::from(hit.is_hit());
                 stats.uncertified += u64::from(!hit.certified);
                 stats.given_up += u64::from(march.pieces > PIECES && !hit.certified);
+            }
+        }
+    }
+
+    /// Has every ray go alone.
+    fn set_apart(&mut self, rays: &[Ray], out: &mut [Hit]) {
+        self.memory.thin.clear();
+        self.memory.alone.clear();
+        for (i, ray) in rays.iter().enumerate() {
+            if is_real(ray) {
+                self.memory.alone.push(i);
+            } else {
+                out[i] = Hit::MISS;
             }
         }
     }
@@ -344,6 +379,8 @@ impl Beams {
         stats.rays += rays.len() as u64;
         self.memory.costs.clear();
         self.memory.costs.resize(rays.len(), 0.0);
+        self.memory.insides.clear();
+        self.memory.insides.resize(rays.len(), f64::INFINITY);
     }
 
     /// Turns rays around.
@@ -358,7 +395,7 @@ impl Caster for Beams {
         self.begin(rays, stats);
         let mut own = rays.iter().filter(|ray| is_from_surface(ray));
         let first = own.next();
-        if !own.any(|ray| first.is_some_and(|first| ray.origin != first.origin)) {
+        if self.is_alone || !own.any(|ray| first.is_some_and(|first| ray.origin != first.origin)) {
             return self.cast(rays, Want::First, out, stats, cancel);
         }
         let mut short = rays.to_vec();
@@ -380,7 +417,11 @@ impl Caster for Beams {
         &self.memory.costs
     }
 
+    fn insides(&self) -> &[f64] {
+        &self.memory.insides
+    }
+
     fn clone_box(&self) -> Box<dyn Caster> {
-        Box::new(Beams::new(self.cells.clone()))
+        Box::new(self.again())
     }
 }

@@ -37,10 +37,11 @@ impl Want {
 /// rocks and canyons are about as large; where all is smooth it makes no difference.)
 const RIM: f64 = 200.0;
 
-/// The march of a ray of which nothing is known.
-pub(super) fn march_alone(&Ray { near, far, tolerance, .. }: &Ray) -> March {
+/// The march of a ray of which nothing is known, but perhaps that it begins next to the surface.
+pub(super) fn march_alone(&Ray { near, far, tolerance, .. }: &Ray, is_at_surface: bool) -> March {
     let march = March::new(near, far, FIRST * (far - near), None);
-    if near > 0.0 { march } else { march.at_surface(End::Near, RIM * tolerance.at(0.0)) }
+    let is_at_surface = is_at_surface || near <= 0.0;
+    if is_at_surface { march.at_surface(End::Near, RIM * tolerance.at(near)) } else { march }
 }
 
 /// A ray under way.
