@@ -44,7 +44,7 @@ pub use reach::{Reach, reach};
 pub use sifted::{Judge, Ruling, Sifted};
 
 use crate::field::{Field, lipschitz_until};
-use crate::num::{Affine, Class, Interval, ROUNDOFF, Reduced};
+use crate::num::{Affine, Interval, ROUNDOFF, Reduced};
 use crate::scene::Aabb;
 use crate::tape::{Cells, Census, Evaluator};
 use beam::Beams;
@@ -305,7 +305,9 @@ pub fn caster_in(
     match kind {
         Kind::Auto => return Ok(auto(field, region, cells, typical, cancel)),
         Kind::Sphere | Kind::Speculative => {}
-        Kind::Segment => return Ok(Box::new(Handover::new(SegmentTracing { any: false }, own))),
+        Kind::Segment => {
+            return Ok(Box::new(Handover::new(SegmentTracing { any: false, torn: own.is_torn() }, own)));
+        }
         Kind::Interval => return Ok(Box::new(Group::new(Pieces::<Interval>::halving(&own), own))),
         Kind::Standard => return Ok(Box::new(Group::new(Pieces::<Affine>::halving(&own), own))),
         Kind::Reduced => return Ok(Box::new(Group::new(Pieces::<Reduced<1>>::halving(&own), own))),
@@ -327,7 +329,7 @@ pub fn caster_in(
 
 /// Casts through cubes; beams do where the field may jump or have no value.
 fn octree(field: &Field, region: &Aabb, cells: &Arc<Cells>, cancel: &AtomicBool) -> Option<Box<dyn Caster>> {
-    if !cells.is_defined() || field.class() == Class::Jump {
+    if cells.is_torn() {
         return Some(Box::new(Beams::new(cells.clone())));
     }
     Octree::new(field, region, cells, cancel).map(|octree| Box::new(octree) as Box<dyn Caster>)

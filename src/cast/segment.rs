@@ -14,8 +14,8 @@
 //! ```
 //!
 //! The enclosure of the value is used as well: a segment over which it excludes zero is passed without
-//! asking for the value at its beginning. Where there is no bound, as at the tip of a square root, the
-//! segment is halved. A ray whose steps get shorter than the tolerance looks one tolerance ahead, where
+//! asking for the value at its beginning. Where there is no bound, as at a pole and at the tip of a square root,
+//! the segment is halved. A ray whose steps get shorter than the tolerance looks one tolerance ahead, where
 //! a change of sign is a hit, as in sphere tracing; one that creeps too long is handed over to affine
 //! arithmetic. Values and bounds enclose their rounding, and so does the segment's box.
 
@@ -36,6 +36,8 @@ const GROWTH: f64 = 2.0;
 pub(super) struct SegmentTracing {
     /// Whether any place inside will do.
     pub any: bool,
+    /// Whether the field may be torn: there affine arithmetic knows what to do.
+    pub torn: bool,
 }
 
 /// What is asked about.
@@ -62,6 +64,11 @@ pub(super) struct March {
 }
 
 impl SegmentTracing {
+    /// The hit of a ray that is inside at `t`, or on the surface as far as one can tell.
+    fn hit(&self, t: f64, certified: bool) -> Hit {
+        if self.torn { undecided(t) } else { Hit { t, certified } }
+    }
+
     /// Moves the frontier to `t` and tries a segment of this length next.
     fn advance(&self, ray: &Ray, march: &mut March, t: f64, length: f64) -> Option<Hit> {
         march.t = t;
@@ -80,12 +87,13 @@ impl SegmentTracing {
             return self.advance(ray, march, march.end, GROWTH * length);
         }
         if f.value.hi < 0.0 {
-            return Some(Hit { t: march.t, certified: true });
+            return Some(self.hit(march.t, true));
         }
         let along = (0..3).fold(Interval::point(0.0), |sum, i| sum + f.grad[i] * ray.direction[i]);
         // The direction is a unit vector up to rounding.
         let fall = (-along.lo).min(f.norm * (1.0 + 1e-12)).max(0.0);
-        if fall.is_finite() {
+        // What rises without bounds may have come down in no time: at a pole.
+        if fall.is_finite() && (along.hi.is_finite() || f.norm.is_finite()) {
             march.question = Question::Beginning { fall };
             return None;
         }
@@ -101,7 +109,7 @@ impl SegmentTracing {
     fn step(&self, ray: &Ray, march: &mut March, f: Interval, fall: f64) -> Option<Hit> {
         if f.lo <= 0.0 || f.hi.is_infinite() {
             // On the surface as far as one can tell, or undefined.
-            return Some(Hit { t: march.t, certified: f.is_finite() });
+            return Some(self.hit(march.t, f.is_finite()));
         }
         let step = f.lo / fall * (1.0 - 1e-12);
         if step >= march.end - march.t {
@@ -121,7 +129,7 @@ impl Strategy for SegmentTracing {
     type March = March;
 
     fn any(&self) -> Self {
-        SegmentTracing { any: true }
+        SegmentTracing { any: true, ..*self }
     }
 
     fn start(&self, ray: &Ray) -> March {

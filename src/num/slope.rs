@@ -23,6 +23,9 @@ pub struct Slope {
 /// Covers the rounding of a handful of additions and multiplications of bounds.
 const ROUND_UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 
+/// Sums of squares below are not as precise as others.
+const TINY: f64 = 1e-280;
+
 impl Slope {
     /// The coordinate `axis` (0, 1, 2) over the interval `x`.
     pub fn coordinate(x: Interval, axis: usize) -> Self {
@@ -44,8 +47,12 @@ impl Slope {
     }
 }
 
+/// Of a vector without negative coordinates, no less than its length.
 fn length([x, y, z]: [f64; 3]) -> f64 {
-    (x * x + y * y + z * z).sqrt() * ROUND_UP
+    let squares = x * x + y * y + z * z;
+    // The squares of tiny numbers are lost.
+    let length = if squares < TINY { x + y + z } else { squares.sqrt() };
+    length * ROUND_UP
 }
 
 /// `a b`, where a derivative that is exactly zero silences an unbounded partial derivative.

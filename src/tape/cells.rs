@@ -12,7 +12,7 @@
 //! loose octrees).
 
 use super::Tape;
-use crate::num::Interval;
+use crate::num::{Class, Interval};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -130,6 +130,12 @@ impl Cells {
     /// Whether the field is known to have a value everywhere in the region.
     pub fn is_defined(&self) -> bool {
         self.is_defined
+    }
+
+    /// Whether the field may be torn in the region: it may jump, or have a pole or no value somewhere. What is made of
+    /// something that has a pole may jump there and be bounded all the same.
+    pub fn is_torn(&self) -> bool {
+        !self.is_defined || self.tape().class() == Class::Jump
     }
 
     /// What pruning has gained so far.

@@ -32,8 +32,8 @@ pub(super) struct Answer {
     pub halves: [Half; 2],
     /// Where the field is expected to be zero, if it is expected within the piece or a little beyond.
     pub root: Option<f64>,
-    /// Whether the field is known to have finite values there, and no jumps.
-    pub finite: bool,
+    /// Whether the field is known to have finite values all over it, and no jumps.
+    pub whole: bool,
 }
 
 impl Answer {
@@ -44,7 +44,7 @@ impl Answer {
         halves: [Half; 2],
     ) -> Answer {
         let root = Fall::of(f).map(|fall| mid + fall.at * half);
-        Answer { halves, root, finite: f.range.is_finite() }
+        Answer { halves, root, whole: f.range.is_finite() }
     }
 }
 

@@ -237,10 +237,11 @@ impl Beams {
                 |thin| (thin.piece, thin.coordinates()),
                 |thin, _, answer| {
                     let mut value = |at: DVec3| *self.points.eval(&at.to_array());
+                    let tape = self.cells.tape();
                     let mut answer =
-                        if self.cells.is_defined() { answer } else { thin.checked(answer, &mut value) };
+                        if self.cells.is_defined() { answer } else { thin.checked(answer, tape, &mut value) };
                     // Across a jump of a part nothing is told from zero, be it ever so short.
-                    answer.finite &= self.cells.tape().class() > Class::Jump;
+                    answer.whole &= tape.class() > Class::Jump;
                     thin.tell(&answer, want, value);
                     costs[thin.ray] += 1.0;
                 },

@@ -7,9 +7,10 @@ use super::bundle::FIRST;
 use super::march::{Answer, End, March, Next, PIECES, Piece};
 use super::worth::worthwhile;
 use crate::cast::{Hit, Ray};
-use crate::num::Parabola;
-use crate::tape::Cells;
+use crate::num::{Interval, Parabola};
+use crate::tape::{Cells, Tape};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// What is wanted of rays.
 #[derive(Clone, Copy, PartialEq)]
@@ -95,9 +96,19 @@ impl Thin {
     }
 
     /// The answer less the claim that the solid begins where the field has no value: what is known of a
-    /// piece holds wherever it has one.
-    pub(super) fn checked(&self, mut answer: Answer, mut value: impl FnMut(DVec3) -> f64) -> Answer {
+    /// piece holds wherever it has one. If it is as short as pieces get, it is asked whether there is a value all over it.
+    pub(super) fn checked(
+        &self,
+        mut answer: Answer,
+        tape: &Arc<Tape>,
+        mut value: impl FnMut(DVec3) -> f64,
+    ) -> Answer {
         let (ray, Piece { mid, half }) = (&self.line, self.piece);
+        if half <= 0.5 * ray.tolerance.at(self.march.free) {
+            let (ends, blur) = ([mid - half, mid + half].map(|t| ray.at(t)), ray.rounding(mid.abs() + half));
+            let along = |axis: usize| Interval::new(ends[0][axis], ends[1][axis]) + Interval::radius(blur);
+            answer.whole &= tape.is_defined(&[0, 1, 2].map(along));
+        }
         for (side, sign) in answer.halves.iter_mut().zip([-1.0, 1.0]) {
             if side.below < 1.0 && value(ray.at(mid + sign * side.below * half)).is_nan() {
                 side.below = 1.0;
@@ -116,7 +127,7 @@ impl Thin {
                 Some(Hit { t: self.march.inside, certified })
             }
             Next::Root(a, b) => Some(Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified }),
-            Next::Stuck(t) if answer.finite => Some(Hit { t, certified }),
+            Next::Stuck(t) if answer.whole => Some(Hit { t, certified }),
             Next::Look if self.march.pieces > PIECES => Some(Hit { t: self.march.free, certified: false }),
             Next::Stuck(_) => self.pass(value, |f| f.is_nan() || f > 0.0),
             Next::Look if self.passed == Passed::Last && self.march.free == before => {
