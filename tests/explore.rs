@@ -334,6 +334,23 @@ fn without_a_page_there_are_files() {
 }
 
 #[test]
+fn parameters_that_are_not_asked_for_with_some_values_of_others_do_not_matter_then() {
+    let script = "let size = param(\"size\", 1.0, 0.5..1.5);
+let depth = if param(\"bumpy\", true) { param(\"depth\", 0.1, 0.0..0.3) } else { 0.0 };
+sphere(size) + depth * sin(9.0 * x)";
+    let bench = Bench::new(&[("a.rhai", script)]);
+    bench.run("explore a.rhai --headless -o out --count 8 --size 32x24").success();
+    let gallery: Value = serde_json::from_slice(&bench.read("out/gallery.json")).unwrap();
+    let specimens = gallery["specimens"].as_array().unwrap();
+    let place = gallery["axes"].as_array().unwrap().iter().position(|axis| axis["name"] == "bumpy").unwrap();
+    assert!(specimens.iter().any(|specimen| specimen["values"][place] == json!(false)));
+    (0..8).for_each(|id| assert_eq!(bench.picture(&format!("out/{id}.png")).0, 32));
+    // Of what is fixed for all it is an error.
+    let run = bench.run("explore a.rhai --headless -o out --set bumpy=false --set depth=0.2");
+    has(&stderr(&run), &["no parameter `depth`"]);
+}
+
+#[test]
 fn where_there_is_nothing_to_explore_that_is_said() {
     let bench = Bench::new(&[("a.rhai", DICE), ("ball.rhai", BALL), ("bad.rhai", "sphre(1.0)")]);
     for (arguments, pieces) in [

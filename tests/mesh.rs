@@ -163,7 +163,7 @@ fn the_mesh_lies_on_the_surface() {
     for tolerance in [0.02, 0.005, 0.001] {
         let m = meshed(script, None, Some(tolerance));
         check(script, &m);
-        assert!(m.deviation.0 <= tolerance, "{:?} > {tolerance}", m.deviation);
+        assert!(m.deviation.most <= tolerance, "{:?} > {tolerance}", m.deviation);
         // Denser samples than were looked at: the middles of edges.
         for t in 0..m.mesh.triangles.len() {
             let [a, b, _] = m.mesh.corners(t);
@@ -225,7 +225,7 @@ fn normals_are_found_where_the_gradient_is_none() {
     let plain = of("f");
     for outside in ["length(vec3(max(f, 0), 0, 0))", "max(f, 0)"] {
         let m = of(&format!("{outside} + min(f, 0)"));
-        assert!(m.deviation.0 <= plain.deviation.0 + 1e-6 * m.cell, "{outside}: {:?}", m.deviation);
+        assert!(m.deviation.most <= plain.deviation.most + 1e-6 * m.cell, "{outside}: {:?}", m.deviation);
         let turned = m.mesh.normals.iter().zip(&plain.mesh.normals).filter(|(a, b)| a.distance(**b) > 1e-6);
         assert_eq!((turned.count(), m.mesh.normals.len()), (0, plain.mesh.normals.len()), "{outside}");
     }

@@ -12,9 +12,12 @@
 //!    asked about a place `q` behind it that is inside (`passage.rs`). All rays of a group are judged together.
 //! 2. If it is rejected, a cast of the complement, whose field is `-f`, from `q` finds where the ray leaves
 //!    it. Nothing is asked there: up to the exit all is one part of the solid. The ray goes on from a place
-//!    `r` behind the exit that is outside. The complement is always cast by affine arithmetic: it needs no
-//!    bounds, and rays that leave a crumb begin too close to the surface to have anything in common.
-//! 3. And so on, until something is kept or the ray ends.
+//!    `r` behind the exit that is outside.
+//! 3. And so on, until something is kept or the ray ends. In and behind what was rejected rays begin next to the
+//!    surface, too close to have anything in common: there each marches alone, whichever caster it came by.
+//!
+//! Where any hit will do, a place inside that the caster knows of is judged first. If that is kept for sure, it does not
+//! matter what is before it.
 //!
 //! A ray that only grazes the solid may find no place inside. Then the closest place within the tolerance is
 //! judged: what a caster calls a hit is one as long as it is not rejected. Likewise a gap may be too thin to be
@@ -50,8 +53,8 @@ pub struct Ruling {
 
 /// Says which parts of a solid count.
 pub trait Judge: Send {
-    /// Rules for each point whether what it belongs to is kept. Points are inside the solid, those that casters ask
-    /// about at most four tolerances behind its surface; where a ray only grazes the solid, they may be outside by less
+    /// Rules for each point whether what it belongs to is kept. Points are inside the solid, those of first hits
+    /// at most four tolerances behind its surface; where a ray only grazes the solid, they may be outside by less
     /// than the tolerance. There are as many rulings as there are points; what they are once the job is cancelled is of
     /// no interest.
     fn judge(&mut self, points: &[DVec3], rulings: &mut [Ruling], cancel: &AtomicBool);
@@ -66,6 +69,8 @@ const PARTS: u32 = 1000;
 /// A caster that passes by what a judge rejects; see the module text.
 pub struct Sifted {
     solid: Box<dyn Caster>,
+    /// The same solid, for rays that have come out of something.
+    onward: Beams,
     complement: Beams,
     passage: Passage,
     judge: Box<dyn Judge>,
@@ -81,6 +86,7 @@ impl Sifted {
         let complement = Arc::new(Cells::new(Arc::new(cells.tape().negated()), &region.intervals()));
         Sifted {
             solid,
+            onward: Beams::alone(cells.clone()),
             complement: Beams::alone(complement),
             passage: Passage::new(cells.clone()),
             judge,
@@ -176,8 +182,8 @@ impl Sifted {
     /// Sends all rays on until they have their answers.
     fn sift(&mut self, work: &mut Sifting<'_>) {
         let mut going = std::mem::take(&mut work.going);
-        for _ in 0..PARTS {
-            going = self.enter(going, work);
+        for part in 0..PARTS {
+            going = self.enter(going, part == 0, work);
             if going.is_empty() || work.is_cancelled() {
                 return;
             }
@@ -196,12 +202,13 @@ impl Sifted {
         }
     }
 
-    /// Casts free rays to what they meet, and finds the places to be judged by. Nothing that was cast counts
-    /// once the job is cancelled: some hits are not hits.
-    fn enter(&mut self, going: Vec<Going>, work: &mut Sifting<'_>) -> Vec<Going> {
+    /// Casts free rays to what they meet, by the caster of the solid if nothing was met before, and finds the places to be
+    /// judged by. Nothing that was cast counts once the job is cancelled: some hits are not hits.
+    fn enter(&mut self, going: Vec<Going>, is_first: bool, work: &mut Sifting<'_>) -> Vec<Going> {
         let (free, mut next): (Vec<Going>, Vec<Going>) =
             going.into_iter().partition(|g| matches!(g.place, Place::Free(_)));
-        let (free, hits) = cast(&mut *self.solid, free, work, &mut self.costs);
+        let caster = if is_first { &mut *self.solid } else { &mut self.onward as &mut dyn Caster };
+        let (free, hits) = cast(caster, free, work, &mut self.costs);
         if work.is_cancelled() {
             return Vec::new();
         }
@@ -414,6 +421,7 @@ impl Caster for Sifted {
     fn clone_box(&self) -> Box<dyn Caster> {
         Box::new(Sifted {
             solid: self.solid.clone_box(),
+            onward: self.onward.again(),
             complement: self.complement.again(),
             passage: self.passage.again(),
             judge: self.judge.clone_box(),

@@ -6,7 +6,7 @@ use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::exchange::mesh::{self as file, Format};
 use crate::field::Watch;
-use crate::mesh::{self, FINEST, Fineness, Meshed};
+use crate::mesh::{self, Deviation, FINEST, Fineness, Meshed};
 use crate::session::topology::LeftOut;
 use crate::session::{self, Solidified};
 use crate::shape::{Census, creased};
@@ -176,9 +176,15 @@ fn summary(file: &Path, made: &Solidified, elapsed: f64) -> String {
 /// How far the mesh can be trusted.
 fn judgement(made: &Solidified, tolerance: Option<f64>) -> String {
     let Solidified { meshed, is_whole, .. } = made;
-    let (most, usual) = meshed.deviation;
-    let mut lines =
-        format!("within {usual:.2e} of the surface in 99.9 % of the samples, {most:.2e} at most; ");
+    let Deviation { most, usual, samples, unknown } = meshed.deviation;
+    let mut lines = String::new();
+    if unknown < samples {
+        lines += &format!("within {usual:.2e} of the surface in 99.9 % of the samples, {most:.2e} at most; ");
+    }
+    if unknown > 0 {
+        let [unknown, samples] = [unknown, samples].map(|n| count(n as u64));
+        lines += &format!("how far from it {unknown} of {samples} samples are is not known; ");
+    }
     if tolerance.is_some_and(|tolerance| most > tolerance) {
         lines += "more than the tolerance where it is sharper than a cell; ";
     }

@@ -42,7 +42,7 @@ use lattice::{Lattice, Place, block_of};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
-use triangles::Weaver;
+use triangles::{Weaver, Woven};
 use weave::{Quad, Web};
 
 /// A solid to be meshed.
@@ -90,9 +90,21 @@ pub struct Meshed {
     pub doubtful: u64,
     /// A place in one of these.
     pub doubt: Option<DVec3>,
-    /// Largest distance from the surface, to first order, of points, and of middles of triangles and their edges; and
-    /// the distance that one in a thousand of these exceeds.
-    pub deviation: (f64, f64),
+    /// How far it is from the surface.
+    pub deviation: Deviation,
+}
+
+/// Distances from the surface: of points of a mesh, and of middles of triangles and their edges.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Deviation {
+    /// The largest, within a hundredth, or more where the surface has edges and where the gradient vanishes.
+    pub most: f64,
+    /// The one that one in a thousand exceeds.
+    pub usual: f64,
+    /// How many there are.
+    pub samples: usize,
+    /// How many are not known: the field may jump there, or be flat.
+    pub unknown: usize,
 }
 
 /// Makes a mesh of a solid.
@@ -105,7 +117,7 @@ pub fn polygonise(solid: &Solid, fineness: &Fineness, watch: &Watch<'_>) -> Resu
     loop {
         let sketch = Sketch::new(solid, resolution, watch)?;
         if let (None, Some(tolerance)) = (fineness.resolution, fineness.tolerance) {
-            let excess = sketch.weaver(&cells).plain().deviation(&cells).0 / tolerance;
+            let excess = sketch.deviation(&sketch.weaver(&cells).plain(), &cells).most / tolerance;
             if excess > 1.0 && resolution < ENOUGH {
                 // The distance falls with the square of the cells' size where the surface is smooth.
                 let times = libm::log2(excess.sqrt().clamp(1.0, 8.0)).ceil().max(1.0);
@@ -141,6 +153,11 @@ impl Sketch {
         Ok(Sketch { lattice, blocks, contours, vertices, quads })
     }
 
+    /// How far triangles are from the surface. Vertices are in their cells, which the surface passes.
+    fn deviation(&self, woven: &Woven, cells: &Cells) -> Deviation {
+        woven.deviation(cells, 2.0 * self.lattice.step)
+    }
+
     fn weaver<'a>(&'a self, cells: &'a Cells) -> Weaver<'a> {
         Weaver { lattice: &self.lattice, cells, vertices: &self.vertices, quads: &self.quads }
     }
@@ -162,7 +179,7 @@ impl Sketch {
         let doubts = self.doubts(solid);
         (watch.progress)(0.95);
         watch.check()?;
-        let deviation = woven.deviation(cells);
+        let deviation = self.deviation(&woven, cells);
         let mut mesh = weld::welded(woven.mesh, weld::SHORT * self.lattice.step);
         if let Some(color) = &solid.color {
             mesh.colors = survey::colors(color, &mesh.points);

@@ -12,30 +12,97 @@ const LANES: usize = 16;
 /// Points that one thread takes at a time.
 const SHARE: usize = 4096;
 
+/// The field at each point, and Newton's step from there to the surface; not a number where there is none.
+fn steps(cells: &Cells, points: &[DVec3]) -> Vec<(f64, DVec3)> {
+    let mut out = vec![(f64::NAN, DVec3::NAN); points.len()];
+    let mut field = Evaluator::<Many<Dual, LANES>>::new(cells.tape().clone());
+    let places = points.iter().enumerate().map(|(i, p)| (i, p.to_array(), 0.0));
+    for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
+        field.turn_to(same[0].0);
+        for batch in same.chunks(LANES) {
+            let at = |lane: usize| points[batch[lane.min(batch.len() - 1)].1];
+            let duals =
+                |axis: usize| Many(std::array::from_fn(|lane| Dual::coordinate(at(lane)[axis], axis)));
+            let duals = *field.eval(&std::array::from_fn(duals));
+            for ((_, i), dual) in batch.iter().zip(duals.0) {
+                let slope = DVec3::from_array(dual.grad);
+                // Squares of what is not of common size are lost.
+                let size = slope.abs().max_element();
+                let unit = slope / size;
+                let step = -(dual.value / size) * unit / unit.length_squared();
+                // On the surface there may be no gradient.
+                out[*i] = (dual.value, if dual.value == 0.0 { DVec3::ZERO } else { step });
+            }
+        }
+    }
+    out
+}
+
 /// The distance of each point from the surface, to first order: `|f| / |grad f|`. Not a number where the field is
 /// not.
 pub(super) fn distances(cells: &Cells, points: &[DVec3]) -> Vec<f64> {
-    let share = |points: &[DVec3]| {
-        let mut out = vec![f64::NAN; points.len()];
-        let mut field = Evaluator::<Many<Dual, LANES>>::new(cells.tape().clone());
-        let places = points.iter().enumerate().map(|(i, p)| (i, p.to_array(), 0.0));
-        for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
-            field.turn_to(same[0].0);
-            for batch in same.chunks(LANES) {
-                let at = |lane: usize| points[batch[lane.min(batch.len() - 1)].1];
-                let duals =
-                    |axis: usize| Many(std::array::from_fn(|lane| Dual::coordinate(at(lane)[axis], axis)));
-                let duals = *field.eval(&std::array::from_fn(duals));
-                for ((_, i), dual) in batch.iter().zip(duals.0) {
-                    let slope = DVec3::from_array(dual.grad).length();
-                    // On the surface there may be no gradient.
-                    out[*i] = if dual.value == 0.0 { 0.0 } else { dual.value.abs() / slope };
-                }
-            }
-        }
-        out
+    let distance = |(value, step): (f64, DVec3)| {
+        let is_flat = step.is_nan() && !value.is_nan();
+        if is_flat { f64::INFINITY } else { step.length() }
     };
+    let share = |points: &[DVec3]| steps(cells, points).into_iter().map(distance);
     points.par_chunks(SHARE).flat_map_iter(share).collect()
+}
+
+/// How much farther than to where Newton's step leads one looks for the other side of the surface, walk by walk: the first
+/// makes sure that the step was about right.
+const FARTHER: [f64; 8] = [1.01, 2.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0];
+
+/// Times that the way to the other side is halved.
+const HALVINGS: usize = 6;
+
+/// The distance of each point from the surface where Newton's step is as long as that, but for a hundredth; elsewhere, as
+/// where the surface has edges and where the gradient vanishes with the field, no less than it: as far as to a place
+/// on the other side. Not a number where none is found within `farthest`.
+pub(super) fn reaches(cells: &Cells, points: &[DVec3], farthest: f64) -> Vec<f64> {
+    let share = |points: &[DVec3]| share_of_reaches(cells, points, farthest);
+    points.par_chunks(SHARE).flat_map_iter(share).collect()
+}
+
+fn share_of_reaches(cells: &Cells, points: &[DVec3], farthest: f64) -> Vec<f64> {
+    let mut out = vec![f64::NAN; points.len()];
+    let first = steps(cells, points);
+    let (mut at, mut next) = (points.to_vec(), first.clone());
+    let mut open: Vec<usize> = (0..points.len()).collect();
+    let mut across = Vec::new();
+    for (walk, farther) in FARTHER.into_iter().enumerate() {
+        open.retain(|&i| {
+            let step = next[i].1;
+            at[i] += (farther * step).clamp_length_max(farthest);
+            step.is_finite() && at[i].distance(points[i]) <= farthest
+        });
+        let places: Vec<DVec3> = open.iter().map(|&i| at[i]).collect();
+        let found = steps(cells, &places);
+        open.iter().zip(found).for_each(|(&i, found)| next[i] = found);
+        open.retain(|&i| {
+            let is_across = (next[i].0 <= 0.0) != (first[i].0 <= 0.0) || first[i].0 == 0.0;
+            match is_across {
+                true if walk == 0 => out[i] = first[i].1.length(),
+                true => across.push(i),
+                false => {}
+            }
+            !is_across
+        });
+    }
+    // The straight way to the other side crosses the surface.
+    let mut ways: Vec<[f64; 2]> = vec![[0.0, 1.0]; across.len()];
+    for _ in 0..HALVINGS {
+        let middle = |([low, high], &i): (&[f64; 2], &usize)| points[i].lerp(at[i], 0.5 * (low + high));
+        let places: Vec<DVec3> = ways.iter().zip(&across).map(middle).collect();
+        for ((way, &i), (value, _)) in ways.iter_mut().zip(&across).zip(steps(cells, &places)) {
+            let is_across = (value <= 0.0) != (first[i].0 <= 0.0);
+            way[usize::from(is_across)] = 0.5 * (way[0] + way[1]);
+        }
+    }
+    for (way, i) in ways.into_iter().zip(across) {
+        out[i] = way[1] * at[i].distance(points[i]);
+    }
+    out
 }
 
 /// Linear colours between 0 and 1.

@@ -3,8 +3,8 @@
 use super::contour::Vertex;
 use super::lattice::Lattice;
 use super::merge::{Forest, Merged};
-use super::survey;
 use super::weave::Quad;
+use super::{Deviation, survey};
 use crate::field::{Stopped, Watch};
 use crate::shape::{Census, Mesh};
 use crate::tape::Cells;
@@ -62,9 +62,9 @@ impl Weaver<'_> {
 
     /// The quadrangles of triangles that are too far from the surface, or at flaws of the mesh.
     fn wrong(&self, woven: &Woven, tolerance: f64) -> Vec<u32> {
-        let is_far =
-            woven.distances(self.cells).map(|far| far.into_iter().map(|d| d > tolerance).collect::<Vec<_>>());
-        let [far_points, far_samples] = is_far;
+        let far = |points: Vec<DVec3>| survey::distances(self.cells, &points);
+        let [far_points, far_samples] =
+            woven.samples().map(|points| far(points).into_iter().map(|d| d > tolerance).collect::<Vec<_>>());
         let flawed = Census::of(&woven.mesh).flaws;
         let is_wrong = |t: usize| {
             let mut corners = woven.mesh.triangles[t].into_iter().map(|i| i as usize);
@@ -111,21 +111,23 @@ impl Weaver<'_> {
 }
 
 impl Woven {
-    /// Distances of the points from the surface, and of the samples of each triangle.
-    fn distances(&self, cells: &Cells) -> [Vec<f64>; 2] {
-        let samples: Vec<DVec3> =
-            (0..self.mesh.triangles.len()).flat_map(|t| samples(self.mesh.corners(t))).collect();
-        [&self.mesh.points, &samples].map(|points| survey::distances(cells, points))
+    /// The points, and the samples of each triangle.
+    fn samples(&self) -> [Vec<DVec3>; 2] {
+        let samples = (0..self.mesh.triangles.len()).flat_map(|t| samples(self.mesh.corners(t))).collect();
+        [self.mesh.points.clone(), samples]
     }
 
-    /// See [`Meshed::deviation`](super::Meshed::deviation).
-    pub fn deviation(&self, cells: &Cells) -> (f64, f64) {
-        let mut far: Vec<f64> =
-            self.distances(cells).concat().into_iter().filter(|d| d.is_finite()).collect();
-        let Some(last) = far.len().checked_sub(1) else { return (0.0, 0.0) };
-        let (_, most, _) = far.select_nth_unstable_by(last - last / 1000, f64::total_cmp);
-        let most = *most;
-        (far.into_iter().fold(0.0, f64::max), most)
+    /// How far it is from the surface, if that is no farther than `farthest`.
+    pub fn deviation(&self, cells: &Cells, farthest: f64) -> Deviation {
+        let all = self.samples().map(|points| survey::reaches(cells, &points, farthest)).concat();
+        let mut far: Vec<f64> = all.iter().copied().filter(|d| d.is_finite()).collect();
+        let (samples, unknown) = (all.len(), all.len() - far.len());
+        let Some(last) = far.len().checked_sub(1) else {
+            return Deviation { samples, unknown, ..Deviation::default() };
+        };
+        let (_, usual, _) = far.select_nth_unstable_by(last - last / 1000, f64::total_cmp);
+        let usual = *usual;
+        Deviation { most: far.into_iter().fold(0.0, f64::max), usual, samples, unknown }
     }
 }
 

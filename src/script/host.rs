@@ -27,6 +27,8 @@ pub struct Host {
     pub presets: RefCell<BTreeMap<String, Preset>>,
     /// Values that the user sets.
     pub set: BTreeMap<String, Value>,
+    /// Whether it matters if the script asks for all of them.
+    pub strict: bool,
     /// What `print` and `debug` said.
     pub output: RefCell<Vec<String>>,
     /// Animation time in seconds.
@@ -58,6 +60,7 @@ impl Host {
             params: RefCell::default(),
             presets: RefCell::default(),
             set,
+            strict: true,
             output: RefCell::default(),
             time,
             deadline: Cell::new(None),

@@ -85,6 +85,8 @@ pub struct Request {
     pub script: Script,
     /// Parameters that the user sets.
     pub params: BTreeMap<String, scene::Value>,
+    /// Whether it is an error if the script does not ask for one of them: whether it does may depend on the others.
+    pub strict: bool,
     /// Animation time in seconds.
     pub time: f64,
     /// Where files come from.
@@ -98,7 +100,15 @@ pub struct Request {
 impl Request {
     /// A request with nothing set.
     pub fn new(script: Script, world: Arc<dyn World + Send + Sync>) -> Self {
-        Request { script, params: BTreeMap::new(), time: 0.0, world, limits: Limits::default(), cancel: None }
+        Request {
+            script,
+            params: BTreeMap::new(),
+            strict: true,
+            time: 0.0,
+            world,
+            limits: Limits::default(),
+            cancel: None,
+        }
     }
 
     /// A text without imports of its own.
@@ -169,7 +179,8 @@ fn execute<T: Send>(request: &Request, make: impl Make<T>) -> Ran<T> {
 }
 
 fn run<T>(request: &Request, make: impl Make<T>) -> Ran<T> {
-    let host = Host::new(&request.limits, request.params.clone(), request.time);
+    let mut host = Host::new(&request.limits, request.params.clone(), request.time);
+    host.strict = request.strict;
     host.deadline.set(Instant::now().checked_add(request.limits.time));
     let (name, root) = match &request.script {
         Script::File(path) => {

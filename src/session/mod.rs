@@ -70,6 +70,8 @@ pub struct Loaded {
 pub struct Session {
     script: PathBuf,
     params: BTreeMap<String, Value>,
+    /// Whether the script has to ask for all of them.
+    strict: bool,
     time: f64,
     world: Arc<dyn World + Send + Sync>,
     loaded: Option<Arc<Loaded>>,
@@ -78,7 +80,14 @@ pub struct Session {
 impl Session {
     /// A session on a script of a world, which is not read yet.
     pub fn new(script: impl Into<PathBuf>, world: Arc<dyn World + Send + Sync>) -> Session {
-        Session { script: script.into(), params: BTreeMap::new(), time: 0.0, world, loaded: None }
+        Session {
+            script: script.into(),
+            params: BTreeMap::new(),
+            strict: true,
+            time: 0.0,
+            world,
+            loaded: None,
+        }
     }
 
     /// The script.
@@ -139,6 +148,7 @@ impl Session {
     fn request(&self, world: Arc<dyn World + Send + Sync>, time: f64, cancel: &Arc<AtomicBool>) -> Request {
         Request {
             params: self.params.clone(),
+            strict: self.strict,
             time,
             cancel: Some(cancel.clone()),
             ..Request::new(Script::File(self.script.clone()), world)

@@ -188,7 +188,7 @@ pub fn unused(host: &Host) -> Vec<Diagnostic> {
         None => d.hint(format!("its parameters are {}", known().collect::<Vec<_>>().join(", "))),
     };
     let message = |name: &str| format!("the script has no parameter `{name}`");
-    let set = host.set.keys().filter(|name| is_unknown(name));
+    let set = host.set.keys().filter(|name| host.strict && is_unknown(name));
     let errors = set.map(|name| remedy(Diagnostic::error(message(name)), name));
     let preset = presets.iter().filter(|(name, _)| is_unknown(name));
     let warnings = preset

@@ -88,6 +88,8 @@ impl Subject {
         let mut params = session.params.clone();
         params.extend(genome.values.clone());
         session.set(params, session.time);
+        // With some values there may be no others.
+        session.strict = false;
         if let Some(text) = &genome.text {
             let (world, file) = (session.world.clone(), session.script.clone());
             session.world = Arc::new(Edited { world, file, text: text.clone() });
