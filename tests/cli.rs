@@ -827,6 +827,7 @@ fn the_reference_says_what_it_cannot_write() {
 fn doc_explains_a_name_on_the_terminal() {
     let bench = Bench::new(&[]);
     let said = |name: &str| stdout(&bench.run(&format!("doc {name}")).success());
+    has(&said("x"), &["the first coordinate of the point"]);
     has(&said("fbm"), &["fractal::fbm(noise, options)"]);
     has(&said("cellular"), &["cellular(seed, options)", "\n    - norm: "]);
     has(&said("warp"), &["warp::by_noise("]);

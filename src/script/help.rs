@@ -43,6 +43,20 @@ pub fn topic(entries: &[Entry], word: &str) -> Option<String> {
     })
 }
 
+/// What a name stands for that every script has.
+pub fn input(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "x" => "x: the first coordinate of the point, as a field\n",
+        "y" => "y: the second coordinate of the point, as a field; it grows upwards\n",
+        "z" => "z: the third coordinate of the point, as a field; it grows towards the viewer\n",
+        "p" => "p: the point (x, y, z), as a vector of fields\n",
+        "time" => "time: the time of an animation in seconds, as a field\n",
+        "PI" => "PI: 3.14159...\n",
+        "TAU" => "TAU: 2 PI\n",
+        _ => return None,
+    })
+}
+
 /// The name that is meant by one that is nothing's. Names of the standard library need not be
 /// written with their module to be near.
 pub fn nearest<'a>(entries: &'a [Entry], others: &'a [String], name: &str) -> Option<&'a str> {

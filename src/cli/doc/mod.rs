@@ -16,7 +16,7 @@ use thumbnail::Thumbnail;
 
 /// Explain a function, or write the reference of the scripting language
 ///
-/// With NAME, says what that is: a function, a module such as fractal, or a word such as hurst.
+/// With NAME, says what that is: a function, a name such as p, a module such as fractal, or a word such as hurst.
 /// Without, writes FOLDER/reference.md, which explains every function with an example, and a picture of
 /// each example that can be seen to FOLDER/reference/.
 #[derive(clap::Args)]
@@ -68,7 +68,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
 
 /// Says on the terminal what a name means.
 fn explain(entries: &[Entry], name: &str) -> Outcome {
-    match help::explain(entries, name).or_else(|| help::topic(entries, name)) {
+    let input = || help::input(name).map(str::to_owned);
+    match help::explain(entries, name).or_else(input).or_else(|| help::topic(entries, name)) {
         Some(text) => out(text.trim_end()),
         None => return Err(unknown(entries, name, &format!("nothing is called `{name}`"))),
     }

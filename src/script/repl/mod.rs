@@ -255,7 +255,7 @@ impl Interpreter {
         let inputs = INPUTS.iter().map(|(name, _)| *name).chain(["p", "PI", "TAU"]);
         names.extend(inputs.map(|name| {
             let about =
-                input_help(name).and_then(|text| text.trim_end().split_once(": ")).map_or("", |t| t.1);
+                help::input(name).and_then(|text| text.trim_end().split_once(": ")).map_or("", |t| t.1);
             candidate(name, name.to_owned(), about.to_owned())
         }));
         names.extend(KEYWORDS.iter().map(|k| candidate(k, (*k).to_owned(), String::new())));
@@ -287,7 +287,7 @@ impl Interpreter {
     pub fn help(&self, name: &str) -> Option<String> {
         let own = self.own.iter().find_map(|(_, entries)| help::explain(entries, name));
         let known = own.or_else(|| help::explain(&self.entries, name));
-        let known = known.or_else(|| input_help(name).map(str::to_owned));
+        let known = known.or_else(|| help::input(name).map(str::to_owned));
         // What the user has named goes before words of the documentation.
         let own = self.scope.contains(name) || self.functions.iter_functions().any(|f| f.name == name);
         known.or_else(|| if own { None } else { help::topic(&self.entries, name) })
@@ -351,17 +351,4 @@ fn import_statements(text: &str) -> Vec<Import> {
         }
     }
     found
-}
-
-fn input_help(name: &str) -> Option<&'static str> {
-    Some(match name {
-        "x" => "x: the first coordinate of the point, as a field\n",
-        "y" => "y: the second coordinate of the point, as a field; it grows upwards\n",
-        "z" => "z: the third coordinate of the point, as a field; it grows towards the viewer\n",
-        "p" => "p: the point (x, y, z), as a vector of fields\n",
-        "time" => "time: the time of an animation in seconds, as a field\n",
-        "PI" => "PI: 3.14159...\n",
-        "TAU" => "TAU: 2 PI\n",
-        _ => return None,
-    })
 }
