@@ -122,7 +122,7 @@ impl Passage {
     }
 
     /// The field at points.
-    fn values(&mut self, places: &[[f64; 3]], stats: &mut CastStats) -> Vec<f64> {
+    pub(super) fn values(&mut self, places: &[[f64; 3]], stats: &mut CastStats) -> Vec<f64> {
         let mut values = vec![f64::NAN; places.len()];
         let order = self.cells.tapes_around(places.iter().enumerate().map(|(i, &at)| (i, at, 0.0)));
         for batch in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)).flat_map(|same| same.chunks(LANES)) {

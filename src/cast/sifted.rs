@@ -281,8 +281,13 @@ impl Sifted {
     fn kept(&mut self, hits: &[Hit], work: &mut Sifting<'_>) -> Vec<bool> {
         let known = self.solid.insides().iter().zip(hits).enumerate();
         let met = known.filter(|(_, (t, hit))| t.is_finite() && hit.is_hit());
+        let (numbers, places): (Vec<usize>, Vec<[f64; 3]>) =
+            met.map(|(i, (t, _))| (i, work.rays[i].at(*t).to_array())).unzip();
+        let values = self.passage.values(&places, &mut work.stats);
+        numbers.iter().for_each(|&i| self.costs[i] += 1.0);
+        let inside = numbers.into_iter().zip(places).zip(values).filter(|(_, value)| *value < 0.0);
         let (numbers, points): (Vec<usize>, Vec<DVec3>) =
-            met.map(|(i, (t, _))| (i, work.rays[i].at(*t))).unzip();
+            inside.map(|((i, at), _)| (i, DVec3::from_array(at))).unzip();
         let mut rulings = vec![Ruling { kept: false, proven: false }; points.len()];
         self.judge.judge(&points, &mut rulings, work.cancel);
         work.stats.judged += points.len() as u64;
