@@ -540,7 +540,7 @@ fn there_are_walls_where_the_field_changes_sign_and_nowhere_else() {
         ("y - 0.3 * floor(3.0 * x)", false),
         ("max(sphere(1.0), 0.4 - abs(floor(2.0 * z) + 0.5))", false),
         // Poles of what they are made of, and no value at all.
-        ("max(sphere(1.0), 0.3 * abs(atan(z / x)) - y)", true),
+        ("max(sphere(1.0), 0.3 * abs(atan(1.0 / x)) - 0.3 - y)", true),
         ("max(sphere(1.0), abs(atan(5.0 * tan(3.0 * x))) - 1.0)", true),
         ("max(sphere(1.0), min(abs(tan(3.0 * x)), 1.0) - 0.9)", true),
         ("0.3 * min(abs(1.0 / (x - z)), 2.0) - y", true),

@@ -423,7 +423,12 @@ const RELAXATION: f64 = 1.46;
 /// at least one change of sign or come within rounding of zero, and whether each list is proven
 /// complete.
 pub fn all_hits(field: &Field, rays: &[Ray], stats: &mut CastStats) -> Vec<(Vec<(f64, f64)>, bool)> {
-    let cells = Cells::undivided(field.tape().clone());
+    let ends = |axis: usize| {
+        let end = |ray: &Ray, t: f64| Interval::around(ray.at(t)[axis], ray.rounding(t));
+        rays.iter().map(|ray| end(ray, ray.near).hull(end(ray, ray.far))).reduce(Interval::hull)
+    };
+    let region = [0, 1, 2].map(|axis| ends(axis).unwrap_or(Interval::point(0.0)));
+    let cells = Cells::undivided(field.tape().clone(), &region);
     let strategy = Pieces::<Reduced<1>>::trimming(&cells).all();
     let mut evaluator = Evaluator::new(cells.tape().clone());
     let mut out = vec![(Vec::new(), true); rays.len()];

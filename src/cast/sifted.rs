@@ -277,23 +277,23 @@ impl Sifted {
         next
     }
 
-    /// Which of the rays that its caster asked for any hits of are inside of something that is kept for sure.
-    fn kept(&mut self, hits: &[Hit], work: &mut Sifting<'_>) -> Vec<bool> {
-        let known = self.solid.insides().iter().zip(hits).enumerate();
-        let met = known.filter(|(_, (t, hit))| t.is_finite() && hit.is_hit());
-        let (numbers, places): (Vec<usize>, Vec<[f64; 3]>) =
-            met.map(|(i, (t, _))| (i, work.rays[i].at(*t).to_array())).unzip();
+    /// Where the rays that the caster was asked for any hits of are inside of something that is kept for sure, as far as is
+    /// known.
+    fn kept(&mut self, hits: &[Hit], work: &mut Sifting<'_>) -> Vec<Option<f64>> {
+        let mut kept = vec![None; hits.len()];
+        let known = self.solid.insides().iter().copied().enumerate();
+        let met: Vec<(usize, f64)> = known.filter(|(i, t)| t.is_finite() && hits[*i].is_hit()).collect();
+        let places: Vec<[f64; 3]> = met.iter().map(|&(i, t)| work.rays[i].at(t).to_array()).collect();
         let values = self.passage.values(&places, &mut work.stats);
-        numbers.iter().for_each(|&i| self.costs[i] += 1.0);
-        let inside = numbers.into_iter().zip(places).zip(values).filter(|(_, value)| *value < 0.0);
-        let (numbers, points): (Vec<usize>, Vec<DVec3>) =
-            inside.map(|((i, at), _)| (i, DVec3::from_array(at))).unzip();
+        met.iter().for_each(|(i, _)| self.costs[*i] += 1.0);
+        let met: Vec<(usize, f64)> =
+            met.into_iter().zip(values).filter(|(_, value)| *value < 0.0).map(|(met, _)| met).collect();
+        let points: Vec<DVec3> = met.iter().map(|&(i, t)| work.rays[i].at(t)).collect();
         let mut rulings = vec![Ruling { kept: false, proven: false }; points.len()];
         self.judge.judge(&points, &mut rulings, work.cancel);
         work.stats.judged += points.len() as u64;
-        let mut kept = vec![false; hits.len()];
-        for (i, ruling) in numbers.into_iter().zip(rulings) {
-            kept[i] = ruling.kept && ruling.proven;
+        for ((i, t), ruling) in met.into_iter().zip(rulings) {
+            kept[i] = (ruling.kept && ruling.proven).then_some(t);
         }
         kept
     }
@@ -402,13 +402,13 @@ impl Caster for Sifted {
         let mut work = Sifting::new(rays, out, own, cancel);
         let kept = self.kept(&hits, &mut work);
         if !work.is_cancelled() {
-            for ((i, &hit), is_kept) in hits.iter().enumerate().zip(kept) {
+            for ((i, &hit), inside) in hits.iter().enumerate().zip(kept) {
                 // All before it is free.
                 let ray = Going::new(i, hit.t, hit.certified);
-                if hit.is_hit() && !is_kept {
-                    work.going.push(ray);
-                } else {
-                    work.settle(ray, hit);
+                match inside {
+                    Some(t) => work.settle(ray, Hit { t, ..hit }),
+                    None if hit.is_hit() => work.going.push(ray),
+                    None => work.settle(ray, hit),
                 }
             }
         }

@@ -62,9 +62,11 @@ impl Weaver<'_> {
 
     /// The quadrangles of triangles that are too far from the surface, or at flaws of the mesh.
     fn wrong(&self, woven: &Woven, tolerance: f64) -> Vec<u32> {
-        let far = |points: Vec<DVec3>| survey::distances(self.cells, &points);
-        let [far_points, far_samples] =
-            woven.samples().map(|points| far(points).into_iter().map(|d| d > tolerance).collect::<Vec<_>>());
+        let farthest = 2.0 * self.lattice.step.max(tolerance);
+        let near = |points: Vec<DVec3>| survey::reaches(self.cells, &points, farthest);
+        let [far_points, far_samples] = woven
+            .samples()
+            .map(|points| near(points).into_iter().map(|d| d.is_nan() || d > tolerance).collect::<Vec<_>>());
         let flawed = Census::of(&woven.mesh).flaws;
         let is_wrong = |t: usize| {
             let mut corners = woven.mesh.triangles[t].into_iter().map(|i| i as usize);

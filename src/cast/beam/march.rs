@@ -121,8 +121,6 @@ pub(in crate::cast) struct March {
     pub stretch: f64,
     /// A place inside the solid, or infinity.
     pub inside: f64,
-    /// One in the middle of what is known to be inside behind it.
-    pub deep: f64,
     /// Where the root is expected.
     pub root: Option<f64>,
     /// What is expected at most after an answer that is certain of all of its piece.
@@ -146,7 +144,6 @@ impl March {
             far,
             stretch,
             inside: f64::INFINITY,
-            deep: f64::INFINITY,
             root,
             most: FARTHER,
             aimed: false,
@@ -207,11 +204,10 @@ impl March {
         let place = |t: f64| mid + t * half;
         let [back, fore] = answer.halves;
         self.root = answer.root;
-        for (t, end) in [(-back.below, -1.0), (fore.below, 1.0)] {
+        for t in [-back.below, fore.below] {
             // A piece may reach back beyond the frontier, and out of the line at either end.
-            let (at, end) = (place(t), place(end).max(self.free).min(self.far));
-            if t.abs() < 1.0 && (self.free..=self.far).contains(&at) && at < self.inside {
-                (self.inside, self.deep) = (at, 0.5 * (at + end));
+            if t.abs() < 1.0 && (self.free..=self.far).contains(&place(t)) {
+                self.inside = self.inside.min(place(t));
             }
         }
         let [behind, beyond] = [[-back.above[1], -back.above[0]], fore.above];

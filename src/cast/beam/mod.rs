@@ -301,7 +301,7 @@ impl Beams {
         for Thin { ray, march, hit, .. } in thin {
             if let Some(hit) = *hit {
                 if want == Want::Any {
-                    insides[*ray] = if march.inside.is_finite() { -march.deep } else { f64::INFINITY };
+                    insides[*ray] = if march.inside.is_finite() { -march.inside } else { f64::INFINITY };
                 }
                 // Any hit is somewhere behind the beginning.
                 let t = if want == Want::Any && hit.is_hit() { -rays[*ray].far } else { hit.t };
