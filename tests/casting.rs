@@ -545,7 +545,6 @@ fn there_are_walls_where_the_field_changes_sign_and_nowhere_else() {
         ("max(sphere(1.0), min(abs(tan(3.0 * x)), 1.0) - 0.9)", true),
         ("0.3 * min(abs(1.0 / (x - z)), 2.0) - y", true),
         ("max(sphere(1.0), 1.0 / x)", false),
-        ("y - 0.5 * smoothstep(0.0, max(z, 0.0), x)", false),
         ("max(sphere(1.0), min(sqrt(x), 0.5) - 0.3)", false),
     ];
     let rays = &rays(13)[..3000];

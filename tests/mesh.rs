@@ -179,6 +179,21 @@ fn the_mesh_lies_on_the_surface() {
 }
 
 #[test]
+fn meshes_are_no_farther_from_the_surface_than_is_said() {
+    // To first order the distances from these are thirds and fifths of what they are, not numbers, and nothing.
+    let spheres =
+        ["powi(sphere(1.0), 3)", "powi(sphere(1.0), 5)", "1e-200 * sphere(1.0)", "1e160 * sphere(1.0)"];
+    for (script, tolerance) in spheres.into_iter().flat_map(|s| [(s, None), (s, Some(0.1))]) {
+        let m = meshed(script, Some(24), tolerance);
+        let farthest = m.mesh.points.iter().map(|p| (p.length() - 1.0).abs()).fold(0.0, f64::max);
+        assert!(m.deviation.unknown == 0, "{script}: {:?}", m.deviation);
+        assert!(farthest <= 1.02 * m.deviation.most && m.deviation.most < 0.2, "{script}: {:?}", m.deviation);
+    }
+    let jumping = meshed("sign(sphere(1.0))", Some(24), None).deviation;
+    assert!(jumping.unknown == jumping.samples && jumping.samples > 0, "{jumping:?}");
+}
+
+#[test]
 fn sharp_edges_are_kept() {
     let script = "box([2, 1, 0.5]).rotate([1, 2, 3], 40)";
     let missing = |resolution, tolerance| 1.0 - volume(&meshed(script, Some(resolution), tolerance));

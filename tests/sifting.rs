@@ -184,11 +184,23 @@ fn first(caster: &mut dyn Caster, rays: &[Ray]) -> (Vec<Hit>, CastStats) {
 }
 
 fn any(caster: &mut dyn Caster, rays: &[Ray]) -> (Vec<Hit>, CastStats) {
+    any_in_groups(caster, rays, rays.len())
+}
+
+/// In groups of so many rays.
+fn any_in_groups(caster: &mut dyn Caster, rays: &[Ray], size: usize) -> (Vec<Hit>, CastStats) {
     let (mut hits, mut stats) = (vec![Hit::MISS; rays.len()], CastStats::default());
-    caster.any_hits(rays, &mut hits, &mut stats, &AtomicBool::new(false));
-    let costs: f64 = caster.costs().iter().sum();
-    assert!((costs - stats.evaluations as f64).abs() < 1e-6, "costs add up");
+    for (rays, hits) in rays.chunks(size).zip(hits.chunks_mut(size)) {
+        let before = stats.evaluations;
+        caster.any_hits(rays, hits, &mut stats, &AtomicBool::new(false));
+        let costs: f64 = caster.costs().iter().sum();
+        assert!((costs - (stats.evaluations - before) as f64).abs() < 1e-6, "costs add up");
+    }
     check(&hits, &stats);
+    for (ray, hit) in rays.iter().zip(&hits) {
+        let on_ray = (ray.near - TOLERANCE..=ray.far + TOLERANCE).contains(&hit.t);
+        assert!(on_ray || !hit.is_hit(), "{ray:?}: {hit:?}");
+    }
     (hits, stats)
 }
 
@@ -211,6 +223,16 @@ fn hits_are_those_of_what_is_kept_alone() {
             let mut caster = sieve.sifted(kind, By(sieve.keeps));
             let (hits, stats) = first(&mut *caster, &rays);
             let (shadows, _) = any(&mut *caster, &rays);
+            // Rays from surfaces, each for itself: they share no beam that was turned around.
+            let alone: Vec<Ray> = rays.iter().copied().filter(|ray| ray.near == 0.0).take(400).collect();
+            let together = any(&mut *caster, &alone).0;
+            let differ = any_in_groups(&mut *caster, &alone, 1)
+                .0
+                .iter()
+                .zip(&together)
+                .filter(|(a, b)| a.is_hit() != b.is_hit())
+                .count();
+            assert!(differ * 100 < alone.len(), "{}, {kind:?}: {differ} differ", sieve.name);
             let (mut grazing, mut unproven) = (0, 0);
             for ((ray, truth), (hit, shadow)) in rays.iter().zip(&truth).zip(hits.iter().zip(&shadows)) {
                 let differs = |hit: &Hit| hit.is_hit() != truth.is_hit();

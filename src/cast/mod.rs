@@ -421,7 +421,7 @@ const RELAXATION: f64 = 1.46;
 
 /// All roots along each ray in increasing order, as pieces no longer than the tolerance that hold
 /// at least one change of sign or come within rounding of zero, and whether each list is proven
-/// complete.
+/// complete; if the field may have no value somewhere in the box of all rays, by what is certain even then.
 pub fn all_hits(field: &Field, rays: &[Ray], stats: &mut CastStats) -> Vec<(Vec<(f64, f64)>, bool)> {
     let ends = |axis: usize| {
         let end = |ray: &Ray, t: f64| Interval::around(ray.at(t)[axis], ray.rounding(t));

@@ -36,7 +36,7 @@ const GROWTH: f64 = 2.0;
 pub(super) struct SegmentTracing {
     /// Whether any place inside will do.
     pub any: bool,
-    /// Whether the field may be torn: there affine arithmetic knows what to do.
+    /// Whether the field may be torn: then affine arithmetic ends what it begins.
     pub torn: bool,
 }
 
@@ -157,12 +157,12 @@ impl Strategy for SegmentTracing {
             return Some(undecided(march.t));
         }
         if self.any && f.value.hi < 0.0 {
-            return Some(Hit { t: march.t, certified: true });
+            return Some(self.hit(march.t, true));
         }
         match march.question {
             Question::Segment => self.segment(ray, march, f),
             Question::Beginning { fall } => self.step(ray, march, f.value, fall),
-            Question::Ahead { .. } if f.value.hi <= 0.0 => Some(Hit { t: march.t, certified: true }),
+            Question::Ahead { .. } if f.value.hi <= 0.0 => Some(self.hit(march.t, true)),
             Question::Ahead { t } => {
                 march.crept += 1;
                 if march.crept > CREEP {

@@ -284,6 +284,7 @@ impl Sifted {
         let known = self.solid.insides().iter().copied().enumerate();
         let met: Vec<(usize, f64)> = known.filter(|(i, t)| t.is_finite() && hits[*i].is_hit()).collect();
         let places: Vec<[f64; 3]> = met.iter().map(|&(i, t)| work.rays[i].at(t).to_array()).collect();
+        // By enclosures they are inside, wherever the field has a value.
         let values = self.passage.values(&places, &mut work.stats);
         met.iter().for_each(|(i, _)| self.costs[*i] += 1.0);
         let met: Vec<(usize, f64)> =
@@ -291,7 +292,11 @@ impl Sifted {
         let points: Vec<DVec3> = met.iter().map(|&(i, t)| work.rays[i].at(t)).collect();
         let mut rulings = vec![Ruling { kept: false, proven: false }; points.len()];
         self.judge.judge(&points, &mut rulings, work.cancel);
+        if work.is_cancelled() {
+            return kept;
+        }
         work.stats.judged += points.len() as u64;
+        work.stats.rejected += rulings.iter().filter(|ruling| !ruling.kept).count() as u64;
         for ((i, t), ruling) in met.into_iter().zip(rulings) {
             kept[i] = (ruling.kept && ruling.proven).then_some(t);
         }

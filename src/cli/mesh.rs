@@ -178,12 +178,13 @@ fn judgement(made: &Solidified, tolerance: Option<f64>) -> String {
     let Solidified { meshed, is_whole, .. } = made;
     let Deviation { most, usual, samples, unknown } = meshed.deviation;
     let mut lines = String::new();
-    if unknown < samples {
-        lines += &format!("within {usual:.2e} of the surface in 99.9 % of the samples, {most:.2e} at most; ");
-    }
     if unknown > 0 {
         let [unknown, samples] = [unknown, samples].map(|n| count(n as u64));
-        lines += &format!("how far from it {unknown} of {samples} samples are is not known; ");
+        lines += &format!("how far {unknown} of {samples} samples are from the surface is not known; ");
+    }
+    if unknown < samples {
+        let known = if unknown > 0 { "others" } else { "samples" };
+        lines += &format!("within {usual:.2e} of the surface in 99.9 % of the {known}, {most:.2e} at most; ");
     }
     if tolerance.is_some_and(|tolerance| most > tolerance) {
         lines += "more than the tolerance where it is sharper than a cell; ";

@@ -30,7 +30,7 @@ const ROWS: &[Row] = &[
     ("  per evaluation", |c| ratio(c.octaves, c.cast.evaluations)),
     ("beams culled", |c| number(c.cast.culled)),
     ("steps taken back", |c| number(c.cast.backtracks)),
-    ("hits judged", |c| number(c.cast.judged)),
+    ("places judged", |c| number(c.cast.judged)),
     ("  rejected", |c| number(c.cast.rejected)),
     ("certified, %", |c| certified(c.cast.uncertified, c.cast.rays)),
     ("  given up", |c| number(c.cast.given_up)),

@@ -42,7 +42,7 @@ use lattice::{Lattice, Place, block_of};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
-use triangles::{Weaver, Woven};
+use triangles::Weaver;
 use weave::{Quad, Web};
 
 /// A solid to be meshed.
@@ -97,7 +97,7 @@ pub struct Meshed {
 /// Distances from the surface: of points of a mesh, and of middles of triangles and their edges.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Deviation {
-    /// The largest, within a hundredth, or more where the surface has edges and where the gradient vanishes.
+    /// The largest, or more where the surface has edges and where the gradient is far from even.
     pub most: f64,
     /// The one that one in a thousand exceeds.
     pub usual: f64,
@@ -117,7 +117,8 @@ pub fn polygonise(solid: &Solid, fineness: &Fineness, watch: &Watch<'_>) -> Resu
     loop {
         let sketch = Sketch::new(solid, resolution, watch)?;
         if let (None, Some(tolerance)) = (fineness.resolution, fineness.tolerance) {
-            let excess = sketch.deviation(&sketch.weaver(&cells).plain(), &cells).most / tolerance;
+            let farthest = triangles::farthest(&sketch.lattice, 0.0);
+            let excess = sketch.weaver(&cells).plain().deviation(&cells, farthest).most / tolerance;
             if excess > 1.0 && resolution < ENOUGH {
                 // The distance falls with the square of the cells' size where the surface is smooth.
                 let times = libm::log2(excess.sqrt().clamp(1.0, 8.0)).ceil().max(1.0);
@@ -153,11 +154,6 @@ impl Sketch {
         Ok(Sketch { lattice, blocks, contours, vertices, quads })
     }
 
-    /// How far triangles are from the surface. Vertices are in their cells, which the surface passes.
-    fn deviation(&self, woven: &Woven, cells: &Cells) -> Deviation {
-        woven.deviation(cells, 2.0 * self.lattice.step)
-    }
-
     fn weaver<'a>(&'a self, cells: &'a Cells) -> Weaver<'a> {
         Weaver { lattice: &self.lattice, cells, vertices: &self.vertices, quads: &self.quads }
     }
@@ -179,7 +175,8 @@ impl Sketch {
         let doubts = self.doubts(solid);
         (watch.progress)(0.95);
         watch.check()?;
-        let deviation = self.deviation(&woven, cells);
+        let farthest = triangles::farthest(&self.lattice, tolerance.unwrap_or(0.0));
+        let deviation = woven.deviation(cells, farthest);
         let mut mesh = weld::welded(woven.mesh, weld::SHORT * self.lattice.step);
         if let Some(color) = &solid.color {
             mesh.colors = survey::colors(color, &mesh.points);

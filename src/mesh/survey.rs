@@ -12,7 +12,8 @@ const LANES: usize = 16;
 /// Points that one thread takes at a time.
 const SHARE: usize = 4096;
 
-/// The field at each point, and Newton's step from there to the surface; not a number where there is none.
+/// The field at each point, and Newton's step from there to the surface: infinite where the field is flat, nothing where it
+/// is infinitely steep, and not a number where it is none.
 fn steps(cells: &Cells, points: &[DVec3]) -> Vec<(f64, DVec3)> {
     let mut out = vec![(f64::NAN, DVec3::NAN); points.len()];
     let mut field = Evaluator::<Many<Dual, LANES>>::new(cells.tape().clone());
@@ -29,9 +30,15 @@ fn steps(cells: &Cells, points: &[DVec3]) -> Vec<(f64, DVec3)> {
                 // Squares of what is not of common size are lost.
                 let size = slope.abs().max_element();
                 let unit = slope / size;
-                let step = -(dual.value / size) * unit / unit.length_squared();
                 // On the surface there may be no gradient.
-                out[*i] = (dual.value, if dual.value == 0.0 { DVec3::ZERO } else { step });
+                let step = if dual.value == 0.0 || size == f64::INFINITY {
+                    DVec3::ZERO
+                } else if size == 0.0 {
+                    DVec3::INFINITY
+                } else {
+                    -(dual.value / size) * unit / unit.length_squared()
+                };
+                out[*i] = (dual.value, step);
             }
         }
     }
@@ -41,24 +48,20 @@ fn steps(cells: &Cells, points: &[DVec3]) -> Vec<(f64, DVec3)> {
 /// The distance of each point from the surface, to first order: `|f| / |grad f|`. Not a number where the field is
 /// not.
 pub(super) fn distances(cells: &Cells, points: &[DVec3]) -> Vec<f64> {
-    let distance = |(value, step): (f64, DVec3)| {
-        let is_flat = step.is_nan() && !value.is_nan();
-        if is_flat { f64::INFINITY } else { step.length() }
-    };
-    let share = |points: &[DVec3]| steps(cells, points).into_iter().map(distance);
+    let share = |points: &[DVec3]| steps(cells, points).into_iter().map(|(_, step)| step.length());
     points.par_chunks(SHARE).flat_map_iter(share).collect()
 }
 
 /// How much farther than to where Newton's step leads one looks for the other side of the surface, walk by walk: the first
-/// makes sure that the step was about right.
+/// makes sure that the surface is no farther than that.
 const FARTHER: [f64; 8] = [1.01, 2.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0];
 
 /// Times that the way to the other side is halved.
 const HALVINGS: usize = 6;
 
-/// The distance of each point from the surface where Newton's step is as long as that, but for a hundredth; elsewhere, as
-/// where the surface has edges and where the gradient vanishes with the field, no less than it: as far as to a place
-/// on the other side. Not a number where none is found within `farthest`.
+/// No less, but for a hundredth, than the distance of each point from the surface: the length of Newton's step where that
+/// leads to the other side; elsewhere, as where the surface has edges and where the gradient vanishes with the field,
+/// as far as to a place on the other side. Not a number where none is found within `farthest`.
 pub(super) fn reaches(cells: &Cells, points: &[DVec3], farthest: f64) -> Vec<f64> {
     let share = |points: &[DVec3]| share_of_reaches(cells, points, farthest);
     points.par_chunks(SHARE).flat_map_iter(share).collect()
@@ -74,19 +77,22 @@ fn share_of_reaches(cells: &Cells, points: &[DVec3], farthest: f64) -> Vec<f64> 
         open.retain(|&i| {
             let step = next[i].1;
             at[i] += (farther * step).clamp_length_max(farthest);
-            step.is_finite() && at[i].distance(points[i]) <= farthest
+            step.is_finite() && at[i].distance(points[i]) <= farthest * (1.0 + 1e-9)
         });
         let places: Vec<DVec3> = open.iter().map(|&i| at[i]).collect();
         let found = steps(cells, &places);
         open.iter().zip(found).for_each(|(&i, found)| next[i] = found);
         open.retain(|&i| {
-            let is_across = (next[i].0 <= 0.0) != (first[i].0 <= 0.0) || first[i].0 == 0.0;
-            match is_across {
-                true if walk == 0 => out[i] = first[i].1.length(),
-                true => across.push(i),
-                false => {}
+            let is_across = (next[i].0 <= 0.0) != (first[i].0 <= 0.0);
+            let step = first[i].1.length();
+            let is_on_it = step <= 64.0 * f64::EPSILON * points[i].abs().max_element();
+            let is_settled = is_on_it || is_across && walk == 0 && farther * step <= farthest;
+            if is_settled {
+                out[i] = step;
+            } else if is_across {
+                across.push(i);
             }
-            !is_across
+            !(is_settled || is_across)
         });
     }
     // The straight way to the other side crosses the surface.

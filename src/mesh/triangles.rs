@@ -62,7 +62,7 @@ impl Weaver<'_> {
 
     /// The quadrangles of triangles that are too far from the surface, or at flaws of the mesh.
     fn wrong(&self, woven: &Woven, tolerance: f64) -> Vec<u32> {
-        let farthest = 2.0 * self.lattice.step.max(tolerance);
+        let farthest = farthest(self.lattice, tolerance);
         let near = |points: Vec<DVec3>| survey::reaches(self.cells, &points, farthest);
         let [far_points, far_samples] = woven
             .samples()
@@ -131,6 +131,11 @@ impl Woven {
         let usual = *usual;
         Deviation { most: far.into_iter().fold(0.0, f64::max), usual, samples, unknown }
     }
+}
+
+/// How far from the surface triangles are looked at: vertices are in cells that it passes, and merged by a tolerance.
+pub fn farthest(lattice: &Lattice, tolerance: f64) -> f64 {
+    2.0 * lattice.step.max(tolerance)
 }
 
 /// The smaller part of a quadrangle's area that a half of it has, below zero where one is turned over.

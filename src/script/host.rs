@@ -27,7 +27,7 @@ pub struct Host {
     pub presets: RefCell<BTreeMap<String, Preset>>,
     /// Values that the user sets.
     pub set: BTreeMap<String, Value>,
-    /// Whether it matters if the script asks for all of them.
+    /// Whether the script has to ask for all of them.
     pub strict: bool,
     /// What `print` and `debug` said.
     pub output: RefCell<Vec<String>>,

@@ -173,8 +173,12 @@ impl Beams {
         // Where the field may have no value each ray looks for itself; and any hit needs no bracket around a root.
         let closes = want == Want::First && self.cells.is_defined();
         let widest = if self.cells.is_uniform() { WIDEST } else { WIDEST_OF_PARTS };
-        let mut open: Vec<Range<usize>> =
-            (0..rays.len()).step_by(widest).map(|start| start..(start + widest).min(rays.len())).collect();
+        let mut open: Vec<Range<usize>> = Vec::new();
+        if self.is_alone {
+            alone.extend((0..rays.len()).filter(|&i| is_real(&rays[i])));
+        } else {
+            open.extend((0..rays.len()).step_by(widest).map(|start| start..(start + widest).min(rays.len())));
+        }
         while let Some(own) = open.pop() {
             let Some(range) = trimmed(rays, own) else { continue };
             // Rays from different places of a surface have nothing in common where they begin.
@@ -285,11 +289,7 @@ impl Beams {
         stats: &mut CastStats,
         cancel: &AtomicBool,
     ) {
-        if self.is_alone {
-            self.set_apart(rays, out);
-        } else {
-            self.march_together(rays, want, out, stats, cancel);
-        }
+        self.march_together(rays, want, out, stats, cancel);
         let Memory { thin, alone, .. } = &mut self.memory;
         thin.extend(alone.drain(..).map(|i| {
             // Those of which anything is wanted were turned around for the sake of beams.
@@ -298,10 +298,11 @@ impl Beams {
         }));
         self.march_rays(want, stats, cancel);
         let Memory { thin, insides, .. } = &mut self.memory;
-        for Thin { ray, march, hit, .. } in thin {
+        for thin in &*thin {
+            let Thin { ray, march, hit, .. } = thin;
             if let Some(hit) = *hit {
-                if want == Want::Any {
-                    insides[*ray] = if march.inside.is_finite() { -march.inside } else { f64::INFINITY };
+                if let (Want::Any, Some(t)) = (want, thin.inside(&rays[*ray])) {
+                    insides[*ray] = -t;
                 }
                 // Any hit is somewhere behind the beginning.
                 let t = if want == Want::Any && hit.is_hit() { -rays[*ray].far } else { hit.t };
@@ -309,19 +310,6 @@ impl Beams {
                 stats.hits += u64::from(hit.is_hit());
                 stats.uncertified += u64::from(!hit.certified);
                 stats.given_up += u64::from(march.pieces > PIECES && !hit.certified);
-            }
-        }
-    }
-
-    /// Has every ray go alone.
-    fn set_apart(&mut self, rays: &[Ray], out: &mut [Hit]) {
-        self.memory.thin.clear();
-        self.memory.alone.clear();
-        for (i, ray) in rays.iter().enumerate() {
-            if is_real(ray) {
-                self.memory.alone.push(i);
-            } else {
-                out[i] = Hit::MISS;
             }
         }
     }

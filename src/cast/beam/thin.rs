@@ -83,6 +83,12 @@ impl Thin {
         }
     }
 
+    /// Where it is inside, if that is known, as `t` of a ray that it is or that it is the other way round.
+    pub(super) fn inside(&self, ray: &Ray) -> Option<f64> {
+        let t = Some(self.march.inside).filter(|t| t.is_finite())?;
+        Some(if self.line.direction == ray.direction { t } else { -t })
+    }
+
     /// A place and how far, at most, the piece reaches from it along any axis.
     pub(super) fn around(&self) -> ([f64; 3], f64) {
         around(&self.line, self.piece)
