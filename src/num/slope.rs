@@ -49,10 +49,12 @@ impl Slope {
 
 /// Of a vector without negative coordinates, no less than its length.
 fn length([x, y, z]: [f64; 3]) -> f64 {
-    let squares = x * x + y * y + z * z;
-    // The squares of tiny numbers are lost.
-    let length = if squares < TINY { x + y + z } else { squares.sqrt() };
-    length * ROUND_UP
+    root(x * x + y * y + z * z, x + y + z) * ROUND_UP
+}
+
+/// The root of something made of squares; a bound on it if these are so small that they may be lost.
+fn root(squares: f64, bound: f64) -> f64 {
+    if squares < TINY { bound } else { squares.sqrt() }
 }
 
 /// `a b`, where a derivative that is exactly zero silences an unbounded partial derivative.
@@ -76,8 +78,9 @@ fn spectral<const N: usize>(p: &[&Slope; N]) -> f64 {
     let mag: [[f64; 3]; N] = std::array::from_fn(|i| p[i].grad.map(Interval::mag));
     let row = mag.iter().map(|row| row.iter().sum::<f64>()).fold(0.0, f64::max);
     let column = (0..3).map(|j| mag.iter().map(|row| row[j]).sum::<f64>()).fold(0.0, f64::max);
-    let frobenius = p.iter().map(|p| p.norm * p.norm).sum::<f64>().sqrt();
-    (row * column).sqrt().min(frobenius) * ROUND_UP
+    let norms = p.iter().map(|p| p.norm);
+    let frobenius = root(norms.clone().map(|norm| norm * norm).sum(), norms.sum());
+    root(row * column, row.max(column)).min(frobenius) * ROUND_UP
 }
 
 impl Number for Slope {
