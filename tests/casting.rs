@@ -539,7 +539,9 @@ fn there_are_walls_where_the_field_changes_sign_and_nowhere_else() {
         ("y + 0.6 * abs(fract(x) - 0.5)", true),
         ("y - 0.3 * floor(3.0 * x)", false),
         ("max(sphere(1.0), 0.4 - abs(floor(2.0 * z) + 0.5))", false),
-        // Poles of what they are made of, and no value at all.
+    ];
+    // Poles of what they are made of, and no value at all.
+    let poles = [
         ("max(sphere(1.0), 0.3 * abs(atan(1.0 / x)) - 0.3 - y)", true),
         ("max(sphere(1.0), abs(atan(5.0 * tan(3.0 * x))) - 1.0)", true),
         ("max(sphere(1.0), min(abs(tan(3.0 * x)), 1.0) - 0.9)", true),
@@ -548,7 +550,7 @@ fn there_are_walls_where_the_field_changes_sign_and_nowhere_else() {
         ("max(sphere(1.0), min(sqrt(x), 0.5) - 0.3)", false),
     ];
     let rays = &rays(13)[..3000];
-    for (text, continuous) in fields {
+    for (text, continuous) in fields.into_iter().chain(poles) {
         let compiled = compile(&Request::text(text));
         let scene = compiled.scene.expect(text);
         let mut field = Field::new(&scene.graph, scene.surface.field);
@@ -557,7 +559,13 @@ fn there_are_walls_where_the_field_changes_sign_and_nowhere_else() {
             let (mut hits, mut stats) = (vec![Hit::MISS; rays.len()], CastStats::default());
             made.first_hits(rays, &mut hits, &mut stats, &AtomicBool::new(false));
             const SAMPLES: u32 = 2000;
+            // Others may take a pole for a wall, and are not certain of it.
+            let passes_poles = [Kind::Beam, Kind::Octree, Kind::Auto].contains(&kind);
+            let is_pole = poles.iter().any(|(pole, _)| *pole == text);
             for (ray, hit) in rays.iter().zip(&hits) {
+                if is_pole && !passes_poles && !hit.certified {
+                    continue;
+                }
                 let about = format!("{text}, {kind:?}, {ray:?}: {hit:?}");
                 let mut value = |t: f64| field.value(ray.at(t.clamp(ray.near, ray.far)));
                 if hit.is_hit() {

@@ -165,15 +165,27 @@ pub(super) fn march<S: Strategy>(
         }
         let settle = |(active, outcome): (Active<S>, &Option<Hit>)| match outcome {
             Some(hit) => {
+                let hit = known(cells, &rays[active.ray], *hit);
                 stats.hits += u64::from(hit.is_hit());
                 stats.uncertified += u64::from(!hit.certified);
-                done(active.ray, active.march, *hit, active.asked);
+                done(active.ray, active.march, hit, active.asked);
                 None
             }
             None => Some(active),
         };
         active = active.into_iter().zip(&outcomes).filter_map(settle).collect();
     }
+}
+
+/// A hit, certified only if the field is known to have a value there: at a pole of what it is made of no arithmetic tells a
+/// crossing from a jump.
+fn known(cells: &Cells, ray: &Ray, hit: Hit) -> Hit {
+    let has_value = || {
+        let reach = ray.tolerance.at(hit.t) + ray.rounding(hit.t);
+        cells.tape().is_defined(&ray.at(hit.t).to_array().map(|x| Interval::around(x, reach)))
+    };
+    let certified = hit.certified && (!hit.is_hit() || cells.is_defined() || has_value());
+    Hit { certified, ..hit }
 }
 
 /// The questions, each with the tape that answers it, those with the same tape next to each other.

@@ -421,14 +421,9 @@ const RELAXATION: f64 = 1.46;
 
 /// All roots along each ray in increasing order, as pieces no longer than the tolerance that hold
 /// at least one change of sign or come within rounding of zero, and whether each list is proven
-/// complete; if the field may have no value somewhere in the box of all rays, by what is certain even then.
+/// complete.
 pub fn all_hits(field: &Field, rays: &[Ray], stats: &mut CastStats) -> Vec<(Vec<(f64, f64)>, bool)> {
-    let ends = |axis: usize| {
-        let end = |ray: &Ray, t: f64| Interval::around(ray.at(t)[axis], ray.rounding(t));
-        rays.iter().map(|ray| end(ray, ray.near).hull(end(ray, ray.far))).reduce(Interval::hull)
-    };
-    let region = [0, 1, 2].map(|axis| ends(axis).unwrap_or(Interval::point(0.0)));
-    let cells = Cells::undivided(field.tape().clone(), &region);
+    let cells = Cells::undivided(field.tape().clone());
     let strategy = Pieces::<Reduced<1>>::trimming(&cells).all();
     let mut evaluator = Evaluator::new(cells.tape().clone());
     let mut out = vec![(Vec::new(), true); rays.len()];

@@ -16,12 +16,13 @@
 //! can hold roots. That part is tried next, or half of it if trimming gained little. A band that crosses
 //! zero within the piece proves a root. Without bands a piece as short as the tolerance says nothing
 //! of a root but that there may be one: then the field at its end tells a root from a near miss. Where the field may
-//! jump or has a pole, no arithmetic gets across, even if values are alike on both sides: such a piece is passed without
-//! a proof if it does not end inside.
+//! jump, no arithmetic gets across, even if values are alike on both sides: such a piece is passed without a proof if it
+//! does not end inside.
 
 use super::along::{Along, Band};
 use super::group::Strategy;
 use super::{CastStats, Hit, Ray};
+use crate::num::Class;
 use crate::tape::Cells;
 use std::marker::PhantomData;
 
@@ -48,8 +49,8 @@ pub(super) struct Pieces<A> {
     seek: Seek,
     /// Whether to trim pieces.
     optimised: bool,
-    /// Whether the field may be torn.
-    torn: bool,
+    /// Whether the field may jump.
+    jumps: bool,
     arithmetic: PhantomData<fn() -> A>,
 }
 
@@ -79,7 +80,8 @@ pub(super) struct March {
 impl<A> Pieces<A> {
     /// Looks for first roots of the field in these cells by cutting pieces in halves.
     pub(super) fn halving(cells: &Cells) -> Self {
-        Pieces { seek: Seek::First, optimised: false, torn: cells.is_torn(), arithmetic: PhantomData }
+        let jumps = cells.tape().class() == Class::Jump;
+        Pieces { seek: Seek::First, optimised: false, jumps, arithmetic: PhantomData }
     }
 
     /// The same by trimming pieces to where they may hold roots.
@@ -206,13 +208,13 @@ impl<A: Along> Strategy for Pieces<A> {
         let close = crosses && tb - ta <= tolerance;
         let shortest = a + (b - a) * 0.5 <= a;
         if close || b - a <= tolerance || shortest {
-            let probes = !self.optimised || self.torn && !close && self.seek != Seek::All;
+            let probes = !self.optimised || self.jumps && !close && self.seek != Seek::All;
             if probes && !shortest && b - a > GRAZE * tolerance && range.is_finite() {
                 march.probing = true;
                 return None;
             }
             // Undefined, unbounded or torn here, however closely one looks: pass, but say so.
-            let is_whole = close || !self.torn;
+            let is_whole = close || !self.jumps;
             march.certified &= range.is_finite() && is_whole;
             if range.is_finite() && (is_whole || self.seek == Seek::All) {
                 return self.found(ray, march, ta, tb);

@@ -54,7 +54,7 @@ pub(super) fn distances(cells: &Cells, points: &[DVec3]) -> Vec<f64> {
 
 /// How much farther than to where Newton's step leads one looks for the other side of the surface, walk by walk: the first
 /// makes sure that the surface is no farther than that.
-const FARTHER: [f64; 8] = [1.01, 2.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0];
+const FARTHER: [f64; 8] = [1.01, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 
 /// Times that the way to the other side is halved.
 const HALVINGS: usize = 6;

@@ -93,7 +93,8 @@ pub struct Prunings {
 impl Cells {
     /// The cells of a box. Outside of it, and for what is larger, there is the whole tape.
     pub fn new(tape: Arc<Tape>, region: &[Interval; 3]) -> Cells {
-        let mut cells = Cells::undivided(tape, region);
+        let mut cells = Cells::undivided(tape);
+        cells.is_defined = cells.tape().is_defined(region);
         cells.is_uniform = !cells.whole.is_open;
         cells.centre = region.map(|r| r.mid());
         // A hair more, so that what is cut as the cells are fits into them.
@@ -101,16 +102,16 @@ impl Cells {
         cells
     }
 
-    /// A box, and all of space, as one cell.
-    pub fn undivided(tape: Arc<Tape>, region: &[Interval; 3]) -> Cells {
-        let (work, is_defined) = (tape.work(), tape.is_defined(region));
+    /// All of space as one cell.
+    pub fn undivided(tape: Arc<Tape>) -> Cells {
+        let work = tape.work();
         Cells {
             whole: Own::new(tape, work, 0),
             parts: Default::default(),
             centre: [0.0; 3],
             half: 0.0,
             is_uniform: true,
-            is_defined,
+            is_defined: false,
             pruned: AtomicU64::new(0),
             kept: AtomicU64::new(0),
         }
