@@ -1,6 +1,6 @@
 //! Questions about many points at once: how far they are from the surface, and what colour they have.
 
-use crate::num::{Dual, Many};
+use crate::num::{Dual, Many, Number};
 use crate::tape::{Cells, Evaluator, Tape};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,36 +12,54 @@ const LANES: usize = 16;
 /// Points that one thread takes at a time.
 const SHARE: usize = 4096;
 
-/// The field at each point, and Newton's step from there to the surface: infinite where the field is flat, nothing where it
-/// is infinitely steep, and not a number where it is none.
-fn steps(cells: &Cells, points: &[DVec3]) -> Vec<(f64, DVec3)> {
-    let mut out = vec![(f64::NAN, DVec3::NAN); points.len()];
-    let mut field = Evaluator::<Many<Dual, LANES>>::new(cells.tape().clone());
+/// Evaluates the field at all points, and says of each what it is.
+fn visit<N: Copy>(
+    cells: &Cells,
+    points: &[DVec3],
+    coordinate: impl Fn(f64, usize) -> N,
+    mut found: impl FnMut(usize, N),
+) where
+    Many<N, LANES>: Number,
+{
+    let mut field = Evaluator::<Many<N, LANES>>::new(cells.tape().clone());
     let places = points.iter().enumerate().map(|(i, p)| (i, p.to_array(), 0.0));
     for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
         field.turn_to(same[0].0);
         for batch in same.chunks(LANES) {
             let at = |lane: usize| points[batch[lane.min(batch.len() - 1)].1];
-            let duals =
-                |axis: usize| Many(std::array::from_fn(|lane| Dual::coordinate(at(lane)[axis], axis)));
-            let duals = *field.eval(&std::array::from_fn(duals));
-            for ((_, i), dual) in batch.iter().zip(duals.0) {
-                let slope = DVec3::from_array(dual.grad);
-                // Squares of what is not of common size are lost.
-                let size = slope.abs().max_element();
-                let unit = slope / size;
-                // On the surface there may be no gradient.
-                let step = if dual.value == 0.0 || size == f64::INFINITY {
-                    DVec3::ZERO
-                } else if size == 0.0 {
-                    DVec3::INFINITY
-                } else {
-                    -(dual.value / size) * unit / unit.length_squared()
-                };
-                out[*i] = (dual.value, step);
-            }
+            let along = |axis: usize| Many(std::array::from_fn(|lane| coordinate(at(lane)[axis], axis)));
+            let values = *field.eval(&std::array::from_fn(along));
+            batch.iter().zip(values.0).for_each(|(&(_, i), value)| found(i, value));
         }
     }
+}
+
+/// The field at each point.
+fn values(cells: &Cells, points: &[DVec3]) -> Vec<f64> {
+    let mut out = vec![f64::NAN; points.len()];
+    visit(cells, points, |x, _| x, |i, value| out[i] = value);
+    out
+}
+
+/// The field at each point, and Newton's step from there to the surface: infinite where the field is flat, nothing where it
+/// is infinitely steep, and not a number where it is none.
+fn steps(cells: &Cells, points: &[DVec3]) -> Vec<(f64, DVec3)> {
+    let mut out = vec![(f64::NAN, DVec3::NAN); points.len()];
+    visit(cells, points, Dual::coordinate, |i, dual| {
+        let slope = DVec3::from_array(dual.grad);
+        // Squares of what is not of common size are lost.
+        let size = slope.abs().max_element();
+        let unit = slope / size;
+        // On the surface there may be no gradient.
+        let step = if dual.value == 0.0 || size == f64::INFINITY {
+            DVec3::ZERO
+        } else if size == 0.0 {
+            DVec3::INFINITY
+        } else {
+            -(dual.value / size) * unit / unit.length_squared()
+        };
+        out[i] = (dual.value, step);
+    });
     out
 }
 
@@ -52,9 +70,12 @@ pub(super) fn distances(cells: &Cells, points: &[DVec3]) -> Vec<f64> {
     points.par_chunks(SHARE).flat_map_iter(share).collect()
 }
 
-/// How much farther than to where Newton's step leads one looks for the other side of the surface, walk by walk: the first
-/// makes sure that the surface is no farther than that.
-const FARTHER: [f64; 8] = [1.01, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
+/// How much farther than Newton's step the other side of the surface is looked for: that makes sure that the surface is
+/// no farther than the step.
+const FARTHER: f64 = 1.01;
+
+/// The same, walk by walk, where it is not found there.
+const WALKS: [f64; 7] = [2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 
 /// Times that the way to the other side is halved.
 const HALVINGS: usize = 6;
@@ -67,48 +88,81 @@ pub(super) fn reaches(cells: &Cells, points: &[DVec3], farthest: f64) -> Vec<f64
     points.par_chunks(SHARE).flat_map_iter(share).collect()
 }
 
+/// A way from a point towards the other side of the surface.
+struct Way {
+    point: usize,
+    from: DVec3,
+    to: DVec3,
+    /// What the field is at its beginning, and whether it is something else at its end.
+    is_inside: bool,
+    is_across: bool,
+}
+
 fn share_of_reaches(cells: &Cells, points: &[DVec3], farthest: f64) -> Vec<f64> {
     let mut out = vec![f64::NAN; points.len()];
-    let first = steps(cells, points);
-    let (mut at, mut next) = (points.to_vec(), first.clone());
-    let mut open: Vec<usize> = (0..points.len()).collect();
-    let mut across = Vec::new();
-    for (walk, farther) in FARTHER.into_iter().enumerate() {
-        open.retain(|&i| {
-            let step = next[i].1;
-            at[i] += (farther * step).clamp_length_max(farthest);
-            step.is_finite() && at[i].distance(points[i]) <= farthest * (1.0 + 1e-9)
-        });
-        let places: Vec<DVec3> = open.iter().map(|&i| at[i]).collect();
-        let found = steps(cells, &places);
-        open.iter().zip(found).for_each(|(&i, found)| next[i] = found);
-        open.retain(|&i| {
-            let is_across = (next[i].0 <= 0.0) != (first[i].0 <= 0.0);
-            let step = first[i].1.length();
-            let is_on_it = step <= 64.0 * f64::EPSILON * points[i].abs().max_element();
-            let is_settled = is_on_it || is_across && walk == 0 && farther * step <= farthest;
-            if is_settled {
-                out[i] = step;
-            } else if is_across {
-                across.push(i);
-            }
-            !(is_settled || is_across)
-        });
-    }
-    // The straight way to the other side crosses the surface.
-    let mut ways: Vec<[f64; 2]> = vec![[0.0, 1.0]; across.len()];
-    for _ in 0..HALVINGS {
-        let middle = |([low, high], &i): (&[f64; 2], &usize)| points[i].lerp(at[i], 0.5 * (low + high));
-        let places: Vec<DVec3> = ways.iter().zip(&across).map(middle).collect();
-        for ((way, &i), (value, _)) in ways.iter_mut().zip(&across).zip(steps(cells, &places)) {
-            let is_across = (value <= 0.0) != (first[i].0 <= 0.0);
-            way[usize::from(is_across)] = 0.5 * (way[0] + way[1]);
+    let newton = steps(cells, points);
+    let mut ways: Vec<Way> = Vec::with_capacity(points.len());
+    for (point, (&from, &(value, step))) in points.iter().zip(&newton).enumerate() {
+        if step.is_finite() {
+            let to = from + (FARTHER * step).clamp_length_max(farthest);
+            ways.push(Way { point, from, to, is_inside: value <= 0.0, is_across: false });
         }
     }
-    for (way, i) in ways.into_iter().zip(across) {
-        out[i] = way[1] * at[i].distance(points[i]);
+    look(cells, &mut ways.iter_mut().collect::<Vec<_>>());
+    ways.retain(|way| {
+        let step = newton[way.point].1.length();
+        let is_on_it = step <= 64.0 * f64::EPSILON * way.from.abs().max_element();
+        let is_settled = is_on_it || way.is_across && FARTHER * step <= farthest;
+        if is_settled {
+            out[way.point] = step;
+        }
+        !is_settled
+    });
+    walk(cells, &mut ways, farthest);
+    ways.retain(|way| way.is_across);
+    for (reach, way) in crossings(cells, &ways).into_iter().zip(&ways) {
+        out[way.point] = reach;
     }
     out
+}
+
+/// Asks at the ends of all ways on which side they are.
+fn look(cells: &Cells, ways: &mut [&mut Way]) {
+    let ends: Vec<DVec3> = ways.iter().map(|way| way.to).collect();
+    for (way, value) in ways.iter_mut().zip(values(cells, &ends)) {
+        way.is_across = (value <= 0.0) != way.is_inside;
+    }
+}
+
+/// Goes on by Newton's steps, longer with every walk, until the other side is found, or the next step is none or leads
+/// beyond `farthest`.
+fn walk(cells: &Cells, ways: &mut [Way], farthest: f64) {
+    let mut open: Vec<&mut Way> = ways.iter_mut().filter(|way| !way.is_across).collect();
+    for farther in WALKS {
+        let ends: Vec<DVec3> = open.iter().map(|way| way.to).collect();
+        let mut next = steps(cells, &ends).into_iter();
+        open.retain_mut(|way| {
+            let step = next.next().map_or(DVec3::NAN, |(_, step)| step);
+            way.to += (farther * step).clamp_length_max(farthest);
+            step.is_finite() && way.to.distance(way.from) <= farthest * (1.0 + 1e-9)
+        });
+        look(cells, &mut open);
+        open.retain(|way| !way.is_across);
+    }
+}
+
+/// How far along ways that lead across it the surface is, at most: each crosses it, and is halved.
+fn crossings(cells: &Cells, ways: &[Way]) -> Vec<f64> {
+    let mut parts = vec![[0.0, 1.0]; ways.len()];
+    for _ in 0..HALVINGS {
+        let middle = |([low, high], way): (&[f64; 2], &Way)| way.from.lerp(way.to, 0.5 * (low + high));
+        let places: Vec<DVec3> = parts.iter().zip(ways).map(middle).collect();
+        for ((part, way), value) in parts.iter_mut().zip(ways).zip(values(cells, &places)) {
+            let is_across = (value <= 0.0) != way.is_inside;
+            part[usize::from(is_across)] = 0.5 * (part[0] + part[1]);
+        }
+    }
+    parts.iter().zip(ways).map(|(part, way)| part[1] * way.to.distance(way.from)).collect()
 }
 
 /// Linear colours between 0 and 1.
