@@ -254,7 +254,7 @@ impl Graph {
     }
 
     /// A node with inputs replaced, given what has become of its arguments, and of what it carries, if that changes.
-    fn replaced(
+    pub(super) fn replaced(
         &mut self,
         id: NodeId,
         with: &[(Input, NodeId)],
@@ -315,7 +315,7 @@ impl Graph {
         self.walk(roots, Node::outer_args)
     }
 
-    fn walk(&self, roots: &[NodeId], args: impl Fn(&Node) -> Vec<NodeId>) -> Vec<NodeId> {
+    pub(super) fn walk(&self, roots: &[NodeId], args: impl Fn(&Node) -> Vec<NodeId>) -> Vec<NodeId> {
         let mut pending: BTreeSet<u32> = roots.iter().map(|r| r.0).collect();
         let mut used = Vec::new();
         // Arguments have lower numbers than their users, so that each node comes up once.

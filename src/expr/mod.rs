@@ -6,6 +6,7 @@
 //! no expression is too deep. A node remembers the place in the script that made it. [`text`] reads
 //! expressions that other programs wrote.
 
+mod carried;
 mod derivative;
 mod fold;
 mod graph;

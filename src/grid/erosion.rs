@@ -7,7 +7,8 @@
 //! ```text
 //! it can carry   c = capacity max(d, least) v w                 with speed v and water w
 //! s > c:  it drops  deposition (s - c)                          where it was
-//! s < c:  it takes  min(erosion (c - s), d)                     from around where it was
+//! s < c:  it takes  min(erosion (c - s), d)                     from around where it was, as far as
+//!                                                               that is higher than where it is
 //! v^2  <-  drag v^2 + gravity d                                 w  <-  (1 - evaporation) w
 //! ```
 //!
@@ -161,15 +162,21 @@ impl Ground<'_> {
         }
     }
 
-    /// Takes from around a place.
-    fn take_at(&mut self, p: &Place, amount: f64, changes: &mut Vec<Change>) {
+    /// Takes from around a place, but nothing from below a floor. Returns how much.
+    fn take_at(&mut self, p: &Place, amount: f64, floor: f64, changes: &mut Vec<Change>) -> f64 {
         let [nx, _, nz] = self.frame.size;
         let nearest = p.corners[usize::from(p.s >= 0.5) + 2 * usize::from(p.t >= 0.5)];
         let (x, z) = (nearest % nx, nearest / nx);
+        let mut taken = 0.0;
         for &(dx, dz, share) in self.brush {
             let at = self.frame.neighbour(z, dz, nz) * nx + self.frame.neighbour(x, dx, nx);
-            self.change(at, -amount * share, changes);
+            let part = (amount * share).min(self.sample(at) - floor);
+            if part > 0.0 {
+                self.change(at, -part, changes);
+                taken += part;
+            }
         }
+        taken
     }
 
     /// The way of one drop, as what it changes.
@@ -201,7 +208,8 @@ impl Ground<'_> {
             heading = turned.map(|v| v / length);
             at = self.wrapped([at[0] + heading[0], at[1] + heading[1]]);
             let Some(next) = self.place(at) else { return };
-            let down = self.height(&here) - self.height(&next);
+            let floor = self.height(&next);
+            let down = self.height(&here) - floor;
             let carries = rain.capacity * down.max(LEAST_SLOPE) * square_speed.sqrt() * water;
             if down < 0.0 || load > carries {
                 // Up: as much as fills the pit. Down: a share of what is too much.
@@ -211,8 +219,7 @@ impl Ground<'_> {
                 self.drop_at(&here, amount, changes);
             } else {
                 let amount = ((carries - load) * rain.erosion).min(down);
-                load += amount;
-                self.take_at(&here, amount, changes);
+                load += self.take_at(&here, amount, floor, changes);
             }
             square_speed = DRAG * square_speed + GRAVITY * down.max(0.0);
             water *= 1.0 - rain.evaporation;
@@ -317,6 +324,29 @@ mod tests {
         let before = hills(Edge::Clamp);
         let after = Rain::default().erode(before.clone(), &never).unwrap();
         assert!(total(&after.values) < total(&before.values));
+    }
+
+    #[test]
+    fn nothing_is_dug_deeper_or_piled_higher_than_all_was() {
+        let ramp = |edge: Edge| {
+            let frame = Frame::over([64, 1, 64], [0.0; 3], [2.0, 1.0, 2.0], edge).unwrap();
+            Samples::of(frame, |[x, _, _]| x, &never).unwrap()
+        };
+        for before in [hills(Edge::Repeat), hills(Edge::Clamp), ramp(Edge::Clamp), ramp(Edge::Repeat)] {
+            for brush in [1.0, 2.0, 4.0] {
+                let rain = Rain { drops: 5.0, brush, ..Rain::default() };
+                let after = rain.erode(before.clone(), &never).unwrap();
+                let range = |s: &Samples| {
+                    s.values.iter().fold([f64::MAX, f64::MIN], |[a, b], v| [v.min(a), v.max(b)])
+                };
+                let ([low, high], [least, most]) = (range(&before), range(&after));
+                let slack = 0.05 * (high - low);
+                assert!(
+                    least > low - slack && most < high + slack,
+                    "{brush}: {low}..{high}, {least}..{most}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! Normals and colours of hits, a batch at a time.
 
 use super::{Painter, Prepared};
+use crate::cast::Tolerance;
 use crate::num::{Dual, Many};
-use crate::scene::Finish;
+use crate::scene::{Aabb, Finish};
 use crate::tape::{Cells, Evaluator};
 use glam::DVec3;
 use std::sync::Arc;
@@ -25,7 +26,7 @@ const MAGENTA: DVec3 = DVec3::new(1.0, 0.0, 1.0);
 pub(super) struct Patch {
     /// Where.
     pub position: DVec3,
-    /// Unit normal, outwards.
+    /// Unit normal, outwards; where the bounds cut the solid, that of their face.
     pub normal: DVec3,
     /// Unit normal for the sake of light: the same but for bumps, of which the eye sees the sides that face it.
     pub shading: DVec3,
@@ -81,6 +82,33 @@ pub(super) struct Surface {
     is_shining: bool,
     bump: Option<Evaluator<Many<Dual, LANES>>>,
     painter: Option<Box<dyn Painter>>,
+    ends: Ends,
+}
+
+/// Where the solid ends with the bounds, and not by its field.
+#[derive(Clone, Copy)]
+struct Ends {
+    bounds: Aabb,
+    eye: DVec3,
+    tolerance: Tolerance,
+}
+
+impl Ends {
+    /// The normal of the face of the bounds that cuts the solid at a hit; none where the field ends it. Hits lie in front of
+    /// a surface, so where one is inside of the solid, its ray began there.
+    fn cut(&self, hit: DVec3, field: f64) -> Option<DVec3> {
+        if field >= 0.0 {
+            return None;
+        }
+        let Aabb { min, max } = self.bounds;
+        let (below, above) = ((hit - min).abs(), (max - hit).abs());
+        let nearest = below.min(above).min_element();
+        let face = DVec3::AXES.into_iter().find(|axis| below.min(above).dot(*axis) == nearest)?;
+        let rounding = 64.0 * f64::EPSILON * hit.abs().max(self.eye.abs()).max_element();
+        let is_on_it = nearest <= 4.0 * self.tolerance.at(hit.distance(self.eye)) + rounding;
+        let side = if above.dot(face) < below.dot(face) { 1.0 } else { -1.0 };
+        is_on_it.then_some(side * face)
+    }
 }
 
 impl Surface {
@@ -93,6 +121,7 @@ impl Surface {
             is_shining: scene.is_shining,
             bump: scene.bump.clone().map(Evaluator::new),
             painter: scene.painter.clone(),
+            ends: Ends { bounds: scene.settings.bounds, eye: scene.view.eye, tolerance: scene.tolerance },
         }
     }
 
@@ -175,7 +204,7 @@ impl Surface {
         let bump = self.bump.as_mut().map(|bump| *bump.eval(&duals));
         for (i, (position, direction)) in seen.enumerate() {
             let gradient = DVec3::from_array(field.0[i].grad);
-            let normal = gradient.try_normalize();
+            let normal = self.ends.cut(position, field.0[i].value).or_else(|| gradient.try_normalize());
             let rgb = |c: [[f64; LANES]; 3]| DVec3::new(c[0][i], c[1][i], c[2][i]);
             let (given, given_off) = (color.map_or(GREY, rgb), emission.map_or(DVec3::ZERO, rgb));
             let finish = finish.map_or(Patch::PLAIN.finish, |finish| finish.map(|lanes| lanes[i]));

@@ -106,21 +106,31 @@ impl<const N: usize> Code<N> for Inner<N> {
     }
 }
 
+/// How far around a region trajectories from there may come, in units of the greatest speed that is known by then.
+const REACHES: [f64; 4] = [1.25, 1.5, 2.0, 4.0];
+
 /// Whether what a flow carries has a value wherever the flow may carry points of a region to.
 pub(super) fn is_defined(flowed: &Flowed, region: [Interval; 3]) -> bool {
     let (velocity, field) = (flowed.velocity(), flowed.field());
     if velocity.is_total && field.is_total {
         return true;
     }
-    let size = region.iter().fold(0.0, |size: f64, side| size.max(side.width()));
     let mut speeds = Evaluator::<Interval>::new(velocity.tape.clone());
-    [0.25, 1.0, 4.0].map(|share| share * size).into_iter().any(|reach| {
+    let mut fastest = |around: &[Interval; 3]| {
+        speeds.eval(around);
+        (0..3).map(|axis| speeds.output(axis).mag()).fold(0.0, f64::max)
+    };
+    let mut speed = fastest(&region);
+    for farther in REACHES {
+        let reach = farther * speed;
         let around = region.map(|side| side + Interval::radius(reach));
-        speeds.eval(&around);
+        speed = fastest(&around);
         // Trajectories that begin in the region do not leave what is around it.
-        let is_reached = (0..3).map(|axis| speeds.output(axis).mag()).all(|speed| speed <= reach);
-        is_reached && velocity.tape.is_defined(&around) && field.tape.is_defined(&around)
-    })
+        if speed <= reach {
+            return velocity.tape.is_defined(&around) && field.tape.is_defined(&around);
+        }
+    }
+    false
 }
 
 /// Whether there may be regions where a flow carries nothing: its velocity may end somewhere.

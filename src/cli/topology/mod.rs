@@ -129,6 +129,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     check(args)?;
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.script, terminal)?;
+    let keeps = scene.surface.keep.map_or(Ok(()), |keep| session::topology::check(&scene, &keep));
+    keeps.map_err(|error| work::failure(error, &loaded, terminal))?;
     let origin = unflowed(&scene, &loaded, terminal);
     let scene = origin.as_ref().map_or(&*scene, |origin| &origin.scene);
     if let Some(Keep::Near { core, feature }) = scene.surface.keep {

@@ -198,6 +198,22 @@ fn a_box_throws_its_shadow_on_the_floor() {
     assert!((seen - lit).abs() < 1e-6 && picture.stats.shadow.rays == 0);
 }
 
+#[test]
+fn where_the_bounds_cut_a_solid_it_has_a_face() {
+    let mut build = Build::default();
+    let field = build.sphere(DVec3::ZERO, 4.0);
+    let mut scene = build.scene(field);
+    scene.sun.direction = DVec3::new(0.3, 0.2, 1.0).normalize();
+    let picture = shoot(&scene);
+    let at = |x: f64, y: f64| pixel_of(&picture, &scene, DVec3::new(x, y, 1.5));
+    for (x, y) in [(0.0, 0.0), (1.3, -0.9), (-1.3, 0.7), (0.4, 1.0)] {
+        let pixel = at(x, y);
+        assert_eq!((pixel.normal, pixel.color), ([0.0, 0.0, 1.0], at(0.1, 0.1).color), "{x} {y}");
+    }
+    let lit = 0.6 * scene.sun.irradiance.x / std::f64::consts::PI * scene.sun.direction.z;
+    assert!(f64::from(at(0.1, 0.1).color[0]) >= lit - 1e-3);
+}
+
 fn planet() -> Scene {
     let mut scene = ball();
     let scattering = DVec3::new(5.8, 13.5, 33.1);

@@ -5,26 +5,68 @@
 //! it. Numbers of minima are the same before and after; volumes are those before. All of it needs a flow that brings no two
 //! points to one place, and a point to every place of the solid; where that is not proven of its steps, nothing that follows
 //! from it is.
+//!
+//! A flowed solid may be moved, turned and scaled, and be made of values that one flow carries, as `f.flow(v) - 0.1` is:
+//! moves are taken back like flows, one after the other.
 
 use super::super::whereabouts;
 use crate::cast::{Judge, Ruling};
 use crate::diag::{Diagnostic, Place};
-use crate::expr::Node;
+use crate::expr::{Graph, Node, NodeId};
 use crate::field::Field;
+use crate::num::Interval;
 use crate::scene::{Aabb, Keep, Measure, Scene, Surface};
-use crate::tape::Flowed;
-use glam::DVec3;
+use crate::tape::{Evaluator, Flowed, Tape};
+use glam::{DMat3, DVec3};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A solid before it flowed.
+/// A solid before it flowed, or before a flowed one was moved.
 pub struct Before {
-    /// Its scene, without bounds unless the flow is known not to carry points of these far.
+    /// Its scene, without bounds unless it is known that points of these were not carried far.
     pub scene: Scene,
     /// What of it is kept.
     pub keep: Keep,
     /// What became of it.
-    pub flow: Proven,
+    pub way: Way,
+}
+
+/// What became of a solid.
+#[derive(Clone)]
+pub enum Way {
+    /// It flowed.
+    Flow(Proven),
+    /// It was moved, by a linear map that leads back to where its points were.
+    Move(Arc<Tape>),
+}
+
+impl Way {
+    /// Where points were before.
+    fn back(&self, points: &[DVec3]) -> Vec<DVec3> {
+        match self {
+            Way::Flow(Proven { flowed, .. }) => {
+                let axis = |axis: usize| points.iter().map(|p| p[axis]).collect::<Vec<f64>>();
+                let (before, _) = flowed.trace([&axis(0), &axis(1), &axis(2)]);
+                before.into_iter().map(DVec3::from_array).collect()
+            }
+            Way::Move(back) => {
+                let mut map = Evaluator::<f64>::new(back.clone());
+                let mut before = |p: &DVec3| {
+                    map.eval(&p.to_array());
+                    DVec3::from_array([0, 1, 2].map(|axis| *map.output(axis)))
+                };
+                points.iter().map(&mut before).collect()
+            }
+        }
+    }
+
+    /// Whether it is proven that it keeps what is connected.
+    fn is_proven(&self) -> bool {
+        match self {
+            Way::Flow(flow) => flow.one_to_one,
+            Way::Move(_) => true,
+        }
+    }
 }
 
 /// A flow, and whether it is proven that it is one to one, and of all that matters.
@@ -38,31 +80,105 @@ pub struct Proven {
 impl Before {
     /// Of the solid of a scene; none where that is no flowed one as a whole.
     pub fn of(scene: &Scene, keep: &Keep) -> Option<Before> {
+        let mut graph = Graph::clone(&scene.graph);
+        let field = graph.carried(scene.surface.field).ok()??;
+        let mut scene = scene.clone();
+        (scene.graph, scene.surface.field) = (Arc::new(graph), field);
+        let field = Field::new(&scene.graph, field);
+        match field.tape().flowed() {
+            Some(flowed) => Before::flowed(&scene, flowed.clone(), keep),
+            None => Before::moved(&scene, keep),
+        }
+    }
+
+    /// Before the flow that is the last of what became of it.
+    fn flowed(scene: &Scene, flowed: Arc<Flowed>, keep: &Keep) -> Option<Before> {
         let Node::Flow(flow, _) = scene.graph.node(scene.surface.field) else { return None };
-        let field = Field::new(&scene.graph, scene.surface.field);
-        let flowed = field.tape().flowed()?.clone();
         let mut before = scene.clone();
         before.surface.field = flow.field;
         before.bounds = match *keep {
-            Keep::Near { .. } => begun(&flowed, &whereabouts::region(scene, &field)),
+            Keep::Near { .. } => begun(&flowed, &whereabouts::region(scene, &field(scene))),
             _ => None,
-        };
-        let carried = |p: DVec3| DVec3::from_array(flowed.trace([&[p.x], &[p.y], &[p.z]]).0[0]);
-        let keep = match *keep {
-            Keep::Holding(p) => Keep::Holding(carried(p)),
-            Keep::Near { core, feature } => Keep::Near { core: carried(core), feature },
-            Keep::Most(_) | Keep::Share(_) => *keep,
         };
         let one_to_one = is_one_to_one(&flowed, [scene, &before]);
         let place = scene.graph.place(scene.surface.field).cloned();
-        Some(Before { scene: before, keep, flow: Proven { flowed, one_to_one, place } })
+        let way = Way::Flow(Proven { flowed, one_to_one, place });
+        Some(Before::new(before, carried(keep, &way, 1.0), way))
+    }
+
+    /// Before a move that leaves nothing flat.
+    fn moved(scene: &Scene, keep: &Keep) -> Option<Before> {
+        let Node::Flow(flow, p) = scene.graph.node(scene.surface.field).clone() else { return None };
+        let stretch = stretch(&scene.graph, p)?;
+        let back = Arc::new(Tape::new(&scene.graph, &p));
+        let mut graph = Graph::clone(&scene.graph);
+        let point = graph.point().ok()?;
+        let before = graph.flow(flow, point).ok()?;
+        if let Some(place) = graph.place(scene.surface.field).cloned() {
+            graph.set_place(before, &place);
+        }
+        let mut before = Scene {
+            graph: Arc::new(graph),
+            surface: Surface { field: before, ..scene.surface.clone() },
+            ..scene.clone()
+        };
+        before.bounds = match *keep {
+            Keep::Near { .. } => Some(image(&back, &whereabouts::region(scene, &field(scene)))),
+            _ => None,
+        };
+        let way = Way::Move(back);
+        Some(Before::new(before, carried(keep, &way, stretch), way))
+    }
+
+    fn new(mut scene: Scene, keep: Keep, way: Way) -> Before {
+        scene.surface.keep = scene.surface.keep.map(|_| keep);
+        Before { scene, keep, way }
     }
 
     /// That what the flow keeps is not proven.
     pub fn doubt(&self) -> Option<Diagnostic> {
+        let Way::Flow(flow) = &self.way else { return None };
         let warning = "it is not proven that the steps of the flow keep what the solid is connected with";
         let hint = "more steps, as in f.flow(v, #{ steps: 64 }), may prove it";
-        (!self.flow.one_to_one).then(|| Diagnostic::warning(warning).at(self.flow.place.clone()).hint(hint))
+        (!flow.one_to_one).then(|| Diagnostic::warning(warning).at(flow.place.clone()).hint(hint))
+    }
+}
+
+fn field(scene: &Scene) -> Field {
+    Field::new(&scene.graph, scene.surface.field)
+}
+
+/// What is kept of a solid before, which was so much larger.
+fn carried(keep: &Keep, way: &Way, stretch: f64) -> Keep {
+    let back = |p: DVec3| way.back(&[p])[0];
+    match *keep {
+        Keep::Holding(p) => Keep::Holding(back(p)),
+        Keep::Near { core, feature } => Keep::Near { core: back(core), feature: stretch * feature },
+        Keep::Most(_) | Keep::Share(_) => *keep,
+    }
+}
+
+/// How much longer ways are after a linear map of the point, on the mean of the directions; none for other maps, and for those
+/// that make space flat, or nearly so.
+fn stretch(graph: &Graph, p: [NodeId; 3]) -> Option<f64> {
+    let [Some(x), Some(y), Some(z)] = p.map(|row| graph.linear(row)) else { return None };
+    let volume = DMat3::from_cols(x, y, z).determinant().abs();
+    let most = x.length() * y.length() * z.length();
+    (volume > FLAT * most && most.is_finite()).then(|| libm::cbrt(volume))
+}
+
+/// The volume of what a unit cube is mapped to, as a share of the most that it could be with sides of the same lengths: maps with
+/// less are not told from flat ones.
+const FLAT: f64 = 1e-6;
+
+/// A box around where points of a box are mapped to.
+fn image(map: &Arc<Tape>, region: &Aabb) -> Aabb {
+    let mut sides = Evaluator::<Interval>::new(map.clone());
+    sides.eval(&region.intervals());
+    let side = |axis: usize| *sides.output(axis);
+    Aabb {
+        min: DVec3::from_array([0, 1, 2].map(|axis| side(axis).lo)),
+        max: DVec3::from_array([0, 1, 2].map(|axis| side(axis).hi)),
     }
 }
 
@@ -111,13 +227,11 @@ impl Origin {
         let mut found: Option<Origin> = None;
         loop {
             let scene = found.as_ref().map_or(scene, |found| &found.scene);
-            let keep = scene.surface.keep;
-            let Some(before) = Before::of(scene, &keep.unwrap_or(Keep::Most(Measure::Minima))) else { break };
+            let keep = scene.surface.keep.unwrap_or(Keep::Most(Measure::Minima));
+            let Some(before) = Before::of(scene, &keep) else { break };
             let doubt = before.doubt().or_else(|| cut(scene));
-            let kept = keep.map(|_| before.keep);
-            let surface = Surface { keep: kept, ..before.scene.surface.clone() };
             let doubts = found.take().into_iter().flat_map(|found| found.doubts).chain(doubt).collect();
-            found = Some(Origin { scene: Scene { surface, ..before.scene }, doubts });
+            found = Some(Origin { scene: before.scene, doubts });
         }
         found
     }
@@ -143,24 +257,21 @@ fn cut(scene: &Scene) -> Option<Diagnostic> {
     (!whereabouts::locate(scene, &field).is_whole).then(doubt)
 }
 
-/// Judges points by where they were before a flow.
+/// Judges points by where they were before.
 pub struct Carried {
     /// Says so of the solid before.
     pub judge: Box<dyn Judge>,
-    /// The flow.
-    pub flow: Proven,
+    /// What became of it.
+    pub way: Way,
 }
 
 impl Judge for Carried {
     fn judge(&mut self, points: &[DVec3], rulings: &mut [Ruling], cancel: &AtomicBool) {
-        let axis = |axis: usize| points.iter().map(|p| p[axis]).collect::<Vec<f64>>();
-        let (before, _) = self.flow.flowed.trace([&axis(0), &axis(1), &axis(2)]);
-        let before: Vec<DVec3> = before.into_iter().map(DVec3::from_array).collect();
-        self.judge.judge(&before, rulings, cancel);
-        rulings.iter_mut().for_each(|ruling| ruling.proven &= self.flow.one_to_one);
+        self.judge.judge(&self.way.back(points), rulings, cancel);
+        rulings.iter_mut().for_each(|ruling| ruling.proven &= self.way.is_proven());
     }
 
     fn clone_box(&self) -> Box<dyn Judge> {
-        Box::new(Carried { judge: self.judge.clone_box(), flow: self.flow.clone() })
+        Box::new(Carried { judge: self.judge.clone_box(), way: self.way.clone() })
     }
 }

@@ -3,7 +3,7 @@
 use super::carried::{Before, Carried};
 use super::local::{Joined, doubts, local};
 use super::store::Key;
-use super::{Analysis, Labels, Purpose, analyse, kept, unproven};
+use super::{Analysis, Labels, Purpose, analyse, check, kept, unproven};
 use crate::cast::{Judge, Ruling};
 use crate::diag::Diagnostic;
 use crate::field::{Field, Watch};
@@ -69,11 +69,12 @@ pub fn correction(
     threads: Option<NonZeroUsize>,
     watch: &Watch<'_>,
 ) -> Result<Correction, Box<Diagnostic>> {
+    check(scene, keep)?;
     if let Some(before) = Before::of(scene, keep) {
         let Correction { judge, mut warnings, local } =
             correction(&before.scene, &before.keep, threads, watch)?;
         warnings.extend(before.doubt());
-        return Ok(Correction { judge: Box::new(Carried { judge, flow: before.flow }), warnings, local });
+        return Ok(Correction { judge: Box::new(Carried { judge, way: before.way }), warnings, local });
     }
     if let Keep::Near { core, feature } = *keep {
         let local = local(scene, core, feature)?;

@@ -5,11 +5,12 @@
 
 use super::{Analysis, Part};
 use crate::cast::Ruling;
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Place};
 use crate::num::Interval;
-use crate::scene::{Aabb, Keep, Measure};
-use crate::tape::Evaluator;
+use crate::scene::{Aabb, Keep, Measure, Scene};
+use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// That it is not proven which components are kept.
 pub fn unproven(analysis: &Analysis, kept: &[Ruling]) -> Option<Diagnostic> {
@@ -115,13 +116,27 @@ fn largest(sizes: &[Interval]) -> Option<usize> {
     sizes.iter().position(|size| size.lo == most)
 }
 
+/// Whether the point that what a scene keeps is to hold is certain to be inside of its solid: that is soon known, and what
+/// the solid is connected with takes long.
+///
+/// # Errors
+/// Where it is not.
+pub fn check(scene: &Scene, keep: &Keep) -> Result<(), Box<Diagnostic>> {
+    let Keep::Holding(p) = *keep else { return Ok(()) };
+    let root = scene.surface.field;
+    certain(&Arc::new(Tape::new(&scene.graph, &[root])), p, scene.graph.place(root))
+}
+
+fn certain(tape: &Arc<Tape>, p: DVec3, place: Option<&Place>) -> Result<(), Box<Diagnostic>> {
+    let at = p.to_array().map(Interval::point);
+    let value = *Evaluator::<Interval>::new(tape.clone()).eval(&at);
+    let is_inside = value.hi < 0.0 && value.lo <= value.hi && tape.is_defined(&at);
+    if is_inside { Ok(()) } else { Err(Box::new(outside(p, value).at(place.cloned()))) }
+}
+
 /// The component that holds a point.
 fn holder(analysis: &Analysis, p: DVec3) -> Result<usize, Box<Diagnostic>> {
-    let at = p.to_array().map(Interval::point);
-    let value = *Evaluator::<Interval>::new(analysis.tape.clone()).eval(&at);
-    if !(value.hi < 0.0 && value.lo <= value.hi && analysis.tape.is_defined(&at)) {
-        return Err(Box::new(outside(p, value).at(analysis.place.clone())));
-    }
+    certain(&analysis.tape, p, analysis.place.as_ref())?;
     analysis.labels.clone().components(&[p])[0].ok_or_else(|| {
         let is_beyond = !analysis.region.holds(&Aabb { min: p, max: p });
         let (error, hint) = if is_beyond {

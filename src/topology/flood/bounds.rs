@@ -13,6 +13,7 @@ use crate::tape::{Cells, Evaluator, Tape};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Cells bounded together.
 const LANES: usize = 16;
@@ -20,9 +21,9 @@ const LANES: usize = 16;
 /// Cells that one thread takes at a time.
 const SHARE: usize = 512;
 
-/// What is known of boxes, in their order.
-pub(super) fn bound(cells: &Cells, boxes: &[Aabb]) -> Vec<Known> {
-    let share = |bounds: &mut Bounds, boxes: &[Aabb]| bounds.all(cells, boxes);
+/// What is known of boxes, in their order; nothing of those that are left when it is cancelled.
+pub(super) fn bound(cells: &Cells, boxes: &[Aabb], cancel: &AtomicBool) -> Vec<Known> {
+    let share = |bounds: &mut Bounds, boxes: &[Aabb]| bounds.all(cells, boxes, cancel);
     boxes.par_chunks(SHARE).map_init(|| Bounds::new(cells), share).collect::<Vec<_>>().concat()
 }
 
@@ -45,7 +46,7 @@ impl Bounds {
         }
     }
 
-    fn all(&mut self, cells: &Cells, boxes: &[Aabb]) -> Vec<Known> {
+    fn all(&mut self, cells: &Cells, boxes: &[Aabb], cancel: &AtomicBool) -> Vec<Known> {
         let mut known = vec![Known::NOTHING; boxes.len()];
         let places = boxes.iter().enumerate().map(|(i, cell)| {
             let x = cell.intervals();
@@ -53,6 +54,9 @@ impl Bounds {
         });
         let order = cells.tapes_around(places);
         for batch in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)).flat_map(|same| same.chunks(LANES)) {
+            if cancel.load(Ordering::Relaxed) {
+                break;
+            }
             let regions: [[Interval; 3]; LANES] =
                 std::array::from_fn(|lane| boxes[batch[lane.min(batch.len() - 1)].1].intervals());
             let tape = batch[0].0;

@@ -202,11 +202,11 @@ pub fn components(
     let (mut tree, mut joins) = (Tree::new(*region), Joins::default());
     let (mut cut, mut fresh) = (Vec::new(), vec![0]);
     loop {
-        watch.check()?;
         let boxes: Vec<Aabb> = fresh.iter().map(|&n| tree.cell(n)).collect();
-        for (&n, known) in fresh.iter().zip(bounds::bound(&cells, &boxes)) {
+        for (&n, known) in fresh.iter().zip(bounds::bound(&cells, &boxes, watch.cancel)) {
             tree.nodes[n as usize].known = known;
         }
+        watch.check()?;
         joins.learn(&mut tree, &cut, &fresh);
         let clusters = Clusters::new(&tree, &mut joins);
         (watch.progress)(clusters.settled(&tree));
