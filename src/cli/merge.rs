@@ -1,10 +1,10 @@
 //! `orogen merge`: parts of a picture to the whole.
 
 use super::options::picture_path;
-use super::report::{Outcome, err, plural};
+use super::report::{Failure, Outcome, err, plural};
 use crate::diag::Diagnostic;
 use crate::render::{self, Saved};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Put parts of a picture together
 ///
@@ -30,11 +30,20 @@ pub struct Args {
     output: PathBuf,
 }
 
+/// Whether two names are of one file that is there.
+fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let output = picture_path(args.output.clone())?;
     let error = |message: String| Diagnostic::error(message);
     render::can_save(&output).map_err(|e| error(e.to_string()))?;
+    if args.parts.iter().any(|part| is_same(part, &output)) {
+        let message = format!("{} is one of the parts, and would be lost", output.display());
+        return Err(Failure::usage(message, "choose another name for the whole with -o"));
+    }
     let parts: Result<Vec<Saved>, _> = args.parts.iter().map(|part| Saved::open(part)).collect();
     let parts = parts.map_err(|e| error(e.to_string()))?;
     let whole = render::merge(&parts, &output).map_err(|e| error(e.to_string()))?;

@@ -45,7 +45,7 @@ pub struct PictureOptions {
     pub output: Option<PathBuf>,
 
     /// Width and height in pixels, such as 1920x1080 [default: what the script says, or 800x600]
-    #[arg(long, value_name = "WxH")]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
     pub size: Option<Size>,
 
     /// Samples per pixel; more are smoother and slower [default: what the script says, or 4]
@@ -80,7 +80,7 @@ pub struct FileOptions {
     ///
     /// They are the same, bit for bit, as in the whole picture. A .png is as large as the region; an .exr has it as its
     /// data window within the picture.
-    #[arg(long, value_name = "X,Y,WxH", conflicts_with = "tile")]
+    #[arg(long, value_name = "X,Y,WxH", conflicts_with = "tile", allow_hyphen_values = true)]
     pub region: Option<Rect>,
 
     /// Renders the I-th of N parts of the picture, to NAME.IofN.png; `orogen merge` puts them together

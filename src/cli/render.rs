@@ -9,6 +9,7 @@ use super::report::{Failure, Outcome, Terminal, err};
 use super::snapshots::{Series, Sides};
 use super::stats;
 use super::work::{self, Work};
+use crate::diag::Diagnostic;
 use crate::render::{self, Format, Job, Part, Rect, Rough, Saved};
 use crate::session::{Digests, Session};
 use crate::world::{Disk, Kept, Memory};
@@ -61,7 +62,7 @@ pub struct Args {
     ///
     /// The script's `time` is the number over --fps, and --time more. Files are named by a pattern with a row of # for
     /// the number, NAME.####.png unless -o gives another.
-    #[arg(long, value_name = "A-B[:STEP]", conflicts_with_all = ["stats", "heatmap"])]
+    #[arg(long, value_name = "A-B[:STEP]", conflicts_with_all = ["stats", "heatmap"], allow_hyphen_values = true)]
     frames: Option<Frames>,
 
     /// Frames a second
@@ -83,7 +84,7 @@ pub struct Args {
     /// An evaluation that served a beam of rays is shared out among them. The scale leaves out the most
     /// expensive 0.5 % of the pixels, which have the colour of its end; the title says what is spent at
     /// most.
-    #[arg(long, value_name = "COST")]
+    #[arg(long, value_name = "COST", conflicts_with_all = ["tile", "region"])]
     heatmap: Option<Cost>,
 
     /// Refines the picture, and saves what it looks like when rough tiles of these sides are there: 128, 64 and so on to 1
@@ -95,7 +96,7 @@ pub struct Args {
 
     /// Finishes a part of the picture before the rest, from when rough tiles of the first side are there: left, top, width and
     /// height in pixels
-    #[arg(long, value_name = "X,Y,WxH", requires = "snapshots")]
+    #[arg(long, value_name = "X,Y,WxH", requires = "snapshots", allow_hyphen_values = true)]
     focus: Option<Rect>,
 }
 
@@ -168,6 +169,11 @@ fn render(mut work: Work, args: &Args, terminal: &Terminal) -> Outcome {
         Interrupt::listen(move || bar.say("stopping; what is finished is kept (Ctrl-C again quits at once)"));
     let loaded = work.session.load(&interrupt.flag());
     let scene = progress.aside(|| work::report(&loaded, terminal)).ok_or(Failure::Reported)?;
+    if let Some(focus) = args.focus {
+        let (width, height) = work.order.size.unwrap_or((scene.film.width, scene.film.height));
+        let within = Part::Region(focus).window(width, height);
+        within.map_err(|e| Diagnostic::error(e.to_string()).hint(e.hint()))?;
+    }
     let share = Mutex::new(0.0);
     let step = |p: render::Progress| {
         let done = p.done as f64 / p.total.max(1) as f64;

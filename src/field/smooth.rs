@@ -80,6 +80,8 @@ fn instead_of(op: &Op) -> &'static str {
         "smooth_intersection(a, b, radius) has continuous curvature where its parts do"
     } else if matches!(op, Op::Abs(_)) {
         "sqrt(x ** 2 + 0.01 ** 2) is abs(x) with a rounded tip"
+    } else if matches!(op, Op::Smoothstep(_)) {
+        "smootherstep(low, high, x) is smooth also where it begins and ends"
     } else {
         "use a function with continuous second derivatives in its place"
     }
