@@ -1,13 +1,14 @@
 //! Critical points and components of solids whose topology is known, or counted on a grid.
 
 use glam::{DMat3, DVec3};
+use orogen::cast::Ruling;
 use orogen::expr::NodeId;
 use orogen::field::{Extent, Field, Watch, extent};
 use orogen::num::{Interval, Jet, Many, Number, Taylor, Taylors};
 use orogen::render::{Job, Picture};
 use orogen::scene::{Aabb, Keep, Measure, Scene};
 use orogen::script::{Request, compile};
-use orogen::session::topology::{Analysis, Origin, Purpose, kept, unproven};
+use orogen::session::topology::{Analysis, Origin, Purpose, correction, kept, unproven};
 use orogen::session::{self, Order};
 use orogen::tape::{Evaluator, Tape};
 use orogen::topology::{Complex, CriticalPoint, Kind, Locator, Search, search};
@@ -512,6 +513,14 @@ fn flows_keep_components_or_are_in_doubt() {
     for (script, parts, doubts) in [
         (format!("{two}.flow(vec3(0, 0.1, 0))"), 2, 0),
         (format!("sphere(1.0).flow({push})"), 1, 0),
+        (
+            format!("{two}.flow(vec3(0, 0.1, 0)).translated([0.5, 0, 0]).rotated([0, 1, 0], 30).scaled(2.0)"),
+            2,
+            0,
+        ),
+        (format!("sphere(0.6).flow({push}) - 0.1"), 1, 0),
+        (format!("union(sphere(0.4).flow({push}), sphere(0.4).translated([3, 0, 0]).flow({push}))"), 2, 0),
+        (format!("(sphere(0.6).flow({push}).translated([0, 0.5, 0]) - 0.1).flow({push})"), 1, 0),
         ("sphere(1.0).flow(flow::by_noise(gradient(7).scaled(4.0), 1.0), #{ steps: 64 })".into(), 1, 0),
         ("sphere(1.0).flow(flow::by_noise(gradient(7).scaled(4.0), 1.0), #{ steps: 1 })".into(), 1, 1),
         ("sphere(1.0).flow(vec3(sqrt(x), 0, 0))".into(), 1, 1),
@@ -527,6 +536,55 @@ fn flows_keep_components_or_are_in_doubt() {
         let found = session::topology::analyse(&origin.scene, FRESH, &watch).expect("it is not cancelled");
         assert_eq!(found.parts.len(), parts, "{script}");
     }
+}
+
+/// Where paths along the axes end in saddles, as in sums of functions of one coordinate each, others lead on.
+#[test]
+fn sums_of_functions_of_one_coordinate_are_known_in_full() {
+    let well = |axis: char| format!("({axis} * {axis} - 1.0) * ({axis} * {axis} - 1.0)");
+    let wells = ['x', 'y', 'z'].map(well).join(" + ");
+    for (level, counts, euler) in
+        [(1.5, [8, 12, 0, 0], -4), (2.1, [8, 12, 6, 0], 2), (2.9, [8, 12, 6, 0], 2), (3.5, [8, 12, 6, 1], 1)]
+    {
+        let found = analysis(&format!("{wells} - {level}"));
+        let complex = found.proven().unwrap_or_else(|| panic!("all of {level} is proven"));
+        assert_eq!((complex.counts(), complex.euler()), (counts, euler), "{level}");
+        assert_eq!(complex.components.len(), 1);
+    }
+}
+
+/// What is neither flowed as a whole nor moved by a linear map is no flowed solid, and what is kept of one that is moved
+/// afterwards is judged where it was.
+#[test]
+fn flowed_solids_may_be_moved_and_mixed() {
+    let two = "union(sphere(1.0), sphere(1.0).translated([4, 0, 0])).flow(vec3(0, 0.1, 0))";
+    for other in [
+        "union(sphere(1.0).flow(vec3(0, 0.1, 0)), sphere(0.5))",
+        "sphere(1.0).flow(vec3(0, 0.1, 0)).at(vec3(x + 0.1 * sin(y), y, z))",
+        "sphere(1.0).flow(vec3(0, 0.1, 0)).at(vec3(x, y, 0.0))",
+        "union(sphere(1.0).flow(vec3(0, 0.1, 0)), sphere(1.0).flow(vec3(0, 0.2, 0)))",
+        "sphere(1.0)",
+    ] {
+        assert!(Origin::of(&scene(other)).is_none(), "{other}");
+    }
+    let moved = format!("(0.5 * {two} - 0.05).scaled(0.5).rotated([0, 0, 1], 90).translated([0, 0, 3])");
+    let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+    // Where the middles of the two are after all that.
+    let middles = [DVec3::new(-0.05, 0.0, 3.0), DVec3::new(-0.05, 2.0, 3.0)];
+    for kept in [0, 1] {
+        let [x, y, z] = middles[kept].to_array();
+        let scene = scene(&format!("component_of({moved}, [{x}, {y}, {z}])"));
+        let keep = scene.surface.keep.expect("it keeps one");
+        let mut judge = correction(&scene, &keep, None, &watch).expect("there is one").judge;
+        let mut rulings = [Ruling { kept: false, proven: false }; 2];
+        judge.judge(&middles, &mut rulings, watch.cancel);
+        assert_eq!(rulings.map(|ruling| ruling.kept), [kept == 0, kept == 1]);
+        assert!(rulings.iter().all(|ruling| ruling.proven));
+    }
+    let outside = scene(&format!("component_of({moved}, [0, 0, 0])"));
+    let keep = outside.surface.keep.expect("it keeps one");
+    let error = correction(&outside, &keep, None, &watch).err().expect("there is none");
+    assert!(error.message.contains("[0, 0, 0], the point of component_of"), "{error:?}");
 }
 
 /// Volumes of smooth solids are enclosed, and which is largest follows from them.

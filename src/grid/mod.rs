@@ -230,6 +230,9 @@ impl Samples {
     fn standardized(mut self, what: &'static str) -> Result<Self, Failure> {
         let (mean, variance) = self.moments();
         let deviation = variance.sqrt();
+        if let Some(index) = self.values.iter().position(|v| !v.is_finite()) {
+            return Err(Failure::Value { index, value: self.values[index] });
+        }
         if deviation == 0.0 || !deviation.is_finite() {
             return Err(Failure::Silent(what));
         }

@@ -267,14 +267,29 @@ fn both_ends(
         [end, if points[i].kind == Kind::Saddle1 { next() } else { end }]
     };
     let mut pairs: Vec<[End<usize>; 2]> = some.iter().map(&mut pair).collect();
-    // Where one path is enough, the other side may serve as well.
+    // Where one path is enough, others may serve as well.
     for (&i, ends) in some.iter().zip(&mut pairs) {
         if points[i].kind != Kind::Saddle1 && ends[0] == End::Lost {
-            let [_, forth] = sides(field, &points[i], 0.125 * region.diagonal());
-            *ends = [descend(field, arrival, region, &[forth])[0]; 2];
+            let starts: Vec<Start> = aslant(points[i].down)
+                .into_iter()
+                .flat_map(|down| {
+                    sides(field, &CriticalPoint { down, ..points[i] }, 0.125 * region.diagonal())
+                })
+                .filter(|start| start.radius > 0.0)
+                .collect();
+            let found = descend(field, arrival, region, &starts);
+            *ends = [found.into_iter().find(|end| *end != End::Lost).unwrap_or(End::Lost); 2];
         }
     }
     pairs
+}
+
+/// Directions at some angle to one, and that one. Fields that are sums of functions of one coordinate each fall from a
+/// 2-saddle along an axis, and come to rest in a 1-saddle; aslant they do not.
+fn aslant(v: DVec3) -> [DVec3; 5] {
+    let across = v.any_orthonormal_vector();
+    let aside = |a: f64, b: f64| (v + a * across + b * v.cross(across)).normalize();
+    [v, aside(0.5, 0.2), aside(-0.2, 0.5), aside(-0.5, -0.2), aside(0.2, -0.5)]
 }
 
 /// Where paths down both sides of a point begin: as far from it as the field is proven to fall all the way.
