@@ -11,11 +11,12 @@
 //! grows by one part to all sides in a dozen instructions.
 
 use super::super::search::{Balls, LANES};
+use super::bricks::Bricks;
 use super::grid::{Grid, Voxel};
 use crate::num::{Taylor, widest};
-use ahash::HashMap;
 use glam::DVec3;
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// Parts along an edge.
 const EDGE: usize = 4;
@@ -87,25 +88,44 @@ impl Parts {
         Parts(self.0 & !o.0)
     }
 
-    /// Of the cell so many cells farther along each axis, the parts that touch one of these; of this one, these as
-    /// well.
-    pub fn touching(self, offset: [i64; 3]) -> Parts {
-        let along = |bits: u64, ((shift, low), offset): ((u32, u64), i64)| {
-            let high = low << (3 * shift);
-            match offset {
-                0 => bits | (bits & !high) << shift | (bits & !low) >> shift,
-                1 => (bits & high) >> (3 * shift),
-                _ => (bits & low) << (3 * shift),
+    /// Of the cell so many cells farther along an axis, the parts that are beside one of these along it; of this one, these
+    /// as well.
+    fn along(self, axis: usize, offset: i64) -> Parts {
+        let (Parts(bits), (shift, low)) = (self, AXES[axis]);
+        let high = low << (3 * shift);
+        Parts(match offset {
+            0 => bits | (bits & !high) << shift | (bits & !low) >> shift,
+            1 => (bits & high) >> (3 * shift),
+            _ => (bits & low) << (3 * shift),
+        })
+    }
+
+    /// Of this cell, these parts and those that touch one of them.
+    fn touching(self) -> Parts {
+        self.along(0, 0).along(1, 0).along(2, 0)
+    }
+
+    /// The offsets of other cells with parts that touch one of these, and those parts.
+    fn touched(self, mut tell: impl FnMut([i64; 3], Parts)) {
+        for x in -1..=1 {
+            let beside = self.along(0, x);
+            for y in (-1..=1).filter(|_| beside.any()) {
+                let beside = beside.along(1, y);
+                for z in (-1..=1).filter(|_| beside.any()) {
+                    let beside = beside.along(2, z);
+                    if beside.any() && [x, y, z] != [0; 3] {
+                        tell([x, y, z], beside);
+                    }
+                }
             }
-        };
-        Parts(AXES.into_iter().zip(offset).fold(self.0, along))
+        }
     }
 
     /// Those of `room` that one comes to from these without leaving it.
     pub fn flood(self, room: Parts) -> Parts {
         let mut reached = self.and(room);
         loop {
-            let next = reached.touching([0; 3]).and(room);
+            let next = reached.touching().and(room);
             if next == reached {
                 return reached;
             }
@@ -172,92 +192,109 @@ pub struct Blocks {
     /// How often voxels are halved for them.
     pub level: u32,
     pub grid: Grid,
-    known: HashMap<Voxel, Block>,
+    known: Bricks<Option<Block>>,
+    count: usize,
 }
 
 impl Blocks {
     /// None yet of those that voxels halved so often make.
     pub fn new(voxels: &Grid, level: u32) -> Blocks {
-        Blocks { level, grid: voxels.halved(level), known: HashMap::default() }
+        Blocks { level, grid: voxels.halved(level), known: Bricks::new(), count: 0 }
     }
 
     /// What is known of one that was looked at last.
     pub fn get(&self, voxel: Voxel) -> Block {
-        self.known.get(&voxel).copied().unwrap_or_default()
+        self.known.get(voxel).unwrap_or_default()
     }
 
     /// Looks at cells, at most [`LANES`] of them.
     pub fn look(&mut self, field: &mut Balls, voxels: &[Voxel]) {
-        if self.known.len() > KNOWN {
+        if self.count > KNOWN {
             self.known.clear();
+            self.count = 0;
         }
         let new: Vec<Voxel> =
-            voxels.iter().copied().filter(|voxel| !self.known.contains_key(voxel)).collect();
+            voxels.iter().copied().filter(|voxel| self.known.get(*voxel).is_none()).collect();
         if new.is_empty() {
             return;
         }
         let balls: Vec<(DVec3, f64)> = new.iter().map(|&voxel| self.grid.ball(voxel)).collect();
         let values = *field.eval(balls.iter().copied());
+        self.count += new.len();
         for (i, (voxel, (centre, radius))) in new.into_iter().zip(balls).enumerate() {
             let is_known = field.is_within(centre, radius) && field.is_defined_around(centre, radius);
-            self.known.insert(voxel, Block::new(&values.lane(i), self.grid.size() / radius, is_known));
+            let block = Block::new(&values.lane(i), self.grid.size() / radius, is_known);
+            *self.known.at(voxel) = Some(block);
         }
     }
+}
+
+/// What a flood knows of a cell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reached {
+    /// What was taken in, and what touches that.
+    within: Parts,
+    touched: Parts,
+    /// Whether it is to be gone on from.
+    waits: bool,
 }
 
 /// A flood from part to part of cells, which takes in what touches.
 #[derive(Debug)]
 pub struct Flood {
-    /// What was taken in, and what touches that.
-    cells: HashMap<Voxel, [Parts; 2]>,
-    waiting: BTreeSet<(u64, Voxel)>,
+    cells: Bricks<Reached>,
+    /// How many are touched.
+    count: usize,
+    waiting: BinaryHeap<Reverse<(u64, Voxel)>>,
 }
 
 impl Flood {
     /// From the part that holds a place.
     pub fn new(grid: &Grid, at: DVec3) -> Flood {
         let voxel = grid.voxel(at);
-        let touched = Parts::of(grid, voxel, at);
-        Flood {
-            cells: HashMap::from_iter([(voxel, [Parts::NONE, touched])]),
-            waiting: BTreeSet::from([(0, voxel)]),
-        }
+        let mut cells = Bricks::new();
+        *cells.at(voxel) = Reached { within: Parts::NONE, touched: Parts::of(grid, voxel, at), waits: true };
+        Flood { cells, count: 1, waiting: BinaryHeap::from([Reverse((0, voxel))]) }
     }
 
     /// Some cells to go on from: of those that are touched, the ones of least cost.
     pub fn next(&mut self) -> Vec<Voxel> {
-        (0..LANES).map_while(|_| self.waiting.pop_first()).map(|(_, voxel)| voxel).collect()
+        let next = |_| self.waiting.pop().map(|Reverse((_, voxel))| voxel);
+        let batch: Vec<Voxel> = (0..LANES).map_while(next).collect();
+        batch.iter().for_each(|&voxel| self.cells.at(voxel).waits = false);
+        batch
     }
 
     /// How many cells it touches.
     pub fn len(&self) -> usize {
-        self.cells.len()
+        self.count
     }
 
     /// Takes in what is touched of a cell, within these of its parts; returns what is new.
     pub fn take(&mut self, voxel: Voxel, room: Parts, cost: impl Fn(Voxel) -> u64) -> Parts {
-        let [within, touched] = self.cells.entry(voxel).or_default();
-        let fresh = touched.flood(room).without(*within);
-        *within = within.or(fresh);
-        if fresh.any() {
-            for beside in voxel.beside().filter(|beside| *beside != voxel) {
-                let touched = fresh.touching(std::array::from_fn(|axis| beside.0[axis] - voxel.0[axis]));
-                if !touched.any() {
-                    continue;
-                }
-                let [within, before] = self.cells.entry(beside).or_default();
-                if touched.without(*before).without(*within).any() {
-                    *before = before.or(touched);
-                    self.waiting.insert((cost(beside), beside));
-                }
+        let Flood { cells, count, waiting } = self;
+        let reached = cells.at(voxel);
+        let fresh = reached.touched.flood(room).without(reached.within);
+        reached.within = reached.within.or(fresh);
+        fresh.touched(|offset, touched| {
+            let beside = Voxel(std::array::from_fn(|axis| voxel.0[axis] + offset[axis]));
+            let reached = cells.at(beside);
+            if !touched.without(reached.touched).without(reached.within).any() {
+                return;
             }
-        }
+            *count += usize::from(!reached.touched.any());
+            reached.touched = reached.touched.or(touched);
+            if !reached.waits {
+                reached.waits = true;
+                waiting.push(Reverse((cost(beside), beside)));
+            }
+        });
         fresh
     }
 
     /// What was taken in.
     pub fn within(self) -> Vec<(Voxel, Parts)> {
-        let cells = self.cells.into_iter().map(|(voxel, [within, _])| (voxel, within));
+        let cells = self.cells.all().map(|(voxel, reached)| (voxel, reached.within));
         cells.filter(|(_, within)| within.any()).collect()
     }
 }
@@ -276,14 +313,15 @@ mod tests {
         for part in 0..64 {
             let one = Parts(1 << part);
             let [from] = places(one)[..] else { panic!("one part") };
-            let mut touched = Vec::new();
-            for offset in Voxel([0; 3]).beside().map(|Voxel(offset)| offset) {
-                for at in places(one.touching(offset)) {
-                    touched.push([0, 1, 2].map(|axis| at[axis] + 4 * offset[axis]));
-                }
-            }
+            let mut touched = places(one.touching());
+            one.touched(|offset, parts| {
+                touched
+                    .extend(places(parts).iter().map(|at| [0, 1, 2].map(|axis| at[axis] + 4 * offset[axis])));
+            });
             touched.sort_unstable();
-            let mut beside: Vec<[i64; 3]> = Voxel(from).beside().map(|Voxel(at)| at).collect();
+            let mut beside: Vec<[i64; 3]> = (0..27)
+                .map(|i| [from[0] + i % 3 - 1, from[1] + i / 3 % 3 - 1, from[2] + i / 9 - 1])
+                .collect();
             beside.sort_unstable();
             assert_eq!(touched, beside);
         }

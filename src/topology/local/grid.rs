@@ -7,14 +7,6 @@ use glam::DVec3;
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct Voxel(pub [i64; 3]);
 
-impl Voxel {
-    /// All that touch it, and itself.
-    pub fn beside(self) -> impl Iterator<Item = Voxel> {
-        let Voxel(at) = self;
-        box_of(at.map(|i| i - 1), at.map(|i| i + 1))
-    }
-}
-
 /// The grid that space is cut up into.
 ///
 /// Its origin is beside the one of space by a share of a voxel that is far from every simple fraction: the critical

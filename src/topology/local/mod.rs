@@ -38,6 +38,7 @@
 //! way.
 
 mod blocks;
+mod bricks;
 mod cache;
 mod core;
 mod counters;

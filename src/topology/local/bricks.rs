@@ -1,0 +1,93 @@
+//! Something about each of many cells of a grid that are next to one another.
+//!
+//! Floods ask about a cell and all that touch it, again and again. So cells are kept in bricks of four along each axis, each
+//! of which is one entry of a table; and the brick that was asked for last is at hand.
+
+use super::grid::Voxel;
+use ahash::RandomState;
+use std::collections::HashMap;
+
+/// Cells along an edge of a brick, as a power of two.
+const EDGE: u32 = 2;
+
+/// Cells of a brick.
+const COUNT: usize = 1 << (3 * EDGE);
+
+/// A value for every cell of a grid, most of which have none yet: that of [`Default`].
+#[derive(Clone, Debug)]
+pub struct Bricks<T> {
+    numbers: HashMap<[i64; 3], usize, RandomState>,
+    bricks: Vec<([i64; 3], [T; COUNT])>,
+    /// The number of the brick that was asked for last.
+    last: usize,
+}
+
+impl<T: Copy + Default> Bricks<T> {
+    /// Without any brick.
+    pub fn new() -> Bricks<T> {
+        Bricks { numbers: HashMap::default(), bricks: Vec::new(), last: 0 }
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.numbers.clear();
+        self.bricks.clear();
+        self.last = 0;
+    }
+
+    /// What is known of a cell, to be changed.
+    pub fn at(&mut self, voxel: Voxel) -> &mut T {
+        let name = voxel.0.map(|i| i >> EDGE);
+        if self.bricks.get(self.last).is_none_or(|brick| brick.0 != name) {
+            let bricks = &mut self.bricks;
+            self.last = *self.numbers.entry(name).or_insert_with(|| {
+                bricks.push((name, [T::default(); COUNT]));
+                bricks.len() - 1
+            });
+        }
+        &mut self.bricks[self.last].1[place(voxel)]
+    }
+
+    /// What is known of a cell.
+    pub fn get(&self, voxel: Voxel) -> T {
+        let name = voxel.0.map(|i| i >> EDGE);
+        let number = self.numbers.get(&name);
+        number.map_or_else(T::default, |&number| self.bricks[number].1[place(voxel)])
+    }
+
+    /// All cells of all bricks.
+    pub fn all(&self) -> impl Iterator<Item = (Voxel, T)> + '_ {
+        self.bricks.iter().flat_map(|(name, cells)| {
+            cells.iter().enumerate().map(|(i, cell)| {
+                let within = |axis: u32| (i >> (axis * EDGE)) as i64 & ((1 << EDGE) - 1);
+                (Voxel([0, 1, 2].map(|axis| (name[axis as usize] << EDGE) + within(axis))), *cell)
+            })
+        })
+    }
+}
+
+/// Where a cell is in its brick.
+fn place(Voxel(at): Voxel) -> usize {
+    let within = |i: i64| (i & ((1 << EDGE) - 1)) as usize;
+    within(at[0]) + (within(at[1]) << EDGE) + (within(at[2]) << (2 * EDGE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cell_has_a_value_of_its_own() {
+        let mut bricks = Bricks::<i64>::new();
+        let cells = || (0..1000_i64).map(|i| Voxel([i % 10 - 5, i / 10 % 10 - 3, i / 100 + (1 << 40)]));
+        let number = |voxel: Voxel| 1 + voxel.0[0] + 100 * voxel.0[1] + 10_000 * voxel.0[2];
+        cells().for_each(|voxel| *bricks.at(voxel) = number(voxel));
+        assert!(cells().all(|voxel| bricks.get(voxel) == number(voxel)));
+        let told: Vec<(Voxel, i64)> = bricks.all().filter(|(_, n)| *n != 0).collect();
+        assert_eq!(told.len(), 1000);
+        assert!(told.into_iter().all(|(voxel, n)| n == number(voxel)));
+        assert_eq!(bricks.get(Voxel([100, 0, 0])), 0);
+        bricks.clear();
+        assert_eq!((bricks.get(Voxel([0, 0, 1 << 40])), bricks.all().count()), (0, 0));
+    }
+}
