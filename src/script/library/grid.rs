@@ -75,7 +75,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
             "min, max: corners, in place of extent and center",
             "like: another grid, in place of all these",
             "volume: in all three directions; else it is the plane y = 0, and the same above and below",
-            "repeat: else it is constant beyond the edge",
+            "repeat: else it comes to rest within two samples beyond the edge",
         ],
     );
     with_options(

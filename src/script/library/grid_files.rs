@@ -17,7 +17,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
             "extent: its length along x; its pixels are square",
             "height: of white in a PNG, of one unit in an EXR; black and zero are 0",
             "center",
-            "repeat: else it is constant beyond the edge",
+            "repeat: else it comes to rest within two samples beyond the edge",
             "channel: \"R\", \"A\" and so on, or a name in an EXR; else it is the brightness of a PNG, or the first of Y, R and Z in an EXR",
         ],
     );
