@@ -8,8 +8,7 @@
 use ahash::RandomState;
 use std::collections::HashMap;
 use std::hash::Hash;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Shards of a table.
 const SHARDS: usize = 64;
@@ -24,8 +23,6 @@ pub struct Cache<K, V> {
     hasher: RandomState,
     /// Entries of a shard at most.
     capacity: usize,
-    asked: AtomicU64,
-    known: AtomicU64,
 }
 
 #[derive(Debug)]
@@ -34,6 +31,8 @@ struct Shard<K, V> {
     /// Counts uses.
     clock: u64,
     picture: u64,
+    /// Times that something was asked for, and that it was there.
+    hits: [u64; 2],
 }
 
 #[derive(Debug)]
@@ -47,23 +46,18 @@ struct Entry<V> {
 impl<K: Hash + Eq + Clone, V: Clone> Cache<K, V> {
     /// A table of so many entries at most.
     pub fn new(capacity: usize) -> Cache<K, V> {
-        let shard = || Mutex::new(Shard { entries: HashMap::default(), clock: 0, picture: 0 });
+        let shard = || Mutex::new(Shard { entries: HashMap::default(), clock: 0, picture: 0, hits: [0; 2] });
         Cache {
             shards: (0..SHARDS).map(|_| shard()).collect(),
             // The same in every run, so that what a full shard drops is not left to chance.
             hasher: RandomState::with_seeds(1, 2, 3, 4),
             capacity: capacity.div_ceil(SHARDS).max(2),
-            asked: AtomicU64::new(0),
-            known: AtomicU64::new(0),
         }
     }
 
     /// What is known of a key.
     pub fn get(&self, key: &K) -> Option<V> {
-        let value = self.shard(key).get(key);
-        self.asked.fetch_add(1, Ordering::Relaxed);
-        self.known.fetch_add(u64::from(value.is_some()), Ordering::Relaxed);
-        value
+        self.shard(key).get(key)
     }
 
     /// Stores what was found.
@@ -74,22 +68,25 @@ impl<K: Hash + Eq + Clone, V: Clone> Cache<K, V> {
     /// Stores, and returns, what is to be known from now on in the light of what is.
     pub fn update(&self, key: K, value: impl FnOnce(Option<&V>) -> V) -> V {
         let mut shard = self.shard(&key);
-        let value = value(shard.entries.get(&key).map(|entry| &entry.value));
-        if shard.entries.len() >= self.capacity && !shard.entries.contains_key(&key) {
+        shard.clock += 1;
+        let (used, picture) = (shard.clock, shard.picture);
+        if let Some(entry) = shard.entries.get_mut(&key) {
+            *entry = Entry { value: value(Some(&entry.value)), used, picture };
+            return entry.value.clone();
+        }
+        if shard.entries.len() >= self.capacity {
             shard.halve();
         }
-        shard.clock += 1;
-        let entry = Entry { value: value.clone(), used: shard.clock, picture: shard.picture };
-        shard.entries.insert(key, entry);
+        let value = value(None);
+        shard.entries.insert(key, Entry { value: value.clone(), used, picture });
         value
     }
 
     /// Another picture begins: drops what is old, and counts anew.
     pub fn turn(&self) {
-        self.asked.store(0, Ordering::Relaxed);
-        self.known.store(0, Ordering::Relaxed);
         for shard in &self.shards {
-            let mut shard = shard.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut shard = lock(shard);
+            shard.hits = [0; 2];
             shard.picture += 1;
             let now = shard.picture;
             shard.entries.retain(|_, entry| entry.picture + AGE >= now);
@@ -98,25 +95,31 @@ impl<K: Hash + Eq + Clone, V: Clone> Cache<K, V> {
 
     /// Entries.
     pub fn len(&self) -> usize {
-        self.shards.iter().map(|s| s.lock().unwrap_or_else(PoisonError::into_inner).entries.len()).sum()
+        self.shards.iter().map(|shard| lock(shard).entries.len()).sum()
     }
 
     /// Times that something was asked for, and of these, the ones that it was there.
     pub fn hits(&self) -> [u64; 2] {
-        [&self.asked, &self.known].map(|n| n.load(Ordering::Relaxed))
+        let hits = self.shards.iter().map(|shard| lock(shard).hits);
+        hits.fold([0; 2], |[asked, known], [a, k]| [asked + a, known + k])
     }
 
-    fn shard(&self, key: &K) -> std::sync::MutexGuard<'_, Shard<K, V>> {
-        let shard = &self.shards[self.hasher.hash_one(key) as usize % SHARDS];
-        // A thread that panicked left a table that is whole.
-        shard.lock().unwrap_or_else(PoisonError::into_inner)
+    fn shard(&self, key: &K) -> MutexGuard<'_, Shard<K, V>> {
+        lock(&self.shards[self.hasher.hash_one(key) as usize % SHARDS])
     }
+}
+
+fn lock<K, V>(shard: &Mutex<Shard<K, V>>) -> MutexGuard<'_, Shard<K, V>> {
+    // A thread that panicked left a table that is whole.
+    shard.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl<K: Hash + Eq, V: Clone> Shard<K, V> {
     fn get(&mut self, key: &K) -> Option<V> {
+        self.hits[0] += 1;
         let entry = self.entries.get_mut(key)?;
         self.clock += 1;
+        self.hits[1] += 1;
         (entry.used, entry.picture) = (self.clock, self.picture);
         Some(entry.value.clone())
     }

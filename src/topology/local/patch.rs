@@ -133,7 +133,7 @@ impl Patches {
         let mut answers = vec![Answer::Unknown; points.len()];
         let mut active: Vec<Chase> = points.iter().enumerate().map(|(i, at)| Chase::new(i, *at)).collect();
         let mut ended: Vec<Chase> = Vec::new();
-        let mut memo = Memo::default();
+        let mut memo = Memo::with_capacity_and_hasher(2 * points.len(), RandomState::default());
         while !active.is_empty() {
             let (mut wanted, mut around) = (Vec::new(), Vec::new());
             let mut next = Vec::with_capacity(active.len());
@@ -215,6 +215,9 @@ impl Patches {
         let known = if answer.is_proven() { None } else { trail.iter().find_map(proven) };
         let answer = known.unwrap_or(answer);
         for key in trail {
+            if matches!(memo.get(key), Some(Patch::Known(known)) if *known == answer) {
+                continue;
+            }
             let patch = self.cells.update(*key, |old| match old {
                 Some(Patch::Known(before)) => Patch::Known(answer.unless_proven(Some(before))),
                 _ => Patch::Known(answer),
