@@ -295,17 +295,16 @@ pub(in crate::noise) fn locals<S: Spot>(
                         let drawn = Drawn::of(&draw, (&cells, begin), slot, &balls);
                         for i in (0..LANES.min(cells.count - begin)).filter(|&i| drawn.is_near[i]) {
                             let node = drawn.node(i);
-                            blocks.iter_mut().for_each(
-                                #[inline(always)]
-                                |block| block.add(&draw, spot, node),
-                            );
+                            // What is called here must be inlined, and `for_each` seldom is.
+                            for block in blocks.iter_mut() {
+                                block.add(&draw, spot, node);
+                            }
                         }
                     }
                 }
-                blocks.iter_mut().for_each(
-                    #[inline(always)]
-                    |block| block.limit(global, rounding),
-                );
+                for block in blocks.iter_mut() {
+                    block.limit(global, rounding);
+                }
             },
         );
         for i in 0..balls.count {

@@ -244,18 +244,60 @@ impl<const B: usize> Taylors<B> {
         let balls = at.each_ref().map(|at| &at[..count]);
         k.locals(Order::Hessian, balls, &radius[..count], &mut locals[..count]);
         let (bounds, growing) = (k.bounds(), Growing::new(k));
+        let mut told = Told { parts: [[0.0; B]; PARTS] };
+        for i in 0..B {
+            told.set(
+                i,
+                &if blind[i] {
+                    (Local::uniform(UNSEEN, bounds), growing.at(size(&Argument::at(p, i))))
+                } else {
+                    locals[seen[i]]
+                },
+            );
+        }
         self.fill_widest(
             #[inline(always)]
             |i| {
-                let x = Argument::at(p, i);
-                let (local, error) = if blind[i] {
-                    (Local::uniform(UNSEEN, bounds), growing.at(size(&x)))
-                } else {
-                    locals[seen[i]]
-                };
-                Taylor::composed(&Known::new(&local, error, far[i]), &x)
+                let (local, error) = told.lane(i);
+                Taylor::composed(&Known::new(&local, error, far[i]), &Argument::at(p, i))
             },
         );
+    }
+}
+
+/// Numbers that say what a kernel knows of a ball, and how far its jet may be off.
+const PARTS: usize = 21;
+
+/// What a kernel knows of balls, as a structure of arrays: a loop that picks each from somewhere is not vectorised.
+struct Told<const B: usize> {
+    parts: [[f64; B]; PARTS],
+}
+
+impl<const B: usize> Told<B> {
+    fn set(&mut self, i: usize, (local, error): &(Local, [f64; 3])) {
+        let Local { jet, bounds, bow, sag, turn } = *local;
+        let ([x, y, z], [xx, yy, zz, xy, xz, yz], [e0, e1, e2]) = (jet.grad, jet.hess, *error);
+        let Bounds { range, lipschitz, hessian, third } = bounds;
+        let parts: [f64; PARTS] = [
+            jet.value, x, y, z, xx, yy, zz, xy, xz, yz, range, lipschitz, hessian, third, bow.lo, bow.hi,
+            sag, turn, e0, e1, e2,
+        ];
+        for (lanes, part) in self.parts.iter_mut().zip(parts) {
+            lanes[i] = part;
+        }
+    }
+
+    #[inline(always)]
+    fn lane(&self, i: usize) -> (Local, [f64; 3]) {
+        let part = |k: usize| self.parts[k][i];
+        let jet = Point {
+            value: part(0),
+            grad: [part(1), part(2), part(3)],
+            hess: [part(4), part(5), part(6), part(7), part(8), part(9)],
+        };
+        let bounds = Bounds { range: part(10), lipschitz: part(11), hessian: part(12), third: part(13) };
+        let bow = Interval { lo: part(14), hi: part(15) };
+        (Local { jet, bounds, bow, sag: part(16), turn: part(17) }, [part(18), part(19), part(20)])
     }
 }
 

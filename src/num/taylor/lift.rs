@@ -90,10 +90,8 @@ impl<const N: usize, const B: usize> Partials<N, B> {
                 [out.grad[i][l], out.vague[i][l]] = here[i];
             }
         }
-        for l in 0..B {
-            if (0..N).any(|i| out.vague[i][l].is_nan()) {
-                out.settle(f, x, l);
-            }
+        if is_any(&out.vague, f64::is_nan) {
+            out.settle(f, x);
         }
         if f.is_quadratic() {
             let same = f.hess([ZERO; N]);
@@ -112,9 +110,13 @@ impl<const N: usize, const B: usize> Partials<N, B> {
                     (out.hess[i][j][l], out.spread[i][j][l]) = (bend[i][j].mid(), bend[i][j].rad());
                 }
             }
-            if (0..N).any(|i| (0..=i).any(|j| !out.spread[i][j][l].is_finite())) {
-                out.crease(f, x, l);
-            }
+        }
+        let mut creased = false;
+        for i in 0..N {
+            creased |= is_any(&out.spread[i][..=i], |spread| !spread.is_finite());
+        }
+        if creased {
+            out.crease(f, x);
         }
         for i in 0..N {
             for j in i + 1..N {
@@ -128,34 +130,60 @@ impl<const N: usize, const B: usize> Partials<N, B> {
 impl<const N: usize, const B: usize> Partials<N, B> {
     /// At a crease first partial derivatives over the boxes say what second ones do not.
     #[cold]
-    fn crease<F: Function<N>>(&mut self, f: &F, x: &[&Taylors<B>; N], l: usize) {
-        for (i, range) in f.grad(boxes(x, l)).into_iter().enumerate() {
-            let grad = self.grad[i][l];
-            let sway = choose(range.hi - grad > grad - range.lo, range.hi - grad, grad - range.lo);
-            self.sway[i][l] = choose(sway.is_finite(), sway, f64::INFINITY);
+    fn crease<F: Function<N>>(&mut self, f: &F, x: &[&Taylors<B>; N]) {
+        for l in 0..B {
+            if (0..N).all(|i| (0..=i).all(|j| self.spread[i][j][l].is_finite())) {
+                continue;
+            }
+            for (i, range) in f.grad(boxes(x, l)).into_iter().enumerate() {
+                let grad = self.grad[i][l];
+                let sway = choose(range.hi - grad > grad - range.lo, range.hi - grad, grad - range.lo);
+                self.sway[i][l] = choose(sway.is_finite(), sway, f64::INFINITY);
+            }
         }
     }
 
     /// Takes first partial derivatives from intervals where numbers are too small, or too large, for their rounding
     /// to be known.
     #[cold]
-    fn settle<F: Function<N>>(&mut self, f: &F, x: &[&Taylors<B>; N], l: usize) {
-        let ranges = f.grad(points(x, l));
-        for i in 0..N {
-            (self.grad[i][l], self.vague[i][l]) = (ranges[i].mid(), ranges[i].rad());
+    fn settle<F: Function<N>>(&mut self, f: &F, x: &[&Taylors<B>; N]) {
+        for l in 0..B {
+            if (0..N).any(|i| self.vague[i][l].is_nan()) {
+                let ranges = f.grad(points(x, l));
+                for i in 0..N {
+                    (self.grad[i][l], self.vague[i][l]) = (ranges[i].mid(), ranges[i].rad());
+                }
+            }
         }
     }
 }
 
-/// The value in the centre from an interval, and how far off it may be.
+/// Takes values in the centre from intervals where it is not known how far they may be off.
 #[cold]
-fn settled<F: Function<N>, const N: usize, const B: usize>(
+fn settle<F: Function<N>, const N: usize, const B: usize>(
     f: &F,
     x: &[&Taylors<B>; N],
-    l: usize,
-) -> [f64; 2] {
-    let range = f.range(points(x, l));
-    [range.mid(), range.rad()]
+    [value, vague]: [&mut [f64; B]; 2],
+) {
+    for l in 0..B {
+        if vague[l].is_nan() {
+            let range = f.range(points(x, l));
+            (value[l], vague[l]) = (range.mid(), range.rad());
+        }
+    }
+}
+
+/// Whether something is so in any lane. A loop that left off at the first, or called what is rare, would not be
+/// vectorised.
+#[inline(always)]
+fn is_any<const B: usize>(all: &[[f64; B]], test: impl Fn(f64) -> bool) -> bool {
+    let mut any = false;
+    for lanes in all {
+        for l in 0..B {
+            any |= test(lanes[l]);
+        }
+    }
+    any
 }
 
 /// The arguments in the centre.
@@ -249,10 +277,8 @@ impl<const B: usize> Taylors<B> {
                 }
             };
         }
-        for l in 0..B {
-            if vague[l].is_nan() {
-                [value[l], vague[l]] = settled(f, x, l);
-            }
+        if is_any(&[vague], f64::is_nan) {
+            settle(f, x, [&mut value, &mut vague]);
         }
         for l in 0..B {
             let mut lane = self.lane(l);
