@@ -564,6 +564,8 @@ fn flowed_solids_may_be_moved_and_mixed() {
         "sphere(1.0).flow(vec3(0, 0.1, 0)).at(vec3(x, y, 0.0))",
         "union(sphere(1.0).flow(vec3(0, 0.1, 0)), sphere(1.0).flow(vec3(0, 0.2, 0)))",
         "sphere(1.0)",
+        // It is not known where to look for what goes on and on.
+        "gradient(3).flow(vec3(0, 0.1, 0)).scaled(0.01)",
     ] {
         assert!(Origin::of(&scene(other)).is_none(), "{other}");
     }
@@ -580,6 +582,15 @@ fn flowed_solids_may_be_moved_and_mixed() {
         judge.judge(&middles, &mut rulings, watch.cancel);
         assert_eq!(rulings.map(|ruling| ruling.kept), [kept == 0, kept == 1]);
         assert!(rulings.iter().all(|ruling| ruling.proven));
+    }
+    // Flows that turn points by about a radian are no different.
+    for inside in [
+        "component_of(sphere(1.0).flow(vec3(-z, 0, x)), [0.5, 0, 0])",
+        "component_of(sphere(1.0).flow(vec3(-2 * z, 0, 2 * x)).translated([3, 0, 0]), [3.5, 0, 0])",
+    ] {
+        let scene = scene(inside);
+        let keep = scene.surface.keep.expect("it keeps one");
+        assert!(correction(&scene, &keep, None, &watch).is_ok(), "{inside}");
     }
     let outside = scene(&format!("component_of({moved}, [0, 0, 0])"));
     let keep = outside.surface.keep.expect("it keeps one");

@@ -10,6 +10,7 @@ mod carried;
 mod derivative;
 mod fold;
 mod graph;
+mod linear;
 pub mod text;
 
 pub use derivative::NoGradient;

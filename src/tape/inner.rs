@@ -123,7 +123,8 @@ pub(super) fn is_defined(flowed: &Flowed, region: [Interval; 3]) -> bool {
     let mut speed = fastest(&region);
     for farther in REACHES {
         let reach = farther * speed;
-        let around = region.map(|side| side + Interval::radius(reach));
+        // With room for how steps are rounded.
+        let around = region.map(|side| side + Interval::radius(reach * (1.0 + 1e-9)));
         speed = fastest(&around);
         // Trajectories that begin in the region do not leave what is around it.
         if speed <= reach {

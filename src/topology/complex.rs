@@ -270,15 +270,13 @@ fn both_ends(
     // Where one path is enough, others may serve as well.
     for (&i, ends) in some.iter().zip(&mut pairs) {
         if points[i].kind != Kind::Saddle1 && ends[0] == End::Lost {
-            let starts: Vec<Start> = aslant(points[i].down)
-                .into_iter()
-                .flat_map(|down| {
-                    sides(field, &CriticalPoint { down, ..points[i] }, 0.125 * region.diagonal())
-                })
-                .filter(|start| start.radius > 0.0)
-                .collect();
-            let found = descend(field, arrival, region, &starts);
-            *ends = [found.into_iter().find(|end| *end != End::Lost).unwrap_or(End::Lost); 2];
+            let mut others = aslant(points[i].down).into_iter().flat_map(|down| {
+                let starts = sides(field, &CriticalPoint { down, ..points[i] }, 0.125 * region.diagonal());
+                descend(field, arrival, region, &starts)
+            });
+            if let Some(end) = others.find(|end| matches!(end, End::At(_))) {
+                *ends = [end; 2];
+            }
         }
     }
     pairs

@@ -129,10 +129,13 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     check(args)?;
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.script, terminal)?;
-    let keeps = scene.surface.keep.map_or(Ok(()), |keep| session::topology::check(&scene, &keep));
-    keeps.map_err(|error| work::failure(error, &loaded, terminal))?;
     let origin = unflowed(&scene, &loaded, terminal);
+    let asked = scene.surface.keep;
     let scene = origin.as_ref().map_or(&*scene, |origin| &origin.scene);
+    if let (Some(keep), Some(asked)) = (scene.surface.keep, asked) {
+        let inside = session::topology::check_point(scene, &keep, &asked);
+        inside.map_err(|error| work::failure(error, &loaded, terminal))?;
+    }
     if let Some(Keep::Near { core, feature }) = scene.surface.keep {
         local::check(args)?;
         let made = local::show(args, scene, (core, feature), (&progress, &flag));

@@ -9,7 +9,7 @@
 //! A flowed solid may be moved, turned and scaled, and be made of values that one flow carries, as `f.flow(v) - 0.1` is:
 //! moves are taken back like flows, one after the other.
 
-use super::super::whereabouts;
+use super::super::whereabouts::{self, Whereabouts};
 use crate::cast::{Judge, Ruling};
 use crate::diag::{Diagnostic, Place};
 use crate::expr::{Graph, Node, NodeId};
@@ -80,12 +80,16 @@ pub struct Proven {
 impl Before {
     /// Of the solid of a scene; none where that is no flowed one as a whole.
     pub fn of(scene: &Scene, keep: &Keep) -> Option<Before> {
-        let mut graph = Graph::clone(&scene.graph);
-        let field = graph.carried(scene.surface.field).ok()??;
+        if !scene.graph.is_carried(scene.surface.field) {
+            return None;
+        }
         let mut scene = scene.clone();
-        (scene.graph, scene.surface.field) = (Arc::new(graph), field);
-        let field = Field::new(&scene.graph, field);
-        match field.tape().flowed() {
+        if !matches!(scene.graph.node(scene.surface.field), Node::Flow(..)) {
+            let mut graph = Graph::clone(&scene.graph);
+            scene.surface.field = graph.carried(scene.surface.field).ok()??;
+            scene.graph = Arc::new(graph);
+        }
+        match field(&scene).tape().flowed() {
             Some(flowed) => Before::flowed(&scene, flowed.clone(), keep),
             None => Before::moved(&scene, keep),
         }
@@ -103,13 +107,19 @@ impl Before {
         let one_to_one = is_one_to_one(&flowed, [scene, &before]);
         let place = scene.graph.place(scene.surface.field).cloned();
         let way = Way::Flow(Proven { flowed, one_to_one, place });
-        Some(Before::new(before, carried(keep, &way, 1.0), way))
+        Some(Before::new(before, kept_before(keep, &way, 1.0), way))
     }
 
-    /// Before a move that leaves nothing flat.
+    /// Before a move that leaves nothing flat. Of a solid that goes on beyond what is in sight, or beyond the bounds, it is not
+    /// known where to look for it.
     fn moved(scene: &Scene, keep: &Keep) -> Option<Before> {
         let Node::Flow(flow, p) = scene.graph.node(scene.surface.field).clone() else { return None };
         let stretch = stretch(&scene.graph, p)?;
+        let is_near = matches!(keep, Keep::Near { .. });
+        let Whereabouts { region, is_whole } = whereabouts::locate(scene, &field(scene));
+        if !(is_near || is_whole) {
+            return None;
+        }
         let back = Arc::new(Tape::new(&scene.graph, &p));
         let mut graph = Graph::clone(&scene.graph);
         let point = graph.point().ok()?;
@@ -122,12 +132,9 @@ impl Before {
             surface: Surface { field: before, ..scene.surface.clone() },
             ..scene.clone()
         };
-        before.bounds = match *keep {
-            Keep::Near { .. } => Some(image(&back, &whereabouts::region(scene, &field(scene)))),
-            _ => None,
-        };
+        before.bounds = is_near.then(|| image(&back, &region));
         let way = Way::Move(back);
-        Some(Before::new(before, carried(keep, &way, stretch), way))
+        Some(Before::new(before, kept_before(keep, &way, stretch), way))
     }
 
     fn new(mut scene: Scene, keep: Keep, way: Way) -> Before {
@@ -149,7 +156,7 @@ fn field(scene: &Scene) -> Field {
 }
 
 /// What is kept of a solid before, which was so much larger.
-fn carried(keep: &Keep, way: &Way, stretch: f64) -> Keep {
+fn kept_before(keep: &Keep, way: &Way, stretch: f64) -> Keep {
     let back = |p: DVec3| way.back(&[p])[0];
     match *keep {
         Keep::Holding(p) => Keep::Holding(back(p)),
@@ -219,6 +226,8 @@ pub struct Origin {
     pub scene: Scene,
     /// What is not proven of the flows.
     pub doubts: Vec<Diagnostic>,
+    /// Whether it was moved as well.
+    is_moved: bool,
 }
 
 impl Origin {
@@ -230,18 +239,24 @@ impl Origin {
             let keep = scene.surface.keep.unwrap_or(Keep::Most(Measure::Minima));
             let Some(before) = Before::of(scene, &keep) else { break };
             let doubt = before.doubt().or_else(|| cut(scene));
+            let is_moved = matches!(before.way, Way::Move(_)) || found.as_ref().is_some_and(|f| f.is_moved);
             let doubts = found.take().into_iter().flat_map(|found| found.doubts).chain(doubt).collect();
-            found = Some(Origin { scene: before.scene, doubts });
+            found = Some(Origin { scene: before.scene, doubts, is_moved });
         }
         found
     }
 
     /// What is to be said of a report about it.
     pub fn note(&self) -> &'static str {
-        if self.doubts.is_empty() {
-            "this is of the solid before it flowed, which has the same components"
-        } else {
-            "this is of the solid before it flowed, which may have other components"
+        match (self.is_moved, self.doubts.is_empty()) {
+            (false, true) => "this is of the solid before it flowed, which has the same components",
+            (false, false) => "this is of the solid before it flowed, which may have other components",
+            (true, true) => {
+                "this is of the solid before it flowed and was moved, which has the same components, in other places"
+            }
+            (true, false) => {
+                "this is of the solid before it flowed and was moved, which may have other components"
+            }
         }
     }
 }

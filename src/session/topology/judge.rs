@@ -3,7 +3,7 @@
 use super::carried::{Before, Carried};
 use super::local::{Joined, doubts, local};
 use super::store::Key;
-use super::{Analysis, Labels, Purpose, analyse, check, kept, unproven};
+use super::{Analysis, Labels, Purpose, analyse, check_point, kept, unproven};
 use crate::cast::{Judge, Ruling};
 use crate::diag::Diagnostic;
 use crate::field::{Field, Watch};
@@ -69,13 +69,23 @@ pub fn correction(
     threads: Option<NonZeroUsize>,
     watch: &Watch<'_>,
 ) -> Result<Correction, Box<Diagnostic>> {
-    check(scene, keep)?;
+    correction_for(scene, [keep, keep], threads, watch)
+}
+
+/// The same, of which a script asked for the last.
+fn correction_for(
+    scene: &Scene,
+    [keep, asked]: [&Keep; 2],
+    threads: Option<NonZeroUsize>,
+    watch: &Watch<'_>,
+) -> Result<Correction, Box<Diagnostic>> {
     if let Some(before) = Before::of(scene, keep) {
         let Correction { judge, mut warnings, local } =
-            correction(&before.scene, &before.keep, threads, watch)?;
+            correction_for(&before.scene, [&before.keep, asked], threads, watch)?;
         warnings.extend(before.doubt());
         return Ok(Correction { judge: Box::new(Carried { judge, way: before.way }), warnings, local });
     }
+    check_point(scene, keep, asked)?;
     if let Keep::Near { core, feature } = *keep {
         let local = local(scene, core, feature)?;
         let judge = Box::new(Joined(Seeker::new(local.clone())));

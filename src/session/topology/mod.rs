@@ -17,7 +17,7 @@ pub use labels::Labels;
 pub use local::{doubts, local};
 pub use parts::Part;
 pub use picture::{ARCS, COLORS, Show, local_picture, picture};
-pub use rulings::{check, kept, unproven};
+pub use rulings::{check_point, kept, unproven};
 pub use sieve::{LeftOut, Sieve};
 pub use voids::{Void, Voids};
 
@@ -122,8 +122,8 @@ pub fn analyse(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Ana
 /// Finds the parts of a solid.
 fn parted(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis, Box<Diagnostic>> {
     let (graph, root) = (&scene.graph, scene.surface.field);
-    let tape = Arc::new(Tape::new(graph, &[root]));
     let Whereabouts { region, is_whole } = whereabouts::locate(scene, &Field::new(graph, root));
+    let tape = Arc::new(Tape::new(graph, &[root]));
     let rough = field::smooth(graph, root).err();
     let (complex, remembered) = match rough {
         None => complex(scene, &tape, region, purpose.fresh, watch)

@@ -5,7 +5,7 @@
 
 use super::{Analysis, Part};
 use crate::cast::Ruling;
-use crate::diag::{Diagnostic, Place};
+use crate::diag::Diagnostic;
 use crate::num::Interval;
 use crate::scene::{Aabb, Keep, Measure, Scene};
 use crate::tape::{Evaluator, Tape};
@@ -117,26 +117,28 @@ fn largest(sizes: &[Interval]) -> Option<usize> {
 }
 
 /// Whether the point that what a scene keeps is to hold is certain to be inside of its solid: that is soon known, and what
-/// the solid is connected with takes long.
+/// the solid is connected with takes long. It is said of the point that was `asked` for, wherever it was before a flow.
 ///
 /// # Errors
 /// Where it is not.
-pub fn check(scene: &Scene, keep: &Keep) -> Result<(), Box<Diagnostic>> {
-    let Keep::Holding(p) = *keep else { return Ok(()) };
+pub fn check_point(scene: &Scene, keep: &Keep, asked: &Keep) -> Result<(), Box<Diagnostic>> {
+    let (Keep::Holding(p), Keep::Holding(asked)) = (*keep, *asked) else { return Ok(()) };
     let root = scene.surface.field;
-    certain(&Arc::new(Tape::new(&scene.graph, &[root])), p, scene.graph.place(root))
+    is_inside(&Tape::new(&scene.graph, &[root]).into(), p)
+        .map_err(|value| Box::new(outside(asked, value).at(scene.graph.place(root).cloned())))
 }
 
-fn certain(tape: &Arc<Tape>, p: DVec3, place: Option<&Place>) -> Result<(), Box<Diagnostic>> {
+/// Whether a point is certain to be inside; else what the field is there.
+fn is_inside(tape: &Arc<Tape>, p: DVec3) -> Result<(), Interval> {
     let at = p.to_array().map(Interval::point);
     let value = *Evaluator::<Interval>::new(tape.clone()).eval(&at);
     let is_inside = value.hi < 0.0 && value.lo <= value.hi && tape.is_defined(&at);
-    if is_inside { Ok(()) } else { Err(Box::new(outside(p, value).at(place.cloned()))) }
+    if is_inside { Ok(()) } else { Err(value) }
 }
 
 /// The component that holds a point.
 fn holder(analysis: &Analysis, p: DVec3) -> Result<usize, Box<Diagnostic>> {
-    certain(&analysis.tape, p, analysis.place.as_ref())?;
+    is_inside(&analysis.tape, p).map_err(|value| Box::new(outside(p, value).at(analysis.place.clone())))?;
     analysis.labels.clone().components(&[p])[0].ok_or_else(|| {
         let is_beyond = !analysis.region.holds(&Aabb { min: p, max: p });
         let (error, hint) = if is_beyond {

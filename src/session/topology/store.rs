@@ -59,7 +59,7 @@ fn renumbered(node: &Node, name: impl Fn(&NodeId) -> NodeId) -> Node {
 }
 
 /// Raised when analyses of old must not be taken for those of now.
-const REVISION: u32 = 4;
+const REVISION: u32 = 5;
 
 /// What a file holds.
 #[derive(Serialize, Deserialize)]

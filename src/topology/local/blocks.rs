@@ -183,8 +183,8 @@ fn values(f: &Taylor, half: f64) -> ([f64; 64], [f64; 64]) {
     (middle, reach)
 }
 
-/// Cells that are remembered. Floods from places next to one another come to the same ones.
-const KNOWN: usize = 1 << 17;
+/// Bricks of cells that are remembered. Floods from places next to one another come to the same ones.
+const KNOWN: usize = 1 << 12;
 
 /// Cells of a grid that were looked at.
 #[derive(Clone, Debug)]
@@ -193,13 +193,12 @@ pub struct Blocks {
     pub level: u32,
     pub grid: Grid,
     known: Bricks<Option<Block>>,
-    count: usize,
 }
 
 impl Blocks {
     /// None yet of those that voxels halved so often make.
     pub fn new(voxels: &Grid, level: u32) -> Blocks {
-        Blocks { level, grid: voxels.halved(level), known: Bricks::new(), count: 0 }
+        Blocks { level, grid: voxels.halved(level), known: Bricks::new() }
     }
 
     /// What is known of one that was looked at last.
@@ -209,9 +208,8 @@ impl Blocks {
 
     /// Looks at cells, at most [`LANES`] of them.
     pub fn look(&mut self, field: &mut Balls, voxels: &[Voxel]) {
-        if self.count > KNOWN {
+        if self.known.len() > KNOWN {
             self.known.clear();
-            self.count = 0;
         }
         let new: Vec<Voxel> =
             voxels.iter().copied().filter(|voxel| self.known.get(*voxel).is_none()).collect();
@@ -220,7 +218,6 @@ impl Blocks {
         }
         let balls: Vec<(DVec3, f64)> = new.iter().map(|&voxel| self.grid.ball(voxel)).collect();
         let values = *field.eval(balls.iter().copied());
-        self.count += new.len();
         for (i, (voxel, (centre, radius))) in new.into_iter().zip(balls).enumerate() {
             let is_known = field.is_within(centre, radius) && field.is_defined_around(centre, radius);
             let block = Block::new(&values.lane(i), self.grid.size() / radius, is_known);

@@ -1,7 +1,7 @@
 //! Something about each of many cells of a grid that are next to one another.
 //!
 //! Floods ask about a cell and all that touch it, again and again. So cells are kept in bricks of four along each axis, each
-//! of which is one entry of a table; and the brick that was asked for last is at hand.
+//! of which is one entry of a table; and the brick that was changed last is at hand.
 
 use super::grid::Voxel;
 use ahash::RandomState;
@@ -18,7 +18,7 @@ const COUNT: usize = 1 << (3 * EDGE);
 pub struct Bricks<T> {
     numbers: HashMap<[i64; 3], usize, RandomState>,
     bricks: Vec<([i64; 3], [T; COUNT])>,
-    /// The number of the brick that was asked for last.
+    /// The number of the brick that was changed last.
     last: usize,
 }
 
@@ -26,6 +26,11 @@ impl<T: Copy + Default> Bricks<T> {
     /// Without any brick.
     pub fn new() -> Bricks<T> {
         Bricks { numbers: HashMap::default(), bricks: Vec::new(), last: 0 }
+    }
+
+    /// How many bricks there are.
+    pub fn len(&self) -> usize {
+        self.bricks.len()
     }
 
     /// Forgets all.

@@ -245,11 +245,10 @@ impl Patches {
     /// Looks at balls around the places of chains that begin, which go on where they lead, or to smaller ones.
     fn look_around(&self, field: &mut Balls, chases: &mut [Chase]) {
         for batch in chases.chunks_mut(LANES) {
-            let ball = |chase: &Chase| {
-                let (_, radius) = self.ball((chase.level, self.voxels.halved(chase.level).voxel(chase.at)));
-                (chase.at, radius)
-            };
-            let balls: Vec<(DVec3, f64)> = batch.iter().map(ball).collect();
+            // As large as those of cells.
+            let radius = |level: u32| 0.5 * 3.0_f64.sqrt() * self.voxels.halved(level).size() / CELL.share;
+            let balls: Vec<(DVec3, f64)> =
+                batch.iter().map(|chase| (chase.at, radius(chase.level))).collect();
             let values = *field.eval(balls.iter().copied());
             for (i, (chase, (centre, radius))) in batch.iter_mut().zip(balls).enumerate() {
                 let is_known = field.is_within(centre, radius) && field.is_defined_around(centre, radius);
