@@ -583,15 +583,10 @@ fn flowed_solids_may_be_moved_and_mixed() {
         assert_eq!(rulings.map(|ruling| ruling.kept), [kept == 0, kept == 1]);
         assert!(rulings.iter().all(|ruling| ruling.proven));
     }
-    // Flows that turn points by about a radian are no different.
-    for inside in [
-        "component_of(sphere(1.0).flow(vec3(-z, 0, x)), [0.5, 0, 0])",
-        "component_of(sphere(1.0).flow(vec3(-2 * z, 0, 2 * x)).translated([3, 0, 0]), [3.5, 0, 0])",
-    ] {
-        let scene = scene(inside);
-        let keep = scene.surface.keep.expect("it keeps one");
-        assert!(correction(&scene, &keep, None, &watch).is_ok(), "{inside}");
-    }
+    // A flow that turns points by a radian is no different.
+    let turned = scene("component_of(sphere(1.0).flow(vec3(-z, 0, x)), [0.5, 0, 0])");
+    let keep = turned.surface.keep.expect("it keeps one");
+    assert!(correction(&turned, &keep, None, &watch).is_ok());
     let outside = scene(&format!("component_of({moved}, [0, 0, 0])"));
     let keep = outside.surface.keep.expect("it keeps one");
     let error = correction(&outside, &keep, None, &watch).err().expect("there is none");
