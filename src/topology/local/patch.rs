@@ -18,8 +18,8 @@
 //! follows from where it begins, whoever went there before.
 //!
 //! Small cells are seldom shared by the places that rays come to, as far apart as pixels are. So a place whose largest cell
-//! is too rough is looked at by balls around itself, for which `s = 0`: that takes fewer looks than cells that have
-//! it somewhere, and nothing is remembered of them.
+//! is too rough is looked at by balls around itself, for which `s = 0`. That takes no less work (126 million octaves in a
+//! picture of surface (8.11) for 122 with cells alone), but nothing of it is looked up in tables or remembered there.
 //!
 //! Chains that end in one place save the most. So a ball that is all inside leads to the lowest place in it, if the
 //! expansion has one there, and the largest, at which chains end, to a place that they share with those beside them.
@@ -236,7 +236,7 @@ impl Patches {
         Some(patch)
     }
 
-    /// A ball in which a cell of a level fits, whichever its place.
+    /// The ball that is looked at for a cell.
     fn ball(&self, (level, cell): Key) -> (DVec3, f64) {
         let (centre, radius) = self.voxels.halved(level).ball(cell);
         (centre, radius / CELL.share)
@@ -406,7 +406,7 @@ mod tests {
                 }
                 found[usize::from(is_full)] += usize::from(is_met);
             }
-            assert!(found.iter().all(|n| *n > 100), "{found:?}");
+            assert!(found.iter().all(|n| *n > 300), "{found:?}");
         }
     }
 }
