@@ -148,7 +148,14 @@ impl Noise {
         for start in (0..at[0].len()).step_by(B) {
             let scaled = widest(
                 #[inline(always)]
-                || gather::<B>(at, start, |p| p.map(|x| x * k)),
+                || {
+                    gather::<B>(
+                        at,
+                        start,
+                        #[inline(always)]
+                        |[x, y, z]| [x * k, y * k, z * k],
+                    )
+                },
             );
             let mut part = batch::<B>(out, start);
             let count = part.value.len();
@@ -160,8 +167,16 @@ impl Noise {
             widest(
                 #[inline(always)]
                 || {
-                    part.grad.into_iter().flatten().flatten().for_each(|g| *g *= k);
-                    part.hess.into_iter().flatten().flatten().for_each(|h| *h *= k * k);
+                    if let Some(grad) = part.grad {
+                        for axis in 0..3 {
+                            times(grad[axis], k);
+                        }
+                    }
+                    if let Some(hess) = part.hess {
+                        for pair in 0..6 {
+                            times(hess[pair], k * k);
+                        }
+                    }
                 },
             );
         }
@@ -176,8 +191,17 @@ impl Noise {
 /// Points whose scaled coordinates are held at a time.
 pub(crate) const BATCH: usize = 64;
 
-/// Of so few points a whole batch is mostly room.
-const SMALL_BATCH: usize = 8;
+/// Of so few points a whole batch is mostly room, which it takes time to clear.
+const SMALL: usize = 8;
+const MEDIUM: usize = 16;
+
+/// Multiplies all of a slice.
+#[inline(always)]
+fn times(all: &mut [f64], k: f64) {
+    for i in 0..all.len() {
+        all[i] *= k;
+    }
+}
 
 /// Copies one batch of coordinates through `map`, which sees a point at a time.
 #[inline(always)]
@@ -279,8 +303,10 @@ impl Kernel for Noise {
             return Slope::new(&self.whole(), axis, self.step()).jets(at, out);
         }
         count(at[0].len());
-        if at[0].len() <= SMALL_BATCH {
-            self.scaled_jets::<SMALL_BATCH>(at, &mut out);
+        if at[0].len() <= SMALL {
+            self.scaled_jets::<SMALL>(at, &mut out);
+        } else if at[0].len() <= MEDIUM {
+            self.scaled_jets::<MEDIUM>(at, &mut out);
         } else {
             self.scaled_jets::<BATCH>(at, &mut out);
         }

@@ -10,7 +10,7 @@
 //! the bounds of a kernel are the same in every direction.
 
 use super::slope::Slope;
-use super::{BATCH, Noise, Part, balls, batch, creased, gather, largest};
+use super::{BATCH, MEDIUM, Noise, Part, SMALL, balls, batch, creased, gather, largest};
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, mix, uniform, widest};
 
 /// A rotated, scaled and shifted noise.
@@ -135,6 +135,31 @@ impl Octave {
         Local { jet, bounds: bounds.at_frequency(k), bow: local.bow, sag, turn }
     }
 
+    /// Jets of the placed noise, `B` points at a time.
+    fn placed_jets<const B: usize>(&self, placement: &Placement, at: [&[f64]; 3], out: &mut Jets<'_>) {
+        let (noise, k) = (self.unit(), self.noise.frequency);
+        for start in (0..at[0].len()).step_by(B) {
+            let placed = widest(
+                #[inline(always)]
+                || {
+                    gather::<B>(
+                        at,
+                        start,
+                        #[inline(always)]
+                        |p| placement.place(k, p),
+                    )
+                },
+            );
+            let mut part = batch::<B>(out, start);
+            let count = part.value.len();
+            noise.jets([0, 1, 2].map(|axis| &placed[axis][..count]), batch::<B>(&mut part, 0));
+            widest(
+                #[inline(always)]
+                || placement.turn_back(k, part),
+            );
+        }
+    }
+
     /// The octave of which this one is the slope along an axis in space, and that axis. Where it is
     /// not turned, the noise knows its slopes itself.
     fn slope_of(&self) -> Option<(Octave, u8)> {
@@ -162,26 +187,12 @@ impl Kernel for Octave {
         if let Some((of, axis)) = self.slope_of() {
             return Slope::new(&of, axis, self.noise.step()).jets(at, out);
         }
-        let (noise, k) = (self.unit(), self.noise.frequency);
-        for start in (0..at[0].len()).step_by(BATCH) {
-            let placed = widest(
-                #[inline(always)]
-                || {
-                    gather::<BATCH>(
-                        at,
-                        start,
-                        #[inline(always)]
-                        |p| placement.place(k, p),
-                    )
-                },
-            );
-            let mut part = batch::<BATCH>(&mut out, start);
-            let count = part.value.len();
-            noise.jets([0, 1, 2].map(|axis| &placed[axis][..count]), batch::<BATCH>(&mut part, 0));
-            widest(
-                #[inline(always)]
-                || placement.turn_back(k, part),
-            );
+        if at[0].len() <= SMALL {
+            self.placed_jets::<SMALL>(placement, at, &mut out);
+        } else if at[0].len() <= MEDIUM {
+            self.placed_jets::<MEDIUM>(placement, at, &mut out);
+        } else {
+            self.placed_jets::<BATCH>(placement, at, &mut out);
         }
     }
 

@@ -72,7 +72,7 @@ pub use reduced::Reduced;
 pub use simd::{Level, fetch, limit_simd, simd_level, widest};
 pub use slope::Slope;
 pub use smoothing::{BSpline, Quantiles, Radial};
-pub use taylor::{Taylor, Taylors};
+pub use taylor::{Taylor, Taylors, spectral};
 pub use turn::{TURN_ERROR, cos_turns, sin_turns};
 
 /// Unit roundoff of `f64`: half the distance from 1 to the next number.

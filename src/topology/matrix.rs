@@ -1,5 +1,6 @@
 //! Symmetric 3x3 matrices as six numbers xx, yy, zz, xy, xz, yz.
 
+use crate::num::spectral;
 use glam::{DMat3, DVec3};
 
 /// The matrix.
@@ -80,26 +81,63 @@ fn least_root(cosine: f64) -> f64 {
     sum(EVEN) + square.sqrt() * sum(ODD)
 }
 
-/// Lower bound on the smallest absolute eigenvalue, and the inverse, where the matrix has one: an inverse `Y`
-/// that was computed has `|I - Y H| <= e < 1`, so that the smallest singular value of `H` is at least
-/// `(1 - e) / |Y|`. Returns the inverse, that bound, and `e`.
-pub fn inverse(h: &DMat3) -> Option<(DMat3, f64, f64)> {
-    let y = h.inverse();
-    let norm = spectral(&y);
-    // Products of three with sums of three, and the norms of both, are off by less than this.
-    let rounding = 32.0 * f64::EPSILON * norm * spectral(h);
-    let defect = spectral(&(DMat3::IDENTITY - y * *h)) + rounding;
-    let least = (1.0 - defect) / norm;
-    (least > 0.0 && least.is_finite()).then_some((y, least * (1.0 - 1e-14), defect))
+/// What was computed as the inverse `Y` of a matrix `H`, and what is certain of both.
+#[derive(Clone, Copy, Debug)]
+pub struct Inverse {
+    /// `Y`
+    pub entries: [f64; 6],
+    /// Bound on its spectral norm.
+    pub norm: f64,
+    /// Bound on that of `I - Y H`.
+    pub defect: f64,
+    /// Lower bound on the smallest absolute eigenvalue of `H`; not positive where the inverse is none.
+    pub least: f64,
 }
 
-/// Bound on the spectral norm: the Frobenius norm, or the root of the largest row sum times the largest column
-/// sum.
-pub fn spectral(m: &DMat3) -> f64 {
-    let (a, t) = (m.to_cols_array_2d(), m.transpose().to_cols_array_2d());
-    let largest = |a: &[[f64; 3]; 3]| a.iter().map(|c| c.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max);
-    let frobenius = m.to_cols_array().iter().map(|x| x * x).sum::<f64>();
-    frobenius.min(largest(&a) * largest(&t)).sqrt() * (1.0 + 1e-14)
+/// The inverse, by cofactors. Where `|I - Y H| <= e < 1`, the smallest singular value of `H` is at least `(1 - e) / |Y|`.
+#[inline(always)]
+pub fn inverse(h: [f64; 6]) -> Inverse {
+    let [xx, yy, zz, xy, xz, yz] = h;
+    let [a, b, c] = [yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy];
+    let over = 1.0 / (xx * a + xy * b + xz * c);
+    let (d, e, f) = (xx * zz - xz * xz, xx * yy - xy * xy, xy * xz - xx * yz);
+    let y = [a * over, d * over, e * over, b * over, c * over, f * over];
+    let norm = spectral(y);
+    let (of, by, mut square) = (rows(h), rows(y), 0.0);
+    for i in 0..3 {
+        for j in 0..3 {
+            let one = if i == j { 1.0 } else { 0.0 };
+            let off = one - (by[i][0] * of[0][j] + by[i][1] * of[1][j] + by[i][2] * of[2][j]);
+            square += off * off;
+        }
+    }
+    // Products of three with sums of three, and the norms of both, are off by less than this.
+    let rounding = 32.0 * f64::EPSILON * norm * spectral(h);
+    let defect = square.sqrt() * (1.0 + 1e-14) + rounding;
+    let least = (1.0 - defect) / norm * (1.0 - 1e-14);
+    let exists = (least > 0.0) & (least < f64::INFINITY);
+    Inverse { entries: y, norm, defect, least: if exists { least } else { 0.0 } }
+}
+
+impl Inverse {
+    /// Whether there is an inverse.
+    #[inline(always)]
+    pub fn exists(&self) -> bool {
+        self.least > 0.0
+    }
+
+    /// `Y g`
+    #[inline(always)]
+    pub fn times(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let [a, b, c] = rows(self.entries);
+        [a[0] * x + a[1] * y + a[2] * z, b[0] * x + b[1] * y + b[2] * z, c[0] * x + c[1] * y + c[2] * z]
+    }
+}
+
+/// The rows of the matrix, which are its columns.
+#[inline(always)]
+pub fn rows([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> [[f64; 3]; 3] {
+    [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 }
 
 #[cfg(test)]
@@ -119,11 +157,13 @@ mod tests {
                 assert!((matrix(h) * vector - value * vector).length() < 1e-13);
                 assert!((vector.length() - 1.0).abs() < 1e-14);
             }
-            if let Some((_, least, _)) = inverse(&matrix(h)) {
-                assert!(
-                    least <= values.map(f64::abs).into_iter().fold(f64::INFINITY, f64::min) * (1.0 + 1e-9)
-                );
-            }
+            let (known, sizes) = (inverse(h), values.map(f64::abs));
+            let least = sizes.into_iter().fold(f64::INFINITY, f64::min);
+            assert!(known.exists() && known.least <= least * (1.0 + 1e-9));
+            assert!(known.norm >= (1.0 - 1e-9) / least && known.norm < 1.8 / least, "{h:?}");
+            let [x, y, z] = known.times((matrix(h) * DVec3::new(1.0, 2.0, 3.0)).to_array());
+            let missed = DVec3::new(x, y, z).distance(DVec3::new(1.0, 2.0, 3.0));
+            assert!(missed < 4.0 * known.defect && known.defect < 1e-9, "{h:?}");
         }
     }
 
@@ -138,7 +178,14 @@ mod tests {
 
     #[test]
     fn singular_matrices_have_no_inverse() {
-        assert!(inverse(&matrix([1.0, 1.0, 0.0, 1.0, 0.0, 0.0])).is_none());
-        assert!(inverse(&matrix([f64::NAN; 6])).is_none());
+        for h in [[1.0, 1.0, 0.0, 1.0, 0.0, 0.0], [0.0; 6], [f64::NAN; 6], [f64::INFINITY; 6]] {
+            assert!(!inverse(h).exists(), "{h:?}");
+        }
+        for hole in 0..6 {
+            let mut h = [1.0, 2.0, 3.0, 0.1, 0.2, 0.3];
+            assert!(inverse(h).exists());
+            h[hole] = f64::NAN;
+            assert!(!inverse(h).exists(), "{hole}");
+        }
     }
 }

@@ -6,7 +6,7 @@
 //! Smaller balls give smaller errors, quadratically, until rounding is all that is left.
 
 use super::cell::Cell;
-use super::matrix::{inverse, matrix, spectral};
+use super::matrix::inverse;
 use super::point::CriticalPoint;
 use super::search::{Balls, LANES};
 use crate::num::Taylor;
@@ -69,18 +69,18 @@ impl Newton {
 
     /// One step, from what is known of the ball.
     fn step(&mut self, f: &Taylor) {
-        let (h, g) = (matrix(f.hess), DVec3::from_array(f.grad));
-        let Some((y, least, defect)) = inverse(&h) else {
+        let inverse = inverse(f.hess);
+        if !inverse.exists() {
             self.over = true;
             return;
-        };
-        let move_by = -(y * g);
-        let rounding = 16.0 * f64::EPSILON * spectral(&y) * g.length();
-        let error = spectral(&y) * f.turn[1] + defect + rounding;
+        }
+        let move_by = -DVec3::from_array(inverse.times(f.grad));
+        let rounding = 16.0 * f64::EPSILON * inverse.norm * DVec3::from_array(f.grad).length();
+        let error = inverse.norm * f.turn[1] + inverse.defect + rounding;
         let next = self.at + self.radius * move_by;
         let proven = move_by.length() + error <= 1.0;
         if proven {
-            let is_unique = least > f.twist;
+            let is_unique = inverse.least > f.twist;
             let slack = if is_unique { self.radius * (1.0 - move_by.length()) } else { 0.0 };
             let alone = self.best.map_or(0.0, |b| b.alone - b.position.distance(next)).max(slack);
             let size = next.abs().max_element();

@@ -13,7 +13,7 @@ use super::defined::Defined;
 use super::isolated::isolated;
 use super::point::CriticalPoint;
 use super::polish::polish;
-use super::verdict::{self, Verdict, Zeros, free_parts, judge, sift};
+use super::verdict::{self, Verdict, Verdicts, Zeros, free_parts, judge};
 use crate::field::Watch;
 use crate::num::{Interval, Number, Taylor, Taylors};
 use crate::scene::Aabb;
@@ -216,22 +216,10 @@ impl Part {
             }
             let from = stack.len().saturating_sub(LANES);
             let batch: Vec<Cell> = stack.drain(from..).collect();
-            let values = field.eval(batch.iter().map(|cell| (cell.centre, cell.radius())));
+            let verdicts = field.judged(&batch, search.solid);
             part.stats.cells += batch.len() as u64;
-            let mut shares = [[0.0; LANES]; 3];
             for (i, cell) in batch.iter().enumerate() {
-                let share = cell.share();
-                (0..3).for_each(|axis| shares[axis][i] = share[axis]);
-            }
-            let sifted = sift(values, &shares, search.solid);
-            for (i, cell) in batch.iter().enumerate() {
-                if sifted[i].outside || sifted[i].regular {
-                    part.stats.outside += u64::from(sifted[i].outside);
-                    part.stats.regular += u64::from(!sifted[i].outside);
-                    continue;
-                }
-                let f = values.lane(i).on(cell.free_axes());
-                match judge(&f, cell.share(), search.solid) {
+                match verdicts.of(i) {
                     Verdict::Critical => part.open.push(Place { bounds: bounds(cell), crowded }),
                     Verdict::Outside => part.stats.outside += 1,
                     Verdict::Regular => part.stats.regular += 1,
@@ -246,7 +234,7 @@ impl Part {
                         if size < smallest || crowded {
                             part.open.push(Place { bounds: bounds(cell), crowded });
                         } else {
-                            cut(cell, (&f, &zeros), search.solid, &mut stack);
+                            cut(cell, (&field.known(i, cell), &zeros), search.solid, &mut stack);
                         }
                     }
                 }
@@ -288,8 +276,11 @@ fn cut(cell: &Cell, (f, zeros): (&Taylor, &Zeros), solid: bool, stack: &mut Vec<
         share = part.half * unit;
     }
     let free = free_parts(f, zeros, (share.to_array(), &middles), solid);
-    let open = cell.places().zip(free).filter(|(_, free)| !free);
-    stack.extend(open.map(|((_, part), _)| part));
+    for ((_, part), free) in cell.places().zip(free) {
+        if !free {
+            stack.push(part);
+        }
+    }
 }
 
 /// A field to be evaluated over balls, with the memory for a batch of them.
@@ -324,6 +315,29 @@ impl Balls {
             Taylors::set_ball(&mut self.at, lane, centre.to_array(), radius);
         }
         self.field.eval(&self.at)
+    }
+
+    /// What is certain of a few cells, as many as there are lanes at most; see [`known`](Self::known).
+    fn judged(&mut self, cells: &[Cell], solid: bool) -> Verdicts<LANES> {
+        let mut shares = [[0.0; LANES]; 3];
+        for (lane, cell) in cells.iter().enumerate() {
+            Taylors::set_ball(&mut self.at, lane, cell.centre.to_array(), cell.radius());
+            let share = cell.share();
+            (0..3).for_each(|axis| shares[axis][lane] = share[axis]);
+        }
+        let values = self.field.eval(&self.at);
+        if cells.iter().all(|cell| cell.half.cmpgt(DVec3::ZERO).all()) {
+            judge(values, &shares, solid)
+        } else {
+            let mut flat = *values;
+            cells.iter().enumerate().for_each(|(lane, cell)| flat.hold(lane, cell.free_axes()));
+            judge(&flat, &shares, solid)
+        }
+    }
+
+    /// What is known of a cell that was just judged.
+    fn known(&self, lane: usize, cell: &Cell) -> Taylor {
+        self.field.output(0).lane(lane).on(cell.free_axes())
     }
 
     /// Goes on with another tape of the same field: one that holds wherever it is asked from now on.

@@ -14,9 +14,8 @@
 //! where the smallest eigenvalue of `H`, in size, exceeds `twist`: then every mean of Hessians in the ball
 //! can be inverted, and the gradient takes no value twice.
 
-use super::matrix::{inverse, matrix, spectral};
+use super::matrix::{Inverse, inverse, rows};
 use crate::num::{Taylor, Taylors, widest};
-use glam::DVec3;
 
 /// What is certain of a cell.
 #[derive(Clone, Copy, Debug)]
@@ -36,55 +35,107 @@ pub enum Verdict {
 /// A box that holds all zeros of the gradient in a ball, in units of the ball: E3 without its comparison.
 #[derive(Clone, Copy, Debug)]
 pub struct Zeros {
-    middle: DVec3,
-    half: DVec3,
+    middle: [f64; 3],
+    half: [f64; 3],
 }
 
 impl Zeros {
-    /// Where nothing is known.
-    const ANYWHERE: Zeros = Zeros { middle: DVec3::ZERO, half: DVec3::INFINITY };
+    /// By the inverse of the second derivatives. Where they have none, zeros may be anywhere.
+    #[inline(always)]
+    fn new(f: &Taylor, inverse: &Inverse) -> Zeros {
+        let [x, y, z] = f.grad;
+        let slope = (x * x + y * y + z * z).sqrt();
+        let rounding = inverse.defect + 16.0 * f64::EPSILON * inverse.norm * slope;
+        let (step, rows) = (inverse.times(f.grad), rows(inverse.entries));
+        let mut zeros = Zeros { middle: [0.0; 3], half: [f64::INFINITY; 3] };
+        for axis in 0..3 {
+            let [x, y, z] = rows[axis];
+            let row = (x * x + y * y + z * z).sqrt();
+            zeros.middle[axis] = if inverse.exists() { -step[axis] } else { 0.0 };
+            zeros.half[axis] = if inverse.exists() { row * f.turn[1] + rounding } else { f64::INFINITY };
+        }
+        zeros
+    }
 
     /// Whether it is apart from a part of the cell, by the part's middle and half its extents.
     #[inline(always)]
     fn are_apart_from(&self, middle: [f64; 3], share: [f64; 3]) -> bool {
-        let (zeros, half) = (self.middle.to_array(), self.half.to_array());
         let apart = |axis: usize| {
-            let between = (zeros[axis] - middle[axis]).abs() * (1.0 - 1e-12);
-            between > share[axis] + half[axis] + 1e-12 * middle[axis].abs()
+            let between = (self.middle[axis] - middle[axis]).abs() * (1.0 - 1e-12);
+            between > share[axis] + self.half[axis] + 1e-12 * middle[axis].abs()
         };
         apart(0) | apart(1) | apart(2)
     }
 }
 
-/// What the tests say that need no inverse, E0 to E2; they drop most cells.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Sifted {
-    /// The cell is outside of the solid.
-    pub outside: bool,
-    /// The gradient does not vanish in it.
-    pub regular: bool,
+/// What is certain of cells side by side.
+#[derive(Clone, Debug)]
+pub struct Verdicts<const B: usize> {
+    outside: [bool; B],
+    regular: [bool; B],
+    critical: [bool; B],
+    single: [bool; B],
+    /// Middles and half extents of boxes of zeros, axis by axis.
+    zeros: [[[f64; B]; 3]; 2],
 }
 
-/// Sifts cells side by side, by half their extents in units of their balls. Of those that are flat it says nothing.
-pub fn sift<const B: usize>(f: &Taylors<B>, shares: &[[f64; B]; 3], solid: bool) -> [Sifted; B] {
-    let mut out = [Sifted::default(); B];
+impl<const B: usize> Verdicts<B> {
+    /// Of a cell.
+    pub fn of(&self, i: usize) -> Verdict {
+        if self.outside[i] {
+            Verdict::Outside
+        } else if self.regular[i] {
+            Verdict::Regular
+        } else if self.critical[i] {
+            Verdict::Critical
+        } else if self.single[i] {
+            Verdict::Single
+        } else {
+            let [middle, half] = self.zeros.map(|part| part.map(|lanes| lanes[i]));
+            Verdict::Open(Zeros { middle, half })
+        }
+    }
+}
+
+/// What is certain of cells with these half extents in units of their balls. Values are of interest below zero only if
+/// `solid`.
+pub fn judge<const B: usize>(f: &Taylors<B>, shares: &[[f64; B]; 3], solid: bool) -> Verdicts<B> {
+    // Arrays of their own: the compiler knows that nothing that is read is in them.
     widest(
         #[inline(always)]
         || {
             let (mut outside, mut regular) = ([false; B], [false; B]);
             for i in 0..B {
-                let share = [shares[0][i], shares[1][i], shares[2][i]];
-                let full = (share[0] > 0.0) & (share[1] > 0.0) & (share[2] > 0.0);
-                let lane = f.lane(i);
-                outside[i] = full & solid & is_outside(&lane, share);
-                regular[i] = full & (is_steep(&lane) | is_regular(&lane, share));
+                let (lane, share) = (f.lane(i), [shares[0][i], shares[1][i], shares[2][i]]);
+                outside[i] = solid & is_outside(&lane, share);
+                regular[i] = is_steep(&lane) | is_regular(&lane, share);
             }
-            for i in 0..B {
-                out[i] = Sifted { outside: outside[i], regular: regular[i] };
+            let (mut critical, mut single) = ([false; B], [false; B]);
+            let mut zeros = [[[f64::INFINITY; B]; 3]; 2];
+            // Without an inverse most cells are dropped already.
+            if (0..B).any(|i| !(outside[i] | regular[i])) {
+                for i in 0..B {
+                    let (lane, share) = (f.lane(i), [shares[0][i], shares[1][i], shares[2][i]]);
+                    let inverse = inverse(lane.hess);
+                    let own = Zeros::new(&lane, &inverse);
+                    critical[i] = is_flat(&lane);
+                    regular[i] |= !critical[i] & own.are_apart_from([0.0; 3], share);
+                    single[i] = inverse.least > lane.twist;
+                    for axis in 0..3 {
+                        (zeros[0][axis][i], zeros[1][axis][i]) = (own.middle[axis], own.half[axis]);
+                    }
+                }
             }
+            Verdicts { outside, regular, critical, single, zeros }
         },
-    );
-    out
+    )
+}
+
+/// Whether the gradient is zero all over a ball.
+#[inline(always)]
+fn is_flat(f: &Taylor) -> bool {
+    let [x, y, z] = f.grad;
+    (x == 0.0) & (y == 0.0) & (z == 0.0) & (f.turn[0] <= 1e-100)
 }
 
 /// E1
@@ -105,35 +156,9 @@ fn is_regular(f: &Taylor, share: [f64; 3]) -> bool {
 /// By how much the gradient turns along each axis to the farthest of a box, by the sizes of second derivatives.
 #[inline(always)]
 fn turns(hess: [f64; 6], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    let [xx, yy, zz, xy, xz, yz] = hess.map(f64::abs);
+    let [xx, yy, zz] = [hess[0].abs(), hess[1].abs(), hess[2].abs()];
+    let [xy, xz, yz] = [hess[3].abs(), hess[4].abs(), hess[5].abs()];
     [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z]
-}
-
-/// What is certain of a cell with these half extents in units of the ball. Values are of interest below zero
-/// only if `solid`.
-pub fn judge(f: &Taylor, share: DVec3, solid: bool) -> Verdict {
-    if solid && is_outside(f, share.to_array()) {
-        return Verdict::Outside;
-    }
-    if is_steep(f) {
-        return Verdict::Regular;
-    }
-    let g = DVec3::from_array(f.grad);
-    if g == DVec3::ZERO && f.turn[0] <= 1e-100 {
-        return Verdict::Critical;
-    }
-    if is_regular(f, share.to_array()) {
-        return Verdict::Regular;
-    }
-    let Some((y, least, defect)) = inverse(&matrix(f.hess)) else { return Verdict::Open(Zeros::ANYWHERE) };
-    let step = y * g;
-    let rounding = defect + 16.0 * f64::EPSILON * spectral(&y) * g.length();
-    let row = |axis: usize| y.row(axis).length() * f.turn[1] + rounding;
-    let zeros = Zeros { middle: -step, half: DVec3::new(row(0), row(1), row(2)) };
-    if zeros.are_apart_from([0.0; 3], share.to_array()) {
-        return Verdict::Regular;
-    }
-    if least > f.twist { Verdict::Single } else { Verdict::Open(zeros) }
 }
 
 /// Whether the values in the cell are positive.
@@ -163,18 +188,18 @@ pub fn free_parts(
     (share, middles): ([f64; 3], &[[f64; PARTS]; 3]),
     solid: bool,
 ) -> [bool; PARTS] {
-    let mut free = [false; PARTS];
-    let turn = turns(f.hess, share);
-    let dips = 0.5 * (turn[0] * share[0] + turn[1] * share[1] + turn[2] * share[2]);
     widest(
         #[inline(always)]
         || {
+            let (f, zeros, mut free) = (*f, *zeros, [false; PARTS]);
+            let [xx, yy, zz, xy, xz, yz] = f.hess;
+            let turn = turns(f.hess, share);
+            let dips = 0.5 * (turn[0] * share[0] + turn[1] * share[1] + turn[2] * share[2]);
             for i in 0..PARTS {
                 let middle = [middles[0][i], middles[1][i], middles[2][i]];
                 let [a, b, c] = middle;
-                let [xx, yy, zz, xy, xz, yz] = f.hess;
                 let bent = [xx * a + xy * b + xz * c, xy * a + yy * b + yz * c, xz * a + yz * b + zz * c];
-                let rounded = turns(f.hess, middle.map(f64::abs));
+                let rounded = turns(f.hess, [a.abs(), b.abs(), c.abs()]);
                 let (mut leaves, mut value, mut first) = (false, f.value, 0.0);
                 for axis in 0..3 {
                     let g = (f.grad[axis] + bent[axis]).abs();
@@ -185,7 +210,7 @@ pub fn free_parts(
                 let outside = value - (first + dips + f.bow[1]) * (1.0 + 1e-12) > 1e-12 * f.value.abs();
                 free[i] = leaves | (solid & outside) | zeros.are_apart_from(middle, share);
             }
+            free
         },
-    );
-    free
+    )
 }

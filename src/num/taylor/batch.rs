@@ -79,6 +79,12 @@ impl<const B: usize> Taylors<B> {
         (self.range[0][i], self.range[1][i]) = (x.range.lo, x.range.hi);
     }
 
+    /// Changes a lane to the quantity [on](Taylor::on) a disc or a diameter of its ball.
+    pub fn hold(&mut self, i: usize, free: [bool; 3]) {
+        let held = self.lane(i).on(free);
+        self.set(i, &held);
+    }
+
     /// Writes the lanes one by one, as a plain loop. Nothing that `f` reads is written meanwhile, which
     /// the compiler knows from the signature.
     #[inline(always)]
@@ -154,14 +160,11 @@ impl<const B: usize> Number for Taylors<B> {
         );
     }
     fn add_scaled(&mut self, other: &Self, k: f64) {
-        widest(
+        // A copy, since a loop that reads what it writes is not vectorised.
+        let own = *self;
+        self.fill_widest(
             #[inline(always)]
-            || {
-                for i in 0..B {
-                    let sum = self.lane(i).plus(&other.lane(i).times(k));
-                    self.set(i, &sum);
-                }
-            },
+            |i| own.lane(i).plus(&other.lane(i).times(k)),
         );
     }
     fn scale_to(&self, k: f64, out: &mut Self) {
@@ -195,6 +198,8 @@ impl<const B: usize> Number for Taylors<B> {
         out
     }
     fn range(&self) -> Interval {
-        (1..B).fold(self.lane(0).range, |all, i| all.hull(self.lane(i).range))
+        let [lo, hi] = &self.range;
+        let lane = |i: usize| Interval { lo: lo[i], hi: hi[i] };
+        (1..B).fold(lane(0), |all, i| all.hull(lane(i)))
     }
 }

@@ -156,11 +156,21 @@ impl<const B: usize> Taylors<B> {
     /// Which balls are so large that only the range of the kernel counts; each for itself, so that no lane depends on its
     /// neighbours.
     fn blind(bounds: &Bounds, p: [&Self; 3]) -> [bool; B] {
-        std::array::from_fn(|i| {
-            let half = |axis: usize| 0.5 * (p[axis].range[1][i] - p[axis].range[0][i]);
-            let wide = half(0).max(half(1)).max(half(2));
-            bounds.drown(wide * (1.0 - 1e-9))
-        })
+        let ranges = p.map(|p| &p.range);
+        widest(
+            #[inline(always)]
+            || {
+                let mut blind = [false; B];
+                for i in 0..B {
+                    let mut wide: f64 = 0.0;
+                    for axis in 0..3 {
+                        wide = wide.max(0.5 * (ranges[axis][1][i] - ranges[axis][0][i]));
+                    }
+                    blind[i] = bounds.drown(wide * (1.0 - 1e-9));
+                }
+                blind
+            },
+        )
     }
 
     /// The image under a kernel of which the jets and the bounds are all there is to say.

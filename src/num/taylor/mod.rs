@@ -68,9 +68,9 @@ fn length([x, y, z]: [f64; 3]) -> f64 {
     (x * x + y * y + z * z).sqrt() * ROUND_UP
 }
 
-/// Bound on the spectral norm of a symmetric matrix: its Frobenius norm, or its largest row sum.
+/// Bound on the spectral norm of a symmetric matrix xx, yy, zz, xy, xz, yz: its Frobenius norm, or its largest row sum.
 #[inline(always)]
-fn spectral([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> f64 {
+pub fn spectral([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> f64 {
     let square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
     let (xy, xz, yz) = (xy.abs(), xz.abs(), yz.abs());
     let rows = [xx.abs() + xy + xz, xy + yy.abs() + yz, xz + yz + zz.abs()];
