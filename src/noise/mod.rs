@@ -220,15 +220,27 @@ pub(crate) fn gather<const B: usize>(
     scaled
 }
 
-/// The part of `out` from `start`, at most `B` points.
+/// The part of `out` from `start`, at most `B` points. (Arrays are written out: what maps of arrays return is stored in
+/// pieces and loaded as a whole, for which the processor waits.)
 #[inline(always)]
 pub(crate) fn batch<'a, const B: usize>(out: &'a mut Jets<'_>, start: usize) -> Jets<'a> {
     let end = (start + B).min(out.value.len());
-    Jets {
-        value: &mut out.value[start..end],
-        grad: out.grad.as_mut().map(|g| g.each_mut().map(|g| &mut g[start..end])),
-        hess: out.hess.as_mut().map(|h| h.each_mut().map(|h| &mut h[start..end])),
-    }
+    let grad = match &mut out.grad {
+        Some([x, y, z]) => Some([&mut x[start..end], &mut y[start..end], &mut z[start..end]]),
+        None => None,
+    };
+    let hess = match &mut out.hess {
+        Some([a, b, c, d, e, f]) => Some([
+            &mut a[start..end],
+            &mut b[start..end],
+            &mut c[start..end],
+            &mut d[start..end],
+            &mut e[start..end],
+            &mut f[start..end],
+        ]),
+        None => None,
+    };
+    Jets { value: &mut out.value[start..end], grad, hess }
 }
 
 /// Balls that a kernel is asked about at once.
@@ -303,7 +315,9 @@ impl Kernel for Noise {
             return Slope::new(&self.whole(), axis, self.step()).jets(at, out);
         }
         count(at[0].len());
-        if at[0].len() <= SMALL {
+        if self.frequency == 1.0 && at[0].len() <= BATCH {
+            self.kind.jets(&self.lattice, at, out);
+        } else if at[0].len() <= SMALL {
             self.scaled_jets::<SMALL>(at, &mut out);
         } else if at[0].len() <= MEDIUM {
             self.scaled_jets::<MEDIUM>(at, &mut out);

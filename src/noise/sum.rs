@@ -22,7 +22,7 @@ pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
     let means = if hurst.is_none() { f.mean * amplitudes(&f.terms) } else { 0.0 };
     let reach = p.map(|p| p.range().rad()).into_iter().fold(0.0, f64::max);
     let mut total = T::constant(means);
-    let mut noise = total.clone();
+    let mut room: Option<T> = None;
     let mut ended: Option<Ended<T>> = None;
     for (i, term) in f.terms.iter().enumerate() {
         let weight = term.weight(footprint);
@@ -45,17 +45,27 @@ pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
             }
             ended = Some(now);
         }
-        T::kernel_to(&term.octave, p, &mut noise);
-        f.deviate(&mut noise);
+        if i == 0 && means == 0.0 && hurst.is_none() && footprint.is_none() {
+            // The sum is nothing so far. (With a footprint, other lanes may have lost this octave.)
+            T::kernel_to(&term.octave, p, &mut total);
+            f.deviate(&mut total);
+            if term.amplitude != 1.0 {
+                total = total.scale(term.amplitude);
+            }
+            continue;
+        }
+        let noise = room.get_or_insert_with(|| T::constant(0.0));
+        T::kernel_to(&term.octave, p, noise);
+        f.deviate(noise);
         match weight {
             Weight::Share(w) => {
-                let faded = T::lift(&Modulate::PRODUCT, [&w, &noise]);
-                let present = T::choose(&w, is_one, &noise, &faded);
+                let faded = T::lift(&Modulate::PRODUCT, [&w, noise]);
+                let present = T::choose(&w, is_one, noise, &faded);
                 let without = without(f, term, &total, hurst);
                 add(f, term, &mut total, &present, hurst);
                 total = T::choose(&w, is_zero, &without, &total);
             }
-            _ => add(f, term, &mut total, &noise, hurst),
+            _ => add(f, term, &mut total, noise, hurst),
         }
     }
     match ended {

@@ -43,22 +43,16 @@ impl Cell {
 
     /// Its parts: eight octants, or fewer of a cell that is thin or flat along an axis.
     pub fn parts(&self) -> impl Iterator<Item = Cell> + use<> {
-        self.places().map(|(_, part)| part)
+        let octants = self.octants();
+        (0..8).filter(move |i| octants.has(*i)).map(move |i| octants.part(i))
     }
 
-    /// The same, and how far their middles are from that of the cell, which is exact.
-    pub fn places(&self) -> impl Iterator<Item = (DVec3, Cell)> + use<> {
+    /// How it is cut.
+    pub fn octants(&self) -> Octants {
         let Cell { centre, half } = *self;
         let cut = half.cmpgt(DVec3::splat(THIN * half.max_element()));
-        let quarter = DVec3::select(cut, 0.5 * half, half);
-        let whole = 7 & !cut.bitmask() as usize;
-        let side = |i: usize, bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
-        let off = move |i: usize| {
-            let to = DVec3::new(side(i, 1), side(i, 2), side(i, 4));
-            DVec3::select(cut, quarter * to, DVec3::ZERO)
-        };
-        let part = move |i: usize| (off(i), Cell { centre: centre + off(i), half: quarter });
-        (0..8).filter(move |i| i & whole == 0).map(part)
+        let (half, off) = (DVec3::select(cut, 0.5 * half, half), DVec3::select(cut, 0.5 * half, DVec3::ZERO));
+        Octants { centre, half, off, whole: 7 & !cut.bitmask() as usize }
     }
 
     /// Along which axes it is not flat.
@@ -84,6 +78,38 @@ impl Cell {
     /// Whether a point lies in the cell, or a little beside it.
     pub fn holds(&self, p: DVec3, margin: f64) -> bool {
         (p - self.centre).abs().cmple(self.half * (1.0 + OVERLAP) + margin).all()
+    }
+}
+
+/// The octants of a cell, by number: bits of it say on which sides of the middle they are.
+#[derive(Clone, Copy, Debug)]
+pub struct Octants {
+    centre: DVec3,
+    /// Half their extents.
+    pub half: DVec3,
+    /// How far their middles are from that of the cell along each axis, which is exact; nothing where it is not cut.
+    pub off: DVec3,
+    /// Bits of axes along which it is not cut.
+    whole: usize,
+}
+
+/// On which side of the middle each octant is, axis by axis.
+pub const SIDES: [[f64; 8]; 3] = [
+    [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0],
+    [-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0],
+    [-1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0],
+];
+
+impl Octants {
+    /// Whether there is one of this number: of those that are one another, the first.
+    pub fn has(&self, i: usize) -> bool {
+        i & self.whole == 0
+    }
+
+    /// One of them.
+    pub fn part(&self, i: usize) -> Cell {
+        let side = DVec3::new(SIDES[0][i], SIDES[1][i], SIDES[2][i]);
+        Cell { centre: self.centre + self.off * side, half: self.half }
     }
 }
 

@@ -13,7 +13,7 @@ use super::defined::Defined;
 use super::isolated::isolated;
 use super::point::CriticalPoint;
 use super::polish::polish;
-use super::verdict::{self, Verdict, Verdicts, Zeros, free_parts, judge};
+use super::verdict::{Verdict, Verdicts, Zeros, free_parts, judge};
 use crate::field::Watch;
 use crate::num::{Interval, Number, Taylor, Taylors};
 use crate::scene::Aabb;
@@ -270,17 +270,10 @@ impl Part {
 
 /// The parts of a cell that may hold critical points, by what is known of it.
 fn cut(cell: &Cell, (f, zeros): (&Taylor, &Zeros), solid: bool, stack: &mut Vec<Cell>) {
-    let (unit, mut share, mut middles) = (cell.unit(), DVec3::ZERO, [[0.0; verdict::PARTS]; 3]);
-    for (i, (off, part)) in cell.places().enumerate() {
-        (0..3).for_each(|axis| middles[axis][i] = off[axis] * unit);
-        share = part.half * unit;
-    }
-    let free = free_parts(f, zeros, (share.to_array(), &middles), solid);
-    for ((_, part), free) in cell.places().zip(free) {
-        if !free {
-            stack.push(part);
-        }
-    }
+    let (unit, octants) = (cell.unit(), cell.octants());
+    let (share, off) = ((octants.half * unit).to_array(), (octants.off * unit).to_array());
+    let free = free_parts(f, zeros, (share, off), solid);
+    stack.extend((0..8).filter(|i| octants.has(*i) && !free[*i]).map(|i| octants.part(i)));
 }
 
 /// A field to be evaluated over balls, with the memory for a batch of them.
@@ -311,9 +304,16 @@ impl Balls {
     /// The field over as many balls as there are lanes, at most, by their centres and radii. What idle lanes hold
     /// is of no interest.
     pub fn eval(&mut self, balls: impl Iterator<Item = (DVec3, f64)>) -> &Taylors<LANES> {
+        let (mut centres, mut radii) = ([[0.0; LANES]; 3], [0.0; LANES]);
         for (lane, (centre, radius)) in balls.take(LANES).enumerate() {
-            Taylors::set_ball(&mut self.at, lane, centre.to_array(), radius);
+            // Idle lanes are like the first one.
+            let lanes = if lane == 0 { 0..LANES } else { lane..lane + 1 };
+            for lane in lanes {
+                (0..3).for_each(|axis| centres[axis][lane] = centre[axis]);
+                radii[lane] = radius;
+            }
         }
+        Taylors::set_balls(&mut self.at, &centres, &radii);
         self.field.eval(&self.at)
     }
 
@@ -321,11 +321,10 @@ impl Balls {
     fn judged(&mut self, cells: &[Cell], solid: bool) -> Verdicts<LANES> {
         let mut shares = [[0.0; LANES]; 3];
         for (lane, cell) in cells.iter().enumerate() {
-            Taylors::set_ball(&mut self.at, lane, cell.centre.to_array(), cell.radius());
             let share = cell.share();
             (0..3).for_each(|axis| shares[axis][lane] = share[axis]);
         }
-        let values = self.field.eval(&self.at);
+        let values = self.eval(cells.iter().map(|cell| (cell.centre, cell.radius())));
         if cells.iter().all(|cell| cell.half.cmpgt(DVec3::ZERO).all()) {
             judge(values, &shares, solid)
         } else {

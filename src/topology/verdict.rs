@@ -14,6 +14,7 @@
 //! where the smallest eigenvalue of `H`, in size, exceeds `twist`: then every mean of Hessians in the ball
 //! can be inverted, and the gradient takes no value twice.
 
+use super::cell::SIDES;
 use super::matrix::{Inverse, inverse, rows};
 use crate::num::{Taylor, Taylors, widest};
 
@@ -176,27 +177,20 @@ pub fn is_outside(f: &Taylor, w: [f64; 3]) -> bool {
         | (curved > 1e-12 * f.value.abs())
 }
 
-/// Parts of a cell, at most.
-pub const PARTS: usize = 8;
-
-/// Which parts of a cell are outside of the solid, or free of critical points, by what is known of the whole cell: E0
-/// and E2 with the expansion about the part's middle, and E3. It costs little beside an evaluation, and often saves one.
-/// `share` are half the extents of all parts, and `middles` is where each lies, axis by axis, in units of the ball.
-pub fn free_parts(
-    f: &Taylor,
-    zeros: &Zeros,
-    (share, middles): ([f64; 3], &[[f64; PARTS]; 3]),
-    solid: bool,
-) -> [bool; PARTS] {
+/// Which octants of a cell are outside of the solid, or free of critical points, by what is known of the whole cell: E0
+/// and E2 with the expansion about the octant's middle, and E3. It costs little beside an evaluation, and often saves one.
+/// `share` are half their extents, and their middles are `off` to one or the other side along each axis, in units of the
+/// ball.
+pub fn free_parts(f: &Taylor, zeros: &Zeros, (share, off): ([f64; 3], [f64; 3]), solid: bool) -> [bool; 8] {
     widest(
         #[inline(always)]
         || {
-            let (f, zeros, mut free) = (*f, *zeros, [false; PARTS]);
+            let (f, zeros, mut free) = (*f, *zeros, [false; 8]);
             let [xx, yy, zz, xy, xz, yz] = f.hess;
             let turn = turns(f.hess, share);
             let dips = 0.5 * (turn[0] * share[0] + turn[1] * share[1] + turn[2] * share[2]);
-            for i in 0..PARTS {
-                let middle = [middles[0][i], middles[1][i], middles[2][i]];
+            for i in 0..8 {
+                let middle = [off[0] * SIDES[0][i], off[1] * SIDES[1][i], off[2] * SIDES[2][i]];
                 let [a, b, c] = middle;
                 let bent = [xx * a + xy * b + xz * c, xy * a + yy * b + yz * c, xz * a + yz * b + zz * c];
                 let rounded = turns(f.hess, [a.abs(), b.abs(), c.abs()]);

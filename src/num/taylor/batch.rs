@@ -26,6 +26,16 @@ impl<const B: usize> Taylors<B> {
         }
     }
 
+    /// Sets all lanes of the coordinates to balls.
+    pub fn set_balls(coordinates: &mut [Self; 3], centres: &[[f64; B]; 3], radii: &[f64; B]) {
+        for (axis, coordinate) in coordinates.iter_mut().enumerate() {
+            coordinate.fill_widest(
+                #[inline(always)]
+                |lane| Taylor::coordinate(centres[axis][lane], radii[lane], axis),
+            );
+        }
+    }
+
     /// Sets a lane of three coordinates to a straight line through a point, which reaches so far to either side. What
     /// is computed from them is known along it: derivatives are the first ones, in units of half its length.
     pub fn set_line(coordinates: &mut [Self; 3], lane: usize, middle: [f64; 3], half: [f64; 3]) {
@@ -103,6 +113,15 @@ impl<const B: usize> Taylors<B> {
         );
     }
 
+    /// Adds `k` times another batch. The compiler knows from the signature that the two are not one.
+    #[inline(always)]
+    fn accumulate(&mut self, other: &Self, k: f64) {
+        for i in 0..B {
+            let sum = self.lane(i).plus(&other.lane(i).times(k));
+            self.set(i, &sum);
+        }
+    }
+
     /// The batch that `job` writes.
     #[inline(always)]
     pub(super) fn written(job: impl FnOnce(&mut Self)) -> Self {
@@ -160,11 +179,9 @@ impl<const B: usize> Number for Taylors<B> {
         );
     }
     fn add_scaled(&mut self, other: &Self, k: f64) {
-        // A copy, since a loop that reads what it writes is not vectorised.
-        let own = *self;
-        self.fill_widest(
+        widest(
             #[inline(always)]
-            |i| own.lane(i).plus(&other.lane(i).times(k)),
+            || self.accumulate(other, k),
         );
     }
     fn scale_to(&self, k: f64, out: &mut Self) {
