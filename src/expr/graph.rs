@@ -360,10 +360,14 @@ impl Graph {
         *own = class.max(*own);
     }
 
-    /// Whether an expression reads the point.
+    /// Whether a footprint reads the point. As long as it is not said how far apart samples are, it is nothing.
     fn varies(&self, id: NodeId) -> bool {
-        let reads = |id: NodeId| matches!(self.node(id), Node::Input(Input::X | Input::Y | Input::Z));
-        !matches!(self.node(id), Node::Const(_)) && self.reachable(&[id]).into_iter().any(reads)
+        if matches!(self.node(id), Node::Const(_)) {
+            return false;
+        }
+        let inputs = self.reachable(&[id]);
+        let reads = |input: Input| inputs.iter().any(|id| *self.node(*id) == Node::Input(input));
+        !reads(Input::Footprint) && [Input::X, Input::Y, Input::Z].into_iter().any(reads)
     }
 
     fn intern(&mut self, node: Node) -> Result<NodeId, TooLarge> {

@@ -2,43 +2,84 @@
 
 use super::graph::{Graph, Input, Node, NodeId};
 use crate::op::Op;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 
 /// Numbers as large as that leave too few digits of coordinates that they are added to.
 const LARGEST: f64 = 1e9;
 
+/// What of an expression is linear in the point.
+#[derive(Clone, Copy)]
+struct Linear {
+    /// The slopes along the axes.
+    slopes: DVec3,
+    /// Whether the rest is a number that leaves digits to the coordinates.
+    is_all: bool,
+}
+
 impl Graph {
     /// The slopes of an expression along the axes, if it is a sum of multiples of the coordinates and of a number that
     /// leaves digits to them.
     pub fn linear(&self, root: NodeId) -> Option<DVec3> {
-        let mut slopes: HashMap<NodeId, DVec3> = HashMap::new();
+        let Linear { slopes, is_all } = self.linear_part(root);
+        is_all.then_some(slopes)
+    }
+
+    /// By how much a map of the point stretches space at most, as far as it is linear: 4 for `4 p`, and for `4 p` with
+    /// some noise added. 1 where nothing of it is linear.
+    pub fn stretch(&self, map: [NodeId; 3]) -> f64 {
+        let m = DMat3::from_cols_array_2d(&map.map(|part| self.linear_part(part).slopes.to_array()));
+        // Of the matrix times its transpose, the greatest eigenvalue, by powers.
+        let squares = m.transpose() * m;
+        let along = |axis: DVec3| {
+            let v = (0..POWERS).fold(axis, |v, _| (squares * v).normalize_or(axis));
+            (m * v).length()
+        };
+        let most = DVec3::AXES.map(along).into_iter().fold(0.0, f64::max);
+        if most > 0.0 && most.is_finite() { most } else { 1.0 }
+    }
+
+    fn linear_part(&self, root: NodeId) -> Linear {
+        let mut parts: HashMap<NodeId, Linear> = HashMap::new();
+        let all = |slopes: DVec3| Linear { slopes, is_all: true };
+        let bent = Linear { slopes: DVec3::ZERO, is_all: false };
         for id in self.reachable_here(&[root]) {
-            let slope = match self.node(id) {
-                Node::Const(bits) if f64::from_bits(*bits).abs() < LARGEST => DVec3::ZERO,
-                Node::Input(Input::X) => DVec3::X,
-                Node::Input(Input::Y) => DVec3::Y,
-                Node::Input(Input::Z) => DVec3::Z,
+            let part = match self.node(id) {
+                Node::Const(bits) if f64::from_bits(*bits).abs() < LARGEST => all(DVec3::ZERO),
+                Node::Input(Input::X) => all(DVec3::X),
+                Node::Input(Input::Y) => all(DVec3::Y),
+                Node::Input(Input::Z) => all(DVec3::Z),
                 Node::Op(op, args) => {
-                    let (slope, number) = (|i: usize| slopes[&args[i]], |i: usize| self.as_const(args[i]));
-                    match op {
-                        Op::Add(_) => slope(0) + slope(1),
-                        Op::Sub(_) => slope(0) - slope(1),
-                        Op::Neg(_) => -slope(0),
-                        Op::Mul(_) => match (number(0), number(1)) {
-                            (Some(times), _) => times * slope(1),
-                            (_, Some(times)) => times * slope(0),
-                            _ => return None,
-                        },
-                        Op::Div(_) => slope(0) / number(1)?,
-                        _ => return None,
+                    let (part, number) = (|i: usize| parts[&args[i]], |i: usize| self.as_const(args[i]));
+                    match (op, number(0), args.get(1).and_then(|_| number(1))) {
+                        (Op::Add(_), ..) => part(0).plus(part(1)),
+                        (Op::Sub(_), ..) => part(0).plus(part(1).times(-1.0)),
+                        (Op::Neg(_), ..) => part(0).times(-1.0),
+                        (Op::Mul(_), Some(k), _) => part(1).times(k),
+                        (Op::Mul(_), _, Some(k)) => part(0).times(k),
+                        (Op::Div(_), _, Some(k)) => part(0).times(1.0 / k),
+                        _ => bent,
                     }
                 }
-                _ => return None,
+                _ => bent,
             };
-            slopes.insert(id, slope);
+            parts.insert(id, part);
         }
-        Some(slopes[&root])
+        parts[&root]
+    }
+}
+
+/// Powers of a matrix until the vector that it stretches most is all that is left: what is not it by then is stretched
+/// nearly as much.
+const POWERS: usize = 64;
+
+impl Linear {
+    fn plus(self, o: Linear) -> Linear {
+        Linear { slopes: self.slopes + o.slopes, is_all: self.is_all && o.is_all }
+    }
+
+    fn times(self, k: f64) -> Linear {
+        Linear { slopes: self.slopes * k, ..self }
     }
 }
 
@@ -65,5 +106,30 @@ mod tests {
         let vast = graph.constant(1e17).unwrap();
         let far = graph.op(Op::Add(Add), &[x, vast]).unwrap();
         assert_eq!([bent, over, far].map(|root| graph.linear(root)), [None; 3]);
+    }
+
+    #[test]
+    fn maps_stretch_by_their_linear_part() {
+        let mut graph = Graph::default();
+        let [x, y, z] = graph.point().unwrap();
+        let [four, small] = [4.0, 0.6].map(|c| graph.constant(c).unwrap());
+        let mut op = |op: Op, args: &[NodeId]| graph.op(op, args).unwrap();
+        let times = [x, y, z].map(|c| op(Op::Mul(Mul), &[four, c]));
+        let product = op(Op::Mul(Mul), &[x, y]);
+        let warped = times.map(|c| op(Op::Add(Add), &[c, product]));
+        // A turn about z, by the angle of a triangle with sides 3, 4 and 5.
+        let [a, b] = [x, y].map(|c| op(Op::Mul(Mul), &[small, c]));
+        let (c, d) = (op(Op::Div(Div), &[a, four]), op(Op::Div(Div), &[b, four]));
+        let turned = [op(Op::Sub(Sub), &[c, b]), op(Op::Add(Add), &[a, d]), z];
+        let flat = [times[0], y, four];
+        assert!((graph.stretch(times) - 4.0).abs() < 1e-12);
+        assert!((graph.stretch(warped) - 4.0).abs() < 1e-12);
+        assert!((graph.stretch(flat) - 4.0).abs() < 1e-12);
+        assert_eq!(graph.stretch([product; 3]), 1.0);
+        assert_eq!(graph.stretch([x, y, z]), 1.0);
+        // Columns (0.15, 0.6) and (-0.6, 0.15) are perpendicular and alike, and shorter than z is.
+        assert!((graph.stretch(turned) - 1.0).abs() < 1e-12);
+        let only = [turned[0], turned[1], four];
+        assert!((graph.stretch(only) - 0.15_f64.hypot(0.6)).abs() < 1e-12);
     }
 }

@@ -153,16 +153,17 @@ impl Source {
             Some(p) => p,
             None => host.point()?,
         };
-        let p = match self.domain {
-            Domain::Space => p,
-            Domain::Sphere => on_sphere(host, p)?,
-            Domain::Plane => [p[0], host.constant(0.0)?, p[2]],
+        let footprint = stretched(host, p)?;
+        let (p, footprint) = match self.domain {
+            Domain::Space => (p, footprint),
+            Domain::Sphere => on_sphere(host, p, footprint)?,
+            Domain::Plane => ([p[0], host.constant(0.0)?, p[2]], footprint),
         };
         match &self.kind {
             Kind::One(noise) => Ok(host.graph.borrow_mut().noise(*noise, p)?),
             Kind::Sum(sum) => {
                 let fractal = Arc::new(fractal(&sum.recipe)?);
-                let footprint = if sum.detail { host.input(Input::Footprint)? } else { host.constant(0.0)? };
+                let footprint = if sum.detail { footprint } else { host.constant(0.0)? };
                 let mut graph = host.graph.borrow_mut();
                 Ok(match sum.hurst {
                     None => graph.fractal(fractal, p, footprint)?,
@@ -177,10 +178,21 @@ fn fractal(recipe: &Recipe) -> Outcome<Fractal> {
     Fractal::new(recipe.clone()).map_err(|e| Fault::new(e.to_string()))
 }
 
-/// `p / |p|`
-pub fn on_sphere(host: &Host, p: [NodeId; 3]) -> Outcome<[NodeId; 3]> {
+/// The size of a pixel where a map of the point comes to.
+pub fn stretched(host: &Host, map: [NodeId; 3]) -> Outcome<NodeId> {
+    let stretch = host.graph.borrow().stretch(map);
+    let here = host.input(Input::Footprint)?;
+    // Turns are off by a few roundoffs.
+    if (stretch - 1.0).abs() < 1e-9 {
+        return Ok(here);
+    }
+    host.op(Op::Mul(op::Mul), &[here, host.constant(stretch)?])
+}
+
+/// `p / |p|`, and the size of a pixel there by that at `p`.
+pub fn on_sphere(host: &Host, p: [NodeId; 3], footprint: NodeId) -> Outcome<([NodeId; 3], NodeId)> {
     let r = host.op(Op::Length(op::Length), &p)?;
     let [x, y, z] = p;
     let unit = |c| host.op(Op::Div(op::Div), &[c, r]);
-    Ok([unit(x)?, unit(y)?, unit(z)?])
+    Ok(([unit(x)?, unit(y)?, unit(z)?], unit(footprint)?))
 }

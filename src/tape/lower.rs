@@ -88,6 +88,17 @@ pub struct Tape {
     pub(super) native: Native,
 }
 
+/// Whether an expression reads as zero while it is not said how far apart samples are: that, and what it is divided by or
+/// multiplied with.
+fn reads_as_nothing(graph: &Graph, id: NodeId) -> bool {
+    match graph.node(id) {
+        Node::Input(Input::Footprint) => true,
+        Node::Op(Op::Div(_), args) => reads_as_nothing(graph, args[0]),
+        Node::Op(Op::Mul(_), args) => args.iter().any(|a| reads_as_nothing(graph, *a)),
+        _ => graph.as_const(id) == Some(0.0),
+    }
+}
+
 impl Tape {
     /// Lowers expressions of the coordinates. Time and footprint must have been substituted before;
     /// any that are left read as zero.
@@ -111,7 +122,7 @@ impl Tape {
                     Instr::Flow(Arc::new(Inner::flowed(graph, flow)), [at(&p[0]), at(&p[1]), at(&p[2])])
                 }
                 Node::Fractal(fractal, p, footprint, hurst) => {
-                    let limited = graph.as_const(*footprint) != Some(0.0);
+                    let limited = !reads_as_nothing(graph, *footprint);
                     let p = [at(&p[0]), at(&p[1]), at(&p[2])];
                     let further = [limited.then(|| at(footprint)), hurst.as_ref().map(at)];
                     Instr::Fractal(fractal.clone(), p, further)

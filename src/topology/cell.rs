@@ -60,6 +60,11 @@ impl Cell {
         self.half.to_array().map(|half| half > 0.0)
     }
 
+    /// Whether it is flat along an axis.
+    pub fn is_flat(&self) -> bool {
+        !self.half.cmpgt(DVec3::ZERO).all()
+    }
+
     /// Radius of a ball around the middle that holds the cell and a little more.
     pub fn radius(&self) -> f64 {
         self.half.length() * (1.0 + 2.0 * OVERLAP)

@@ -273,7 +273,11 @@ fn cut(cell: &Cell, (f, zeros): (&Taylor, &Zeros), solid: bool, stack: &mut Vec<
     let (unit, octants) = (cell.unit(), cell.octants());
     let (share, off) = ((octants.half * unit).to_array(), (octants.off * unit).to_array());
     let free = free_parts(f, zeros, (share, off), solid);
-    stack.extend((0..8).filter(|i| octants.has(*i) && !free[*i]).map(|i| octants.part(i)));
+    for i in 0..8 {
+        if octants.has(i) && !free[i] {
+            stack.push(octants.part(i));
+        }
+    }
 }
 
 /// A field to be evaluated over balls, with the memory for a batch of them.
@@ -325,7 +329,7 @@ impl Balls {
             (0..3).for_each(|axis| shares[axis][lane] = share[axis]);
         }
         let values = self.eval(cells.iter().map(|cell| (cell.centre, cell.radius())));
-        if cells.iter().all(|cell| cell.half.cmpgt(DVec3::ZERO).all()) {
+        if !cells.iter().any(Cell::is_flat) {
             judge(values, &shares, solid)
         } else {
             let mut flat = *values;
@@ -336,7 +340,8 @@ impl Balls {
 
     /// What is known of a cell that was just judged.
     fn known(&self, lane: usize, cell: &Cell) -> Taylor {
-        self.field.output(0).lane(lane).on(cell.free_axes())
+        let f = self.field.output(0).lane(lane);
+        if cell.is_flat() { f.on(cell.free_axes()) } else { f }
     }
 
     /// Goes on with another tape of the same field: one that holds wherever it is asked from now on.

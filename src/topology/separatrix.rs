@@ -2,8 +2,9 @@
 //!
 //! What is joined with what is decided elsewhere ([`descent`](super::descent)); these are for pictures. The
 //! unit vector field `-grad f / |grad f|` is integrated by the classical method of Runge and Kutta in steps
-//! that are a small share of the region, until a basin is entered or a step leads down no more; the rest is a
-//! straight line.
+//! that are a small share of the region at most, until it is a few steps from a minimum in whose basin it is. (In a basin a
+//! straight line would lead down too, but streamlines bend there as they do anywhere.) Where even short steps do not lead
+//! down, the rest is a straight line to the minimum of the basin, or to the one that is known to be the end.
 
 use super::complex::{Arc1, Complex};
 use crate::num::Dual;
@@ -15,27 +16,43 @@ use std::sync::Arc;
 /// Length of a step, as a share of the region's diagonal.
 const STEP: f64 = 1e-3;
 
+/// Steps from a minimum at which a line goes straight there.
+const NEAR: f64 = 4.0;
+
+/// Steps are halved where they do not lead down, as on the floors of narrow valleys, until they are as short as that share.
+const SHORTEST: f64 = 1e-3;
+
 /// Steps until a line is given up.
-const STEPS: usize = 4000;
+const STEPS: usize = 16_000;
 
 /// Both separatrices of each of a complex's arcs as one line, from minimum to minimum through the saddle.
 pub fn separatrices(tape: &Arc<Tape>, complex: &Complex) -> Vec<Vec<DVec3>> {
     let basins = complex.basins();
     let step = STEP * complex.region.diagonal();
+    let place = |minimum: usize| complex.points[minimum].position;
     let trace = |field: &mut Evaluator<Dual>, from: DVec3, side: DVec3, end: Option<usize>| {
         let mut line = vec![from, from + 0.5 * step * side];
-        let mut lowest = f64::INFINITY;
-        while line.len() < STEPS {
-            let at = line[line.len() - 1];
-            let value = dual(field, at).value;
-            // A step that does not lead down any more has come as close as steps of this length do.
-            let end = basins.find(at).map(|i| complex.basins[i].0).or(end.filter(|_| value >= lowest));
-            if let Some(minimum) = end {
-                line.push(complex.points[minimum].position);
+        let (mut at, mut length) = (line[1], step);
+        let mut value = dual(field, at).value;
+        for _ in 0..STEPS {
+            let within = basins.find(at).map(|i| complex.basins[i].0);
+            let near = within.filter(|minimum| place(*minimum).distance(at) < NEAR * step);
+            let has_stopped = length < SHORTEST * step;
+            if let Some(minimum) = near.or(within.or(end).filter(|_| has_stopped)) {
+                line.push(place(minimum));
                 break;
             }
-            lowest = lowest.min(value);
-            line.push(advanced(field, at, step));
+            if has_stopped {
+                break;
+            }
+            let next = advanced(field, at, length);
+            let below = dual(field, next).value;
+            if below < value {
+                (at, value, length) = (next, below, (2.0 * length).min(step));
+                line.push(at);
+            } else {
+                length *= 0.5;
+            }
         }
         line
     };

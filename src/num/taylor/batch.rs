@@ -28,12 +28,23 @@ impl<const B: usize> Taylors<B> {
 
     /// Sets all lanes of the coordinates to balls.
     pub fn set_balls(coordinates: &mut [Self; 3], centres: &[[f64; B]; 3], radii: &[f64; B]) {
-        for (axis, coordinate) in coordinates.iter_mut().enumerate() {
-            coordinate.fill_widest(
-                #[inline(always)]
-                |lane| Taylor::coordinate(centres[axis][lane], radii[lane], axis),
-            );
-        }
+        let [x, y, z] = coordinates;
+        widest(
+            #[inline(always)]
+            || {
+                x.become_coordinate::<0>(&centres[0], radii);
+                y.become_coordinate::<1>(&centres[1], radii);
+                z.become_coordinate::<2>(&centres[2], radii);
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn become_coordinate<const AXIS: usize>(&mut self, middles: &[f64; B], radii: &[f64; B]) {
+        self.fill(
+            #[inline(always)]
+            |lane| Taylor::coordinate(middles[lane], radii[lane], AXIS),
+        );
     }
 
     /// Sets a lane of three coordinates to a straight line through a point, which reaches so far to either side. What

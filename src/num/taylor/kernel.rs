@@ -30,9 +30,10 @@ const SUMS: f64 = 400.0;
 /// What is known of the middle of a ball of which only the range of the kernel counts.
 const UNSEEN: Point = Point { value: f64::NAN, grad: [0.0; 3], hess: [0.0; 6] };
 
-/// The three arguments together.
+/// The three arguments together. If they are not `BENT`, which is to say that none has second derivatives in the centre of
+/// a ball, what these would add to is left as it is.
 #[derive(Clone, Copy)]
-struct Argument {
+struct Argument<const BENT: bool> {
     x: [Taylor; 3],
     /// Norm of the Jacobian in the centre.
     slope: f64,
@@ -46,15 +47,15 @@ struct Argument {
     far: f64,
 }
 
-impl Argument {
+impl<const BENT: bool> Argument<BENT> {
     /// Of a lane.
     #[inline(always)]
-    fn at<const B: usize>(p: [&Taylors<B>; 3], i: usize) -> Argument {
+    fn at<const B: usize>(p: [&Taylors<B>; 3], i: usize) -> Self {
         Argument::new([p[0].lane(i), p[1].lane(i), p[2].lane(i)])
     }
 
     #[inline(always)]
-    fn new(x: [Taylor; 3]) -> Argument {
+    fn new(x: [Taylor; 3]) -> Self {
         let slope = jacobian(&x);
         let together = |part: [f64; 3]| length(part);
         let bow = [0, 1].map(|k| together([x[0].bow[k], x[1].bow[k], x[2].bow[k]]));
@@ -64,11 +65,29 @@ impl Argument {
             bow,
             turn,
             twist: together([x[0].twist, x[1].twist, x[2].twist]),
-            curved: together([spectral(x[0].hess), spectral(x[1].hess), spectral(x[2].hess)]),
+            curved: if BENT {
+                together([spectral(x[0].hess), spectral(x[1].hess), spectral(x[2].hess)])
+            } else {
+                0.0
+            },
             far: (slope + bow[0]) * ROUND_UP,
             x,
         }
     }
+}
+
+/// Whether any of the arguments has second derivatives in a centre.
+#[inline(always)]
+fn are_bent<const B: usize>(p: [&Taylors<B>; 3]) -> bool {
+    let mut bent = false;
+    for x in p {
+        for pair in 0..6 {
+            for i in 0..B {
+                bent |= x.hess[pair][i] != 0.0;
+            }
+        }
+    }
+    bent
 }
 
 /// Bound on the spectral norm of the matrix whose rows are the gradients: the root of the largest row sum of
@@ -186,20 +205,27 @@ impl<const B: usize> Taylors<B> {
             };
             k.jets([&p[0].value, &p[1].value, &p[2].value], out);
         }
-        let error = Growing::new(k);
-        self.fill_widest(
+        let jets = Centres { value, grad, hess, blind, error: Growing::new(k), bounds };
+        self.compose(p, &jets);
+    }
+
+    /// Composes jets with the arguments of a kernel; compiled once for all kernels.
+    #[inline(never)]
+    fn compose(&mut self, p: [&Self; 3], jets: &Centres<'_, B>) {
+        widest(
             #[inline(always)]
-            |i| {
-                let x = Argument::at(p, i);
-                let mut jet = UNSEEN;
-                if !blind[i] {
-                    (jet.value, jet.grad) = (value[i], [grad[0][i], grad[1][i], grad[2][i]]);
-                    for k in 0..6 {
-                        jet.hess[k] = hess[k][i];
-                    }
+            || {
+                if are_bent(p) {
+                    self.fill(
+                        #[inline(always)]
+                        |i| jets.composed(i, &Argument::<true>::at(p, i)),
+                    );
+                } else {
+                    self.fill(
+                        #[inline(always)]
+                        |i| jets.composed(i, &Argument::<false>::at(p, i)),
+                    );
                 }
-                let error = error.at(size(&x));
-                Taylor::composed(&Known::new(&Local::uniform(jet, bounds), error, x.far), &x)
             },
         );
     }
@@ -212,22 +238,17 @@ impl<const B: usize> Taylors<B> {
         if f.around([1.0; N], 0.0).is_none() {
             return false;
         }
-        out.fill(
-            #[inline(always)]
-            |i| {
-                let argument = Argument::at([a, b, c], i);
-                let mut at = [0.0; N];
-                for k in 0..N {
-                    at[k] = x[k].value[i];
-                }
-                match f.around(at, argument.far) {
-                    Some((local, error)) => {
-                        Taylor::composed(&Known::new(&local, error, argument.far), &argument)
-                    }
-                    None => Taylor::constant(f64::NAN),
-                }
-            },
-        );
+        if are_bent([a, b, c]) {
+            out.fill(
+                #[inline(always)]
+                |i| composed_around(f, x, i, &Argument::<true>::at([a, b, c], i)),
+            );
+        } else {
+            out.fill(
+                #[inline(always)]
+                |i| composed_around(f, x, i, &Argument::<false>::at([a, b, c], i)),
+            );
+        }
         true
     }
 
@@ -238,7 +259,7 @@ impl<const B: usize> Taylors<B> {
             #[inline(always)]
             || {
                 for i in 0..B {
-                    far[i] = Argument::at(p, i).far;
+                    far[i] = Argument::<true>::at(p, i).far;
                 }
             },
         );
@@ -259,7 +280,7 @@ impl<const B: usize> Taylors<B> {
             told.set(
                 i,
                 &if blind[i] {
-                    (Local::uniform(UNSEEN, bounds), growing.at(size(&Argument::at(p, i))))
+                    (Local::uniform(UNSEEN, bounds), growing.at(size(&Argument::<true>::at(p, i))))
                 } else {
                     locals[seen[i]]
                 },
@@ -269,9 +290,54 @@ impl<const B: usize> Taylors<B> {
             #[inline(always)]
             |i| {
                 let (local, error) = told.lane(i);
-                Taylor::composed(&Known::new(&local, error, far[i]), &Argument::at(p, i))
+                Taylor::composed(&Known::new(&local, error, far[i]), &Argument::<true>::at(p, i))
             },
         );
+    }
+}
+
+/// What a kernel of which the jets and the bounds are all there is to say knows of balls.
+struct Centres<'a, const B: usize> {
+    value: [f64; B],
+    grad: [[f64; B]; 3],
+    hess: [[f64; B]; 6],
+    /// Of which only the range counts.
+    blind: &'a [bool; B],
+    error: Growing,
+    bounds: Bounds,
+}
+
+impl<const B: usize> Centres<'_, B> {
+    /// A lane at an argument.
+    #[inline(always)]
+    fn composed<const BENT: bool>(&self, i: usize, x: &Argument<BENT>) -> Taylor {
+        let mut jet = UNSEEN;
+        if !self.blind[i] {
+            (jet.value, jet.grad) = (self.value[i], [self.grad[0][i], self.grad[1][i], self.grad[2][i]]);
+            for k in 0..6 {
+                jet.hess[k] = self.hess[k][i];
+            }
+        }
+        let error = self.error.at(size(x));
+        Taylor::composed(&Known::new(&Local::uniform(jet, self.bounds), error, x.far), x)
+    }
+}
+
+/// A lane of the image under a function that knows of a ball what a kernel does.
+#[inline(always)]
+fn composed_around<F: Function<N>, const N: usize, const B: usize, const BENT: bool>(
+    f: &F,
+    x: &[&Taylors<B>; N],
+    i: usize,
+    argument: &Argument<BENT>,
+) -> Taylor {
+    let mut at = [0.0; N];
+    for k in 0..N {
+        at[k] = x[k].value[i];
+    }
+    match f.around(at, argument.far) {
+        Some((local, error)) => Taylor::composed(&Known::new(&local, error, argument.far), argument),
+        None => Taylor::constant(f64::NAN),
     }
 }
 
@@ -313,7 +379,7 @@ impl<const B: usize> Told<B> {
 
 /// Largest coordinate in the centre.
 #[inline(always)]
-fn size(x: &Argument) -> f64 {
+fn size<const BENT: bool>(x: &Argument<BENT>) -> f64 {
     let larger = |a: f64, b: f64| choose(a > b, a, b);
     larger(larger(x.x[0].value.abs(), x.x[1].value.abs()), x.x[2].value.abs())
 }
@@ -321,7 +387,7 @@ fn size(x: &Argument) -> f64 {
 impl Taylor {
     /// The chain rule for a kernel.
     #[inline(always)]
-    fn composed(n: &Known, x: &Argument) -> Taylor {
+    fn composed<const BENT: bool>(n: &Known, x: &Argument<BENT>) -> Taylor {
         let mut out = Taylor::constant(n.value);
         let h = matrix(n.hess);
         // Rows of `H_N J`.
@@ -337,7 +403,8 @@ impl Taylor {
         for pair in 0..6 {
             let (row, column) = PAIRS[pair];
             for i in 0..3 {
-                out.hess[pair] += n.grad[i] * x.x[i].hess[pair] + x.x[i].grad[row] * bent[i][column];
+                let own = if BENT { n.grad[i] * x.x[i].hess[pair] } else { 0.0 };
+                out.hess[pair] += own + x.x[i].grad[row] * bent[i][column];
             }
         }
         let (g, h) = (length(n.grad), spectral(n.hess));

@@ -6,7 +6,7 @@ use crate::num::{Affine, Dual, Interval, Jet, Slope};
 use crate::op::{self, Op};
 use crate::script::fault::{Fault, Outcome};
 use crate::script::host::Host;
-use crate::script::noises::on_sphere;
+use crate::script::noises::{on_sphere, stretched};
 use crate::script::value::{Field, Region, Scalar, Value, Vec3, VectorField};
 use glam::{DMat3, DVec3, EulerRot};
 use rhai::{Array, Dynamic};
@@ -143,8 +143,14 @@ fn scalar_at(c: &Call<'_>, f: NodeId, p: &[Scalar; 3]) -> Outcome<Scalar> {
 }
 
 fn with_point(c: &Call<'_>, p: &[Scalar; 3]) -> Outcome<Vec<(Input, NodeId)>> {
-    let inputs = [Input::X, Input::Y, Input::Z];
-    inputs.into_iter().zip(p).map(|(input, s)| Ok((input, s.node(c.host)?))).collect()
+    let [x, y, z] = p.each_ref().map(|s| s.node(c.host));
+    let p = [x?, y?, z?];
+    Ok(with(p, stretched(c.host, p)?))
+}
+
+/// The inputs of an expression that is asked at another point, where a pixel is of another size.
+fn with([x, y, z]: [NodeId; 3], footprint: NodeId) -> Vec<(Input, NodeId)> {
+    vec![(Input::X, x), (Input::Y, y), (Input::Z, z), (Input::Footprint, footprint)]
 }
 
 fn substitute_all(host: &Host, nodes: [NodeId; 3], with: &[(Input, NodeId)]) -> Outcome<[NodeId; 3]> {
@@ -259,8 +265,8 @@ fn moves(lib: &mut Library<'_>) {
                 source.domain = crate::script::noises::Domain::Sphere;
                 return Ok(Dynamic::from(source));
             }
-            let p = on_sphere(c.host, c.host.point()?)?;
-            moved(c, &[(Input::X, p[0]), (Input::Y, p[1]), (Input::Z, p[2])])
+            let (p, footprint) = on_sphere(c.host, c.host.point()?, c.host.input(Input::Footprint)?)?;
+            moved(c, &with(p, footprint))
         },
     );
     lib.def(

@@ -20,6 +20,9 @@ const REACH: f64 = 4096.0;
 /// and so many times as far as the place is from the origin.
 const REACHES: f64 = 16.0;
 
+/// By how much farther each time, while all is solid.
+const FARTHER: f64 = 1024.0;
+
 /// How exactly the camera keeps its height, as a share of it.
 const PRECISION: f64 = 1e-6;
 
@@ -77,14 +80,22 @@ impl Place {
 
     /// The point at a height above the ground.
     fn above(&self, c: &Call<'_>, ground: &mut Field, height: f64) -> Outcome<DVec3> {
-        let reach = REACH.max(REACHES * self.at.length());
-        let (origin, end) = if self.is_on_planet { (DVec3::ZERO, 0.0) } else { (self.at, reach) };
+        let mut reach = REACH.max(REACHES * self.at.length());
         let down = -self.up;
-        match first_inside(ground, (origin, down), [-reach, end], PRECISION * height, &c.host.halt()) {
-            Ok(Some(t)) if t > -reach => Ok(origin + (t - height) * down),
-            Ok(Some(_)) => Err(nowhere("the ground has no top here: all is solid as far up as one can see")),
-            Ok(None) => Err(nowhere("there is no ground here")),
-            Err(unknown) => Err(Fault::new(format!("no ground was found here: {unknown}")).key("ground")),
+        loop {
+            let (origin, end) = if self.is_on_planet { (DVec3::ZERO, 0.0) } else { (self.at, reach) };
+            match first_inside(ground, (origin, down), [-reach, end], PRECISION * height, &c.host.halt()) {
+                Ok(Some(t)) if t > -reach => return Ok(origin + (t - height) * down),
+                // All is solid so far up: planets may be larger.
+                Ok(Some(_)) if reach < FAR => reach *= FARTHER,
+                Ok(Some(_)) => {
+                    return Err(nowhere("the ground has no top here: all is solid as far up as one can see"));
+                }
+                Ok(None) => return Err(nowhere("there is no ground here")),
+                Err(unknown) => {
+                    return Err(Fault::new(format!("no ground was found here: {unknown}")).key("ground"));
+                }
+            }
         }
     }
 }

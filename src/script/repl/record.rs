@@ -124,19 +124,32 @@ fn ended(text: &str) -> String {
     }
 }
 
+/// Words that begin statements which a block ends, and those that go on after a block.
+const BLOCKS: [&str; 9] = ["if", "for", "while", "loop", "do", "switch", "try", "fn", "{"];
+const ONWARDS: [&str; 4] = ["else", "catch", "while", "until"];
+
 /// The value of a text under a name: what follows its last statement that ends.
 fn named(text: &str) -> String {
     let tokens = code(text);
     let mut depth = 0i32;
-    let mut start = tokens.first().map_or(0, |t| t.start);
+    let mut first = 0;
     for (i, token) in tokens.iter().enumerate() {
+        let next = tokens.get(i + 1).map(|t| t.text);
         match token.text {
-            "(" | "{" | "[" => depth += 1,
+            "(" | "{" | "[" | "#{" => depth += 1,
             ")" | "}" | "]" => depth -= 1,
-            ";" if depth == 0 => start = tokens.get(i + 1).map_or(text.len(), |t| t.start),
             _ => {}
         }
+        let ends = match token.text {
+            ";" => true,
+            "}" => BLOCKS.contains(&tokens[first].text) && next.is_some_and(|next| !ONWARDS.contains(&next)),
+            _ => false,
+        };
+        if depth == 0 && ends {
+            first = i + 1;
+        }
     }
+    let mut start = tokens.get(first).map_or(text.len(), |t| t.start);
     // A definition of a function needs no semicolon after it.
     if let Some(last) = functions(text).into_iter().rfind(|f| f.start >= start) {
         start = tokens.iter().find(|t| t.start >= last.end).map_or(text.len(), |t| t.start);
@@ -223,6 +236,17 @@ mod tests {
         assert_eq!(script(&[("let r = 2;", false), ("sphere(r)", true)]), "let r = 2;\nsphere(r)\n");
         let went_on = script(&[("let r = 2; sphere(r)", true), ("r = 3", false)]);
         assert_eq!(went_on, "let r = 2; let last_solid = sphere(r);\nr = 3;\nlast_solid\n");
+        let after_a_block = script(&[("let g = 1; if true { g = 2 } sphere(g)", true), ("g", false)]);
+        assert_eq!(
+            after_a_block,
+            "let g = 1; if true { g = 2 } let last_solid = sphere(g);\ng;\nlast_solid\n"
+        );
+        let chosen =
+            script(&[("for i in [1, 2] { i }\nif a { sphere(1) } else { sphere(2) }", true), ("1", false)]);
+        assert_eq!(
+            chosen,
+            "for i in [1, 2] { i }\nlet last_solid = if a { sphere(1) } else { sphere(2) };\n1;\nlast_solid\n"
+        );
         let defined = script(&[("fn f(r) { sphere(r) } f(1.0)", true), ("1", false)]);
         assert_eq!(defined, "fn f(r) { sphere(r) } let last_solid = f(1.0);\n1;\nlast_solid\n");
     }

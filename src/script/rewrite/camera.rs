@@ -3,15 +3,17 @@
 use crate::scene::{Camera, Projection};
 use glam::DVec3;
 
-/// The call that makes a camera, rounded to what matters: a ten-thousandth of its distance.
+/// The call that makes a camera, rounded to what matters: directions to a ten-thousandth, and where the eye is to a
+/// billionth, since it may stand on the ground of a planet.
 pub fn camera(camera: &Camera) -> String {
     let Camera { eye, target, up, projection } = camera;
     let unit = 1e-4 * eye.distance(*target);
-    let point = |p: &DVec3| {
+    let point = |p: &DVec3, unit: f64| {
         let [x, y, z] = p.to_array().map(|c| rounded(c, unit));
         format!("[{x}, {y}, {z}]")
     };
-    let mut options = format!("eye: {}, target: {}", point(eye), point(target));
+    let exact = unit.min(1e-9 * eye.abs().max_element());
+    let mut options = format!("eye: {}, target: {}", point(eye, exact), point(target, unit));
     if *up != DVec3::Y {
         let [x, y, z] = up.to_array().map(|c| rounded(c, 1e-6));
         options += &format!(", up: [{x}, {y}, {z}]");
@@ -65,9 +67,14 @@ mod tests {
             let text = camera(&askew.with(projection));
             let compiled = compile(&Request::text(format!("scene(#{{ surface: x, camera: {text} }})")));
             let read = compiled.scene.unwrap_or_else(|| panic!("{text}: {:?}", compiled.diagnostics)).camera;
-            assert!(read.eye.distance(askew.eye) < 1e-3 && read.up.distance(askew.up) < 1e-5, "{text}");
+            assert!(read.eye.distance(askew.eye) < 1e-8 && read.up.distance(askew.up) < 1e-5, "{text}");
             assert_eq!(read.projection, projection, "{text}");
         }
+        let on_ground = DVec3::new(0.163_175_913, 0.342_020_143, 0.925_416_578) * (1.0 + 1e-6);
+        let text = camera(&Camera::look_at(on_ground, DVec3::new(0.07, 1.2, 0.43)));
+        let compiled = compile(&Request::text(format!("scene(#{{ surface: x, camera: {text} }})")));
+        let read = compiled.scene.expect("a camera").camera;
+        assert!((read.eye.length() - on_ground.length()).abs() < 2e-9, "{text}");
         assert_eq!(
             camera(&Camera::look_at(DVec3::new(0.0, 0.25, 4.0), DVec3::ZERO)),
             "look_at(#{ eye: [0.0, 0.25, 4.0], target: [0.0, 0.0, 0.0], fov: 35.0 })"

@@ -20,6 +20,7 @@ const link = new Link({
     panel.show(report);
     frame(report);
     document.body.dataset.region = report.region ?? "";
+    if (document.body.dataset.stage !== report.stage) probe.refresh();
     document.body.dataset.stage = report.stage;
     document.body.dataset.revision = report.revision;
   },

@@ -26,12 +26,18 @@ export class Probe {
     if (this.asking || !this.next) return;
     this.asking = true;
     this.link.send({ pick: this.next });
-    this.next = null;
+    [this.last, this.next] = [this.next, null];
   }
 
   /** A new connection answers no old questions. */
   again() {
     this.asking = false;
+    this.ask();
+  }
+
+  /** Another picture: what is at the place that was asked about last? */
+  refresh() {
+    this.next ??= this.last;
     this.ask();
   }
 
@@ -63,7 +69,8 @@ function facts({ point, value, gradient, distance, footprint, color, component, 
   if (color) rows.push(["colour", vector(color)]);
   if (component !== null) rows.push(["component", String(component)]);
   if (dominant) {
-    rows.push([`${Math.round(100 * dominant.share)} %`, `line ${dominant.line}: ${dominant.text}`]);
+    const { share, file, line, text } = dominant;
+    rows.push([`${Math.round(100 * share)} %`, `${file}, line ${line}: ${text}`]);
   }
   return rows;
 }
