@@ -114,9 +114,14 @@ struct Crossing {
     normal: DVec3,
 }
 
+/// Where the field is asked next to a corner at which it has no value, in cells.
+const ASIDE: [f64; 3] = [1e-6, 0.618e-6, 0.382e-6];
+
 /// Finds contours; one per thread.
 pub(super) struct Tracer {
     lattice: Lattice,
+    /// Of the whole field.
+    tape: Arc<Tape>,
     values: Evaluator<Many<f64, LANES>>,
     slopes: Evaluator<Many<Dual, LANES>>,
     /// Values at the corners of the current block.
@@ -131,6 +136,7 @@ impl Tracer {
         let count = CORNERS * CORNERS * CORNERS;
         Tracer {
             lattice: *lattice,
+            tape: tape.clone(),
             values: Evaluator::new(tape.clone()),
             slopes: Evaluator::new(tape.clone()),
             corners: vec![0.0; count],
@@ -144,6 +150,7 @@ impl Tracer {
         self.values.turn_to(&block.tape);
         self.slopes.turn_to(&block.tape);
         self.sample(block.at, &choices.cut);
+        self.values.turn_to(&block.tape);
         let mut contour = Contour {
             at: block.at,
             cells: Vec::new(),
@@ -170,12 +177,32 @@ impl Tracer {
             }
         }
         self.values.eval_all(p.each_ref().map(Vec::as_slice), &mut self.corners);
+        self.look_aside(p);
         for corner in cut {
             let offset: Place = std::array::from_fn(|axis| corner[axis].wrapping_sub(at[axis]));
             if offset.iter().all(|i| *i <= SIDE) {
                 let value = &mut self.corners[corner_number(offset)];
                 *value = value.abs();
             }
+        }
+    }
+
+    /// Takes corners at which the field has no value for what is next to them: the centre of a planet, where directions have
+    /// none, is no void.
+    fn look_aside(&mut self, mut p: [Vec<f64>; 3]) {
+        let lost: Vec<usize> = (0..self.corners.len()).filter(|&i| self.corners[i].is_nan()).collect();
+        if lost.is_empty() {
+            return;
+        }
+        for (axis, p) in p.iter_mut().enumerate() {
+            let cell = self.lattice.along(axis, 1) - self.lattice.along(axis, 0);
+            *p = lost.iter().map(|&i| p[i] + ASIDE[axis] * cell).collect();
+        }
+        let mut aside = vec![0.0; lost.len()];
+        // The code of the block may not hold there, and all blocks with a corner must agree about it.
+        self.values.turn_to(&self.tape).eval_all(p.each_ref().map(Vec::as_slice), &mut aside);
+        for (i, value) in lost.into_iter().zip(aside) {
+            self.corners[i] = value;
         }
     }
 

@@ -32,6 +32,7 @@ use crate::world::Disk;
 use commands::Action;
 use edit::{Input, Lines};
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -79,7 +80,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let interpreter = Interpreter::new(Arc::new(Disk), root, Limits::default(), Some(interrupt.flag()));
     let interpreter = Rc::new(RefCell::new(interpreter.map_err(Failure::Error)?));
     let screen = Screen::new(args.pictures, terminal);
-    let mut shell = Shell { interpreter, interrupt, terminal: *terminal, screen, live, script: None };
+    let (script, own) = (None, BTreeSet::new());
+    let mut shell = Shell { interpreter, interrupt, terminal: *terminal, screen, live, script, own };
     if let Some(script) = &args.script
         && shell.load(script).is_err()
         && !live
@@ -102,6 +104,8 @@ struct Shell {
     live: bool,
     /// The script that was loaded last, after which pictures are named.
     script: Option<PathBuf>,
+    /// Scripts that were loaded, or saved.
+    own: BTreeSet<PathBuf>,
 }
 
 impl Shell {
@@ -193,6 +197,7 @@ impl Shell {
         // On a pipe only questions are answered.
         self.show(if self.live { answer } else { answer.map(|_| None) })?;
         self.script = Some(script.to_path_buf());
+        self.own.insert(script.to_path_buf());
         Ok(())
     }
 

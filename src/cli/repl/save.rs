@@ -9,13 +9,18 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Writes the script, and runs it for a test.
-pub fn run(shell: &Shell, path: &Path) -> Outcome {
+/// Writes the script, and runs it for a test. A file that the session knows nothing of is not replaced.
+pub fn run(shell: &mut Shell, path: &Path) -> Outcome {
     if path.extension().is_none_or(|ending| ending != "rhai") {
         let error = Diagnostic::error(format!("`{}` does not end in .rhai", path.display()));
         return Err(
             shell.say(&error.hint(format!("for example: :save {}", path.with_extension("rhai").display())))
         );
+    }
+    if path.exists() && !shell.own.contains(path) {
+        let error = Diagnostic::error(format!("there is a file {} already", path.display()));
+        let hint = "choose another name; only what was loaded or saved in this session is replaced";
+        return Err(shell.say(&error.hint(hint)));
     }
     let script = shell.interpreter.borrow().script().ok_or_else(|| {
         shell
@@ -23,6 +28,7 @@ pub fn run(shell: &Shell, path: &Path) -> Outcome {
     })?;
     let written = atomic::write(path, |f| f.write_all(script.as_bytes()));
     written.map_err(|e| shell.say(&Diagnostic::error(e.to_string())))?;
+    shell.own.insert(path.to_path_buf());
     out(format_args!("{}: {} lines", path.display(), script.lines().count()));
     let loaded = Session::new(path, Arc::new(Disk)).load(&shell.interrupt.flag());
     for diagnostic in &loaded.diagnostics {
