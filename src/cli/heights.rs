@@ -21,8 +21,8 @@ use std::time::Instant;
 /// Writes how far the outermost surface is above a sphere, in every direction from its centre. A .png
 /// has 16 bits of grey, from the lowest height to the highest, or over the range that is given; the file and
 /// the last line say which. An .exr has heights in the units of the script, in 32 bits. Where there is no solid
-/// down to the centre, a .png is black and an .exr has NaN. Components that the script leaves out are left out. Maps larger
-/// than memory are no problem.
+/// down to the centre, a .png is black and an .exr has NaN. Components that the script leaves out are left out, and so are
+/// octaves of fractals too fine for the pixels. Maps larger than memory are no problem.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   orogen heights planet.rhai -o planet.png                 1024 x 512 pixels

@@ -2,7 +2,9 @@
 //!
 //! Fractals ask for the *footprint*, the distance between neighbouring samples at a point. Whoever samples a
 //! scene knows it, and puts it into the expressions. As it is part of them from then on, casting and
-//! bounding are as exact as for any other field.
+//! bounding are as exact as for any other field. A fractal that is asked at another place, by `f.at(4 * p)` or
+//! on a sphere, asks for the footprint there: scripts multiply it by how far the map stretches space
+//! ([`Graph::stretch`]), and divide it by the distance from the origin.
 
 use crate::expr::{Graph, Input, Node, NodeId, TooLarge};
 use crate::op::{Add, Length, Mul, Op};

@@ -224,6 +224,11 @@ impl Taken {
         let alone = |scene: Scene| Taken::new(&scene, order, Touch::default(), cancel).map(Box::new);
         let moon = scene.moon.as_ref().map(|moon| alone(moon.scene(scene))).transpose()?;
         let sea = scene.sea.as_ref().map(|sea| alone(sea.scene(scene))).transpose()?;
+        if sea.as_ref().is_some_and(|sea| sea.scene.probe.camera_inside) {
+            let warning = Diagnostic::warning("the camera is below the surface of the sea");
+            let hint = "from below, the surface is not seen, nor what is above it: move the camera up";
+            prepared.warnings.push(warning.hint(hint));
+        }
         Ok(Taken { scene: prepared, caster, reach: None, moon, sea })
     }
 

@@ -71,7 +71,8 @@ pub const COMMANDS: &[Command] = &[
         meaning: "write what was typed and loaded, as a script that runs",
         action: Action::Save,
         more: "Inputs that failed are left out. Where a function was defined again, the last one counts, and it is an \
-               error if that makes a difference; the last solid or scene becomes the value of the script.",
+               error if that makes a difference; the last solid or scene becomes the value of the script. A file that is \
+               there is replaced only if it was loaded or saved in this session.",
         examples: &[":save rock.rhai"],
     },
     Command {

@@ -202,6 +202,13 @@ impl Studio {
             state.params.clone_from(&scene.params);
             // The camera may have moved on meanwhile.
             state.camera = Some(state.wish.camera.unwrap_or(scene.camera));
+        } else {
+            // What the script failed with is what is to be seen, and what would be written.
+            for param in &mut state.params {
+                if let Some(wished) = wish.params.get(&param.name) {
+                    param.value.clone_from(wished);
+                }
+            }
         }
         let messages = loaded.diagnostics.iter().map(|d| Message::new(d, &loaded.sources)).collect();
         let caster = Kind::ALL.iter().find(|(kind, _)| *kind == wish.caster).map_or("", |(_, name)| name);
