@@ -8,9 +8,11 @@ use orogen::expr::NodeId;
 use orogen::field::{Extent, extent, lipschitz_outside};
 use orogen::num::Interval;
 use orogen::op::{self, Op};
-use orogen::scene::Aabb;
+use orogen::scene::{Aabb, Spacing};
+use orogen::script::{Request, compile};
 use orogen::tape::{Cells, Evaluator, Instr, Tape};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
+use std::sync::Arc;
 
 #[test]
 fn the_extent_of_a_ball_is_its_box() {
@@ -254,4 +256,45 @@ fn sides_of_corners_and_of_absolute_values_are_chosen() {
     let folded = |i: &&Instr| matches!(i, Instr::Op(Op::Corner(_) | Op::Abs(_), _));
     assert_eq!(pruned.code().iter().filter(folded).count(), 0);
     shorter_places(both, &b);
+}
+
+/// A fractal has the detail that its samples can show, wherever it is asked.
+#[test]
+fn detail_is_limited_where_maps_come_to() {
+    let octaves = "import \"std/fractal\" as fractal; let f = fractal::fbm(gradient(7), #{ octaves: 8 }); ";
+    let limited = |text: &str, spacing: f64| {
+        let compiled = compile(&Request::text(format!("{octaves}{text}")));
+        let scene = compiled.scene.unwrap_or_else(|| panic!("{text}: {:?}", compiled.diagnostics));
+        let root = [scene.surface.field];
+        let (graph, roots) = Spacing::Even(spacing).limit(&scene.graph, &root).unwrap();
+        Evaluator::<f64>::new(Arc::new(Tape::new(&graph, &roots)))
+    };
+    // A field, another one that is the same, and by how much larger space is for the second.
+    let pairs = [
+        ("f.scaled(4.0)", "f.at(4.0 * p)", 1.0),
+        ("f.scaled(4.0)", "(f + 0.0 * x).at(4.0 * p + 0.0 * sin(x))", 1.0),
+        ("f", "f.at(0.01 * p)", 100.0),
+        ("f.scaled(3.0).on_sphere()", "f.scaled(3.0).on_sphere()", 250.0),
+        ("(f + 0.0 * x).at(3.0 * p).on_sphere()", "f.scaled(3.0).on_sphere()", 0.01),
+        (
+            "f",
+            "f.rotated([10, 20, 30]).translated([1, 2, 3]).translated([-1, -2, -3]).rotated([0, 0, -30]).rotated([0, -20, 0]).rotated([-10, 0, 0])",
+            1.0,
+        ),
+    ];
+    let mut rng = StdRng::seed_from_u64(17);
+    for (a, b, larger) in pairs {
+        let mut seen = 0.0_f64;
+        for spacing in [0.001, 0.01, 0.03, 0.1] {
+            let (mut f, mut g) = (limited(a, spacing), limited(b, larger * spacing));
+            let mut whole = limited(a, 0.0);
+            for _ in 0..50 {
+                let p: [f64; 3] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+                let (u, v) = (*f.eval(&p), *g.eval(&p.map(|x| larger * x)));
+                assert!((u - v).abs() < 1e-9, "{a}, {b} at {p:?}: {u} {v}");
+                seen = seen.max((u - whole.eval(&p)).abs());
+            }
+        }
+        assert!(seen > 0.02, "{a}: some octaves have faded ({seen})");
+    }
 }

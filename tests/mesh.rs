@@ -92,6 +92,20 @@ fn known_topology() {
     }
 }
 
+/// Directions have no value at the centre of a planet, which may be a corner of the lattice.
+#[test]
+fn planets_have_no_void_at_their_centres() {
+    for resolution in [32, 48, 64] {
+        let script = "sphere(1.0) - 0.1 * gradient(7).scaled(4.0).on_sphere()";
+        let m = meshed(script, Some(resolution), None);
+        assert_eq!(check(script, &m).parts, 1, "{resolution}");
+    }
+    // What has no value in a half of space ends there all the same.
+    let half = meshed("sphere(1.0) + 0.0 * x * sqrt(y)", Some(32), None);
+    let lowest = half.mesh.points.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    assert!(lowest.abs() < 0.1, "{lowest}");
+}
+
 /// The Euler characteristic of the surface of a solid, counted without a mesh: twice that of the closed cubes
 /// around those points of a lattice that are inside.
 fn counted(script: &str, half: f64, n: usize) -> i64 {

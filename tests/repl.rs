@@ -145,6 +145,11 @@ fn a_session_is_saved_as_a_script_that_comes_to_the_same() {
     bench.run("check all.rhai").success();
     let again = stdout(&bench.command("repl all.rhai").write_stdin("f.at([3, 0, 0])\n").assert().success());
     assert_eq!(again, "2.0\n");
+    let over = stdout(
+        &bench.command("repl").write_stdin("y\n:save all.rhai\nx\n:save all.rhai\n").assert().success(),
+    );
+    has(&over, &["all.rhai: 3 lines; what was there before is all.rhai~ now", "\nall.rhai: "]);
+    assert_eq!(String::from_utf8(bench.read("all.rhai~")).unwrap(), script);
     has(&stderr(&bench.command("repl").write_stdin(":save a.rhai\n").assert().code(1)), &["nothing to save"]);
     has(&stderr(&bench.command("repl").write_stdin("1\n:save a.txt\n").assert().code(1)), &[":save a.rhai"]);
 }
@@ -233,6 +238,11 @@ fn the_last_solid_is_what_was_answered_or_named_last() {
         String::from_utf8(bench.read("all.rhai")).unwrap()
     };
     assert!(saved("let f = sphere(1.0)\nf.at([2, 0, 0])").ends_with("f.at([2, 0, 0]);\n\nf\n"));
+    bench.write(
+        "blocks.rhai",
+        "let g = #{ f: sphere(1.0) };\nif true { g.f = box(1.0); }\nscene(#{ surface: g.f })\n",
+    );
+    has(&saved(":load blocks.rhai\n1"), &["}\nlet last_solid = scene(#{"]);
     let kept = saved("let f = sphere(1.0);\nf = 2.0;");
     has(&kept, &["let last_solid = f;\n\nf = 2.0;\n\nlast_solid\n"]);
 }

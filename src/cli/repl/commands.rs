@@ -72,7 +72,7 @@ pub const COMMANDS: &[Command] = &[
         action: Action::Save,
         more: "Inputs that failed are left out. Where a function was defined again, the last one counts, and it is an \
                error if that makes a difference; the last solid or scene becomes the value of the script. A file that is \
-               there is replaced only if it was loaded or saved in this session.",
+               there, and was neither loaded nor saved in this session, is kept as FILE~.",
         examples: &[":save rock.rhai"],
     },
     Command {
