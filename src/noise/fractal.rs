@@ -171,10 +171,17 @@ impl Fractal {
 
     /// The same, of everything that a fractal may be a function of.
     pub fn eval_given<T: Number>(&self, given: &Given<'_, T>) -> T {
+        let mut out = T::constant(0.0);
+        self.eval_to(given, &mut out);
+        out
+    }
+
+    /// The same, written to `out`.
+    pub fn eval_to<T: Number>(&self, given: &Given<'_, T>, out: &mut T) {
         match self.recipe.model.combination {
-            Combination::Sum => sum(self, given),
-            Combination::Altitude1 => product(self, given),
-            Combination::Altitude2 => cascade(self, given),
+            Combination::Sum => sum(self, given, out),
+            Combination::Altitude1 => *out = product(self, given),
+            Combination::Altitude2 => *out = cascade(self, given),
         }
     }
 

@@ -11,17 +11,22 @@ use super::shape::{Modulate, Remaining};
 use crate::num::{Interval, Kernel, Number};
 
 /// `sum a_i q_i` with the signals `q_i` of octaves. Octaves that are too fine for the footprint fade
-/// to their mean, so that distant relief keeps its height.
-pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
+/// to their mean, so that distant relief keeps its height. Written to `total`.
+pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>, total: &mut T) {
     let Given { point: p, footprint, hurst } = *given;
     if hurst.is_none()
         && let Some(sum) = T::pointwise(&Bundle::new(f), p, footprint)
     {
-        return sum;
+        *total = sum;
+        return;
     }
     let means = if hurst.is_none() { f.mean * amplitudes(&f.terms) } else { 0.0 };
     let reach = p.map(|p| p.range().rad()).into_iter().fold(0.0, f64::max);
-    let mut total = T::constant(means);
+    // The sum is the first octave then, once that is there. (With a footprint, other lanes may have lost it.)
+    let is_plain = means == 0.0 && hurst.is_none() && footprint.is_none();
+    if !is_plain {
+        *total = T::constant(means);
+    }
     let mut room: Option<T> = None;
     let mut ended: Option<Ended<T>> = None;
     for (i, term) in f.terms.iter().enumerate() {
@@ -30,7 +35,7 @@ pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
             if hurst.is_none() || f.mean == 0.0 {
                 break;
             }
-            total = without(f, term, &total, hurst);
+            *total = without(f, term, total, hurst);
             continue;
         }
         let blind = term.blind_from();
@@ -39,18 +44,19 @@ pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
             && let Some(ending) = Ended::ending(ended.as_ref(), blind, p, &weight)
             && let Some(tail) = tail(f, &f.terms[i..], footprint)
         {
-            let now = Ended::after(ended, &ending, &total.add(&tail));
+            let sum = if is_plain && i == 0 { tail } else { total.add(&tail) };
+            let now = Ended::after(ended, &ending, &sum);
             if is_one(now.over.range()) {
-                return now.total;
+                *total = now.total;
+                return;
             }
             ended = Some(now);
         }
-        if i == 0 && means == 0.0 && hurst.is_none() && footprint.is_none() {
-            // The sum is nothing so far. (With a footprint, other lanes may have lost this octave.)
-            T::kernel_to(&term.octave, p, &mut total);
-            f.deviate(&mut total);
+        if is_plain && i == 0 {
+            T::kernel_to(&term.octave, p, total);
+            f.deviate(total);
             if term.amplitude != 1.0 {
-                total = total.scale(term.amplitude);
+                *total = total.scale(term.amplitude);
             }
             continue;
         }
@@ -61,16 +67,15 @@ pub(super) fn sum<T: Number>(f: &Fractal, given: &Given<'_, T>) -> T {
             Weight::Share(w) => {
                 let faded = T::lift(&Modulate::PRODUCT, [&w, noise]);
                 let present = T::choose(&w, is_one, noise, &faded);
-                let without = without(f, term, &total, hurst);
-                add(f, term, &mut total, &present, hurst);
-                total = T::choose(&w, is_zero, &without, &total);
+                let without = without(f, term, total, hurst);
+                add(f, term, total, &present, hurst);
+                *total = T::choose(&w, is_zero, &without, total);
             }
-            _ => add(f, term, &mut total, noise, hurst),
+            _ => add(f, term, total, noise, hurst),
         }
     }
-    match ended {
-        Some(ended) => T::choose(&ended.over, is_one, &ended.total, &total),
-        None => total,
+    if let Some(ended) = ended {
+        *total = T::choose(&ended.over, is_one, &ended.total, total);
     }
 }
 

@@ -73,10 +73,16 @@ impl<T: Number> Evaluator<T> {
 
     /// Evaluates all outputs at a point and returns the first; see [`output`](Self::output).
     pub fn eval(&mut self, p: &[T; 3]) -> &T {
-        if !self.eval_natively(p) {
-            for i in 0..self.tape.code.len() {
-                interpret(&self.tape.code[i], &self.home, i, &mut self.registers, p);
-            }
+        if self.eval_natively(p) {
+            return self.output(0);
+        }
+        self.eval_by(coordinates(p))
+    }
+
+    /// The same at a point whose coordinates are written where they are read: `coordinate` is told which one, and where.
+    pub fn eval_by(&mut self, coordinate: impl Fn(usize, &mut T)) -> &T {
+        for i in 0..self.tape.code.len() {
+            interpret(&self.tape.code[i], &self.home, i, &mut self.registers, &coordinate);
         }
         self.output(0)
     }
@@ -84,7 +90,9 @@ impl<T: Number> Evaluator<T> {
     /// The same by machine code, if there is some and it can tell.
     fn eval_natively(&mut self, p: &[T; 3]) -> bool {
         self.natively(|tape, home, registers| {
-            let one = |registers: &mut [T], i: usize| interpret(&tape.code[i], home, i, registers, p);
+            let one = |registers: &mut [T], i: usize| {
+                interpret(&tape.code[i], home, i, registers, &coordinates(p));
+            };
             tape.native.eval((tape, home), p, registers, one)
         })
     }
@@ -123,7 +131,7 @@ impl<T: Number> Evaluator<T> {
     /// evaluator that [keeps all](Self::keeping_all).
     pub fn eval_changed(&mut self, p: &[T; 3], mut change: impl FnMut(usize, &mut T)) -> &T {
         for i in 0..self.tape.code.len() {
-            interpret(&self.tape.code[i], &self.home, i, &mut self.registers, p);
+            interpret(&self.tape.code[i], &self.home, i, &mut self.registers, &coordinates(p));
             change(i, &mut self.registers[self.home[i] as usize]);
         }
         self.output(0)
@@ -131,8 +139,13 @@ impl<T: Number> Evaluator<T> {
 
     /// Executes instruction number `i` again, on the values that the last evaluation left. Likewise.
     pub(super) fn again(&mut self, i: usize, p: &[T; 3]) {
-        interpret(&self.tape.code[i], &self.home, i, &mut self.registers, p);
+        interpret(&self.tape.code[i], &self.home, i, &mut self.registers, &coordinates(p));
     }
+}
+
+/// Writes the coordinates of a point.
+fn coordinates<T: Number>(p: &[T; 3]) -> impl Fn(usize, &mut T) {
+    |axis, out| out.clone_from(&p[axis])
 }
 
 /// Points that [`Evaluator::eval_all`] does in one go.
@@ -186,7 +199,13 @@ const PAUSE: u32 = 8;
 
 /// Executes instruction number `i`.
 #[inline(always)]
-fn interpret<T: Number>(instr: &Instr, home: &[u32], i: usize, registers: &mut [T], p: &[T; 3]) {
+fn interpret<T: Number>(
+    instr: &Instr,
+    home: &[u32],
+    i: usize,
+    registers: &mut [T],
+    coordinate: &impl Fn(usize, &mut T),
+) {
     let own = home[i];
     // The register that is written is none of those that are read.
     let (below, rest) = registers.split_at_mut(own as usize);
@@ -197,7 +216,7 @@ fn interpret<T: Number>(instr: &Instr, home: &[u32], i: usize, registers: &mut [
     };
     match instr {
         Instr::Const(_) => {}
-        Instr::Coordinate(axis) => out.clone_from(&p[*axis]),
+        Instr::Coordinate(axis) => coordinate(*axis, out),
         Instr::Scale(a, k) => at(*a).scale_to(*k, out),
         Instr::Shift(a, c) => at(*a).shift_to(*c, out),
         Instr::Op(op, args) => op.apply_to(|i| at(args[i]), out),
@@ -207,7 +226,7 @@ fn interpret<T: Number>(instr: &Instr, home: &[u32], i: usize, registers: &mut [
         Instr::Flow(flowed, p) => T::kernel_to(&**flowed, p.map(at), out),
         Instr::Fractal(fractal, p, further) => {
             let [footprint, hurst] = further.map(|a| a.map(at));
-            *out = fractal.eval_given(&Given { point: p.map(at), footprint, hurst });
+            fractal.eval_to(&Given { point: p.map(at), footprint, hurst }, out);
         }
     }
 }

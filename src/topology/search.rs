@@ -317,8 +317,7 @@ impl Balls {
                 radii[lane] = radius;
             }
         }
-        Taylors::set_balls(&mut self.at, &centres, &radii);
-        self.field.eval(&self.at)
+        self.field.eval_by(|axis, coordinate| coordinate.set_coordinate(axis, &centres[axis], &radii))
     }
 
     /// What is certain of a few cells, as many as there are lanes at most; see [`known`](Self::known).

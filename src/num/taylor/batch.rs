@@ -26,15 +26,14 @@ impl<const B: usize> Taylors<B> {
         }
     }
 
-    /// Sets all lanes of the coordinates to balls.
-    pub fn set_balls(coordinates: &mut [Self; 3], centres: &[[f64; B]; 3], radii: &[f64; B]) {
-        let [x, y, z] = coordinates;
+    /// Becomes a coordinate over balls, by what it is in their middles and by their radii.
+    pub fn set_coordinate(&mut self, axis: usize, middles: &[f64; B], radii: &[f64; B]) {
         widest(
             #[inline(always)]
-            || {
-                x.become_coordinate::<0>(&centres[0], radii);
-                y.become_coordinate::<1>(&centres[1], radii);
-                z.become_coordinate::<2>(&centres[2], radii);
+            || match axis {
+                0 => self.become_coordinate::<0>(middles, radii),
+                1 => self.become_coordinate::<1>(middles, radii),
+                _ => self.become_coordinate::<2>(middles, radii),
             },
         );
     }

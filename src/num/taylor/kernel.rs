@@ -30,10 +30,16 @@ const SUMS: f64 = 400.0;
 /// What is known of the middle of a ball of which only the range of the kernel counts.
 const UNSEEN: Point = Point { value: f64::NAN, grad: [0.0; 3], hess: [0.0; 6] };
 
-/// The three arguments together. If they are not `BENT`, which is to say that none has second derivatives in the centre of
-/// a ball, what these would add to is left as it is.
+/// What arguments are like, at least in all balls of a batch: coordinates, or multiples of them by powers of two,
+const EXACT: u8 = 0;
+/// numbers without second derivatives in the centre,
+const STRAIGHT: u8 = 1;
+/// or any.
+const BENT: u8 = 2;
+
+/// The three arguments together. What is zero of those that are `LIKE` that is left out.
 #[derive(Clone, Copy)]
-struct Argument<const BENT: bool> {
+struct Argument<const LIKE: u8> {
     x: [Taylor; 3],
     /// Norm of the Jacobian in the centre.
     slope: f64,
@@ -47,7 +53,7 @@ struct Argument<const BENT: bool> {
     far: f64,
 }
 
-impl<const BENT: bool> Argument<BENT> {
+impl<const LIKE: u8> Argument<LIKE> {
     /// Of a lane.
     #[inline(always)]
     fn at<const B: usize>(p: [&Taylors<B>; 3], i: usize) -> Self {
@@ -57,7 +63,7 @@ impl<const BENT: bool> Argument<BENT> {
     #[inline(always)]
     fn new(x: [Taylor; 3]) -> Self {
         let slope = jacobian(&x);
-        let together = |part: [f64; 3]| length(part);
+        let together = |part: [f64; 3]| if LIKE == EXACT { 0.0 } else { length(part) };
         let bow = [0, 1].map(|k| together([x[0].bow[k], x[1].bow[k], x[2].bow[k]]));
         let turn = [0, 1].map(|k| together([x[0].turn[k], x[1].turn[k], x[2].turn[k]]));
         Argument {
@@ -65,7 +71,7 @@ impl<const BENT: bool> Argument<BENT> {
             bow,
             turn,
             twist: together([x[0].twist, x[1].twist, x[2].twist]),
-            curved: if BENT {
+            curved: if LIKE == BENT {
                 together([spectral(x[0].hess), spectral(x[1].hess), spectral(x[2].hess)])
             } else {
                 0.0
@@ -76,18 +82,28 @@ impl<const BENT: bool> Argument<BENT> {
     }
 }
 
-/// Whether any of the arguments has second derivatives in a centre.
+/// What arguments are like.
 #[inline(always)]
-fn are_bent<const B: usize>(p: [&Taylors<B>; 3]) -> bool {
-    let mut bent = false;
+fn likeness<const B: usize>(p: [&Taylors<B>; 3]) -> u8 {
+    let (mut is_bent, mut is_off) = (false, false);
     for x in p {
-        for pair in 0..6 {
-            for i in 0..B {
-                bent |= x.hess[pair][i] != 0.0;
+        for i in 0..B {
+            for pair in 0..6 {
+                is_bent |= x.hess[pair][i] != 0.0;
             }
+            for k in 0..2 {
+                is_off |= (x.bow[k][i] != 0.0) | (x.turn[k][i] != 0.0);
+            }
+            is_off |= x.twist[i] != 0.0;
         }
     }
-    bent
+    if is_bent {
+        BENT
+    } else if is_off {
+        STRAIGHT
+    } else {
+        EXACT
+    }
 }
 
 /// Bound on the spectral norm of the matrix whose rows are the gradients: the root of the largest row sum of
@@ -214,18 +230,19 @@ impl<const B: usize> Taylors<B> {
     fn compose(&mut self, p: [&Self; 3], jets: &Centres<'_, B>) {
         widest(
             #[inline(always)]
-            || {
-                if are_bent(p) {
-                    self.fill(
-                        #[inline(always)]
-                        |i| jets.composed(i, &Argument::<true>::at(p, i)),
-                    );
-                } else {
-                    self.fill(
-                        #[inline(always)]
-                        |i| jets.composed(i, &Argument::<false>::at(p, i)),
-                    );
-                }
+            || match likeness(p) {
+                EXACT => self.fill(
+                    #[inline(always)]
+                    |i| jets.composed(i, &Argument::<EXACT>::at(p, i)),
+                ),
+                STRAIGHT => self.fill(
+                    #[inline(always)]
+                    |i| jets.composed(i, &Argument::<STRAIGHT>::at(p, i)),
+                ),
+                _ => self.fill(
+                    #[inline(always)]
+                    |i| jets.composed(i, &Argument::<BENT>::at(p, i)),
+                ),
             },
         );
     }
@@ -238,15 +255,15 @@ impl<const B: usize> Taylors<B> {
         if f.around([1.0; N], 0.0).is_none() {
             return false;
         }
-        if are_bent([a, b, c]) {
+        if likeness([a, b, c]) == EXACT {
             out.fill(
                 #[inline(always)]
-                |i| composed_around(f, x, i, &Argument::<true>::at([a, b, c], i)),
+                |i| composed_around(f, x, i, &Argument::<EXACT>::at([a, b, c], i)),
             );
         } else {
             out.fill(
                 #[inline(always)]
-                |i| composed_around(f, x, i, &Argument::<false>::at([a, b, c], i)),
+                |i| composed_around(f, x, i, &Argument::<BENT>::at([a, b, c], i)),
             );
         }
         true
@@ -259,7 +276,7 @@ impl<const B: usize> Taylors<B> {
             #[inline(always)]
             || {
                 for i in 0..B {
-                    far[i] = Argument::<true>::at(p, i).far;
+                    far[i] = Argument::<BENT>::at(p, i).far;
                 }
             },
         );
@@ -280,7 +297,7 @@ impl<const B: usize> Taylors<B> {
             told.set(
                 i,
                 &if blind[i] {
-                    (Local::uniform(UNSEEN, bounds), growing.at(size(&Argument::<true>::at(p, i))))
+                    (Local::uniform(UNSEEN, bounds), growing.at(size(&Argument::<BENT>::at(p, i))))
                 } else {
                     locals[seen[i]]
                 },
@@ -290,7 +307,7 @@ impl<const B: usize> Taylors<B> {
             #[inline(always)]
             |i| {
                 let (local, error) = told.lane(i);
-                Taylor::composed(&Known::new(&local, error, far[i]), &Argument::<true>::at(p, i))
+                Taylor::composed(&Known::new(&local, error, far[i]), &Argument::<BENT>::at(p, i))
             },
         );
     }
@@ -310,7 +327,7 @@ struct Centres<'a, const B: usize> {
 impl<const B: usize> Centres<'_, B> {
     /// A lane at an argument.
     #[inline(always)]
-    fn composed<const BENT: bool>(&self, i: usize, x: &Argument<BENT>) -> Taylor {
+    fn composed<const LIKE: u8>(&self, i: usize, x: &Argument<LIKE>) -> Taylor {
         let mut jet = UNSEEN;
         if !self.blind[i] {
             (jet.value, jet.grad) = (self.value[i], [self.grad[0][i], self.grad[1][i], self.grad[2][i]]);
@@ -325,11 +342,11 @@ impl<const B: usize> Centres<'_, B> {
 
 /// A lane of the image under a function that knows of a ball what a kernel does.
 #[inline(always)]
-fn composed_around<F: Function<N>, const N: usize, const B: usize, const BENT: bool>(
+fn composed_around<F: Function<N>, const N: usize, const B: usize, const LIKE: u8>(
     f: &F,
     x: &[&Taylors<B>; N],
     i: usize,
-    argument: &Argument<BENT>,
+    argument: &Argument<LIKE>,
 ) -> Taylor {
     let mut at = [0.0; N];
     for k in 0..N {
@@ -379,7 +396,7 @@ impl<const B: usize> Told<B> {
 
 /// Largest coordinate in the centre.
 #[inline(always)]
-fn size<const BENT: bool>(x: &Argument<BENT>) -> f64 {
+fn size<const LIKE: u8>(x: &Argument<LIKE>) -> f64 {
     let larger = |a: f64, b: f64| choose(a > b, a, b);
     larger(larger(x.x[0].value.abs(), x.x[1].value.abs()), x.x[2].value.abs())
 }
@@ -387,7 +404,7 @@ fn size<const BENT: bool>(x: &Argument<BENT>) -> f64 {
 impl Taylor {
     /// The chain rule for a kernel.
     #[inline(always)]
-    fn composed<const BENT: bool>(n: &Known, x: &Argument<BENT>) -> Taylor {
+    fn composed<const LIKE: u8>(n: &Known, x: &Argument<LIKE>) -> Taylor {
         let mut out = Taylor::constant(n.value);
         let h = matrix(n.hess);
         // Rows of `H_N J`.
@@ -403,7 +420,7 @@ impl Taylor {
         for pair in 0..6 {
             let (row, column) = PAIRS[pair];
             for i in 0..3 {
-                let own = if BENT { n.grad[i] * x.x[i].hess[pair] } else { 0.0 };
+                let own = if LIKE == BENT { n.grad[i] * x.x[i].hess[pair] } else { 0.0 };
                 out.hess[pair] += own + x.x[i].grad[row] * bent[i][column];
             }
         }
