@@ -11,11 +11,11 @@
 //! time, in order: the same additions that the octaves one by one would cost, but no intermediate
 //! numbers, and one chain rule for all. A lane adds up its own octaves whatever its neighbours do.
 
+use super::batches::{BATCH, batch};
 use super::fractal::{Fractal, Term};
 use super::model::Signal;
 use super::shape::{Fade, Fold, Ridge};
 use super::sum::amplitudes;
-use super::{BATCH, batch};
 use crate::num::{Function, Jets, Jets4, Kernel, Order, Point4, Pointwise, widest};
 
 /// The octaves of a sum.

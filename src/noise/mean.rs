@@ -6,8 +6,9 @@
 //! an additive recurrence with irrational steps, which fills the cells evenly. No bound depends on
 //! it: a fractal with another mean would differ in the distance only.
 
+use super::batches::BATCH;
 use super::model::Signal;
-use super::{BATCH, Kind, Lattice};
+use super::{Kind, Lattice};
 use crate::num::Jets;
 use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock, PoisonError};

@@ -9,8 +9,9 @@
 //! than in the coordinates that reach it, since a turned box would have to be boxed again, while
 //! the bounds of a kernel are the same in every direction.
 
+use super::batches::{BATCH, MEDIUM, SMALL, balls, batch, gather};
 use super::slope::Slope;
-use super::{BATCH, MEDIUM, Noise, Part, SMALL, balls, batch, creased, gather, largest};
+use super::{Noise, Part, creased, largest};
 use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, mix, uniform, widest};
 
 /// A rotated, scaled and shifted noise.

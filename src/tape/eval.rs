@@ -79,7 +79,8 @@ impl<T: Number> Evaluator<T> {
         self.eval_by(coordinates(p))
     }
 
-    /// The same at a point whose coordinates are written where they are read: `coordinate` is told which one, and where.
+    /// The same at a point whose coordinates are written where they are read: `coordinate` is told which one, and where. It
+    /// goes without machine code.
     pub fn eval_by(&mut self, coordinate: impl Fn(usize, &mut T)) -> &T {
         for i in 0..self.tape.code.len() {
             interpret(&self.tape.code[i], &self.home, i, &mut self.registers, &coordinate);
