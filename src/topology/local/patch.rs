@@ -150,7 +150,7 @@ impl Patches {
                     Look::Around => around.push(chase),
                 }
             }
-            self.find(field, wanted);
+            self.find(field, wanted, &mut memo);
             self.look_around(field, &mut around);
             next.append(&mut around);
             active = next;
@@ -261,8 +261,9 @@ impl Patches {
     }
 
     /// Finds out about cells, in the order in which they were asked for: places that are asked about one after the other
-    /// are next to one another, and so balls have more in common.
-    fn find(&self, field: &mut Balls, mut wanted: Vec<Key>) {
+    /// are next to one another, and so balls have more in common. Where a cell leads need not be remembered for others,
+    /// since soon it is known what all of its chain comes to.
+    fn find(&self, field: &mut Balls, mut wanted: Vec<Key>, memo: &mut Memo) {
         let mut seen = HashSet::default();
         wanted.retain(|key| seen.insert(*key));
         for keys in wanted.chunks(LANES) {
@@ -280,11 +281,11 @@ impl Patches {
                 } else {
                     leads(&value, CELL).map_or(Patch::Rough, |u| Patch::Leads(centre + radius * u))
                 };
-                // Another thread may know more by now.
-                self.cells.update(*key, |old| match old {
-                    Some(known @ Patch::Known(_)) => *known,
-                    _ => patch,
-                });
+                if let Patch::Rough = patch {
+                    // Another thread may know more by now.
+                    self.cells.update(*key, |old| old.copied().unwrap_or(patch));
+                }
+                memo.insert(*key, patch);
             }
         }
     }
