@@ -26,9 +26,11 @@ impl Graph {
     }
 
     /// By how much a map of the point stretches space at most, as far as it is linear: 4 for `4 p`, and for `4 p` with
-    /// some noise added. 1 where nothing of it is linear.
+    /// some noise added. What has nothing linear in it, such as a distance from an axis, is taken to stretch by 1.
     pub fn stretch(&self, map: [NodeId; 3]) -> f64 {
-        let m = DMat3::from_cols_array_2d(&map.map(|part| self.linear_part(part).slopes.to_array()));
+        let parts = map.map(|part| self.linear_part(part));
+        let is_wild = parts.iter().any(|part| !part.is_all && part.slopes == DVec3::ZERO);
+        let m = DMat3::from_cols_array_2d(&parts.map(|part| part.slopes.to_array()));
         // Of the matrix times its transpose, the greatest eigenvalue, by powers.
         let squares = m.transpose() * m;
         let along = |axis: DVec3| {
@@ -36,7 +38,11 @@ impl Graph {
             (m * v).length()
         };
         let most = DVec3::AXES.map(along).into_iter().fold(0.0, f64::max);
-        if most > 0.0 && most.is_finite() { most } else { 1.0 }
+        match most {
+            _ if !(most > 0.0 && most.is_finite()) => 1.0,
+            _ if is_wild => most.max(1.0),
+            _ => most,
+        }
     }
 
     fn linear_part(&self, root: NodeId) -> Linear {
@@ -130,6 +136,7 @@ mod tests {
         // Columns (0.15, 0.6) and (-0.6, 0.15) are perpendicular and alike, and shorter than z is.
         assert!((graph.stretch(turned) - 1.0).abs() < 1e-12);
         let only = [turned[0], turned[1], four];
+        assert_eq!(graph.stretch([c, product, four]), 1.0);
         assert!((graph.stretch(only) - 0.15_f64.hypot(0.6)).abs() < 1e-12);
     }
 }
