@@ -205,6 +205,16 @@ fn walkers_stand_on_a_planet() {
 }
 
 #[test]
+fn walkers_stand_on_planets_of_all_sizes() {
+    for radius in [0.001, 6371.0, 6_371_000.0, 3e8] {
+        let height = 1e-3 * radius;
+        let text = format!("walk(#{{ ground: sphere({radius:?}), at: [20, 30], height: {height:?} }})");
+        let eye = camera(&text, 0.0).eye;
+        assert!((eye.length() / radius - 1.001).abs() < 1e-8, "{radius}: {eye}");
+    }
+}
+
+#[test]
 fn walkers_look_where_they_are_headed() {
     let toward = |options: &str| {
         let stands = camera(&format!("walk(#{{ {options}, height: 0.1, fov: 50.0 }})"), 0.0);

@@ -148,8 +148,15 @@ fn a_session_is_saved_as_a_script_that_comes_to_the_same() {
     let over = stdout(
         &bench.command("repl").write_stdin("y\n:save all.rhai\nx\n:save all.rhai\n").assert().success(),
     );
-    has(&over, &["all.rhai: 3 lines; what was there before is all.rhai~ now", "\nall.rhai: "]);
+    has(&over, &["all.rhai: 3 lines; what was there before is in all.rhai~ now", "\nall.rhai: "]);
+    assert!(!over.contains("all.rhai~2"), "{over}");
+    let again = stdout(&bench.command("repl").write_stdin("z\n:save ./all.rhai\n").assert().success());
+    has(&again, &["all.rhai~2"]);
     assert_eq!(String::from_utf8(bench.read("all.rhai~")).unwrap(), script);
+    // What was loaded is the session's own, whatever it is called.
+    let loaded =
+        stdout(&bench.command("repl ./all.rhai").write_stdin("1\n:save all.rhai\n").assert().success());
+    assert!(!loaded.contains('~'), "{loaded}");
     has(&stderr(&bench.command("repl").write_stdin(":save a.rhai\n").assert().code(1)), &["nothing to save"]);
     has(&stderr(&bench.command("repl").write_stdin("1\n:save a.txt\n").assert().code(1)), &[":save a.rhai"]);
 }

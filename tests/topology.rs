@@ -11,7 +11,7 @@ use orogen::script::{Request, compile};
 use orogen::session::topology::{Analysis, Origin, Purpose, correction, kept, unproven};
 use orogen::session::{self, Order};
 use orogen::tape::{Evaluator, Tape};
-use orogen::topology::{Complex, CriticalPoint, Kind, Locator, Search, search};
+use orogen::topology::{Complex, CriticalPoint, Kind, Locator, Search, search, separatrices};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -713,5 +713,34 @@ fn corrected_pictures_have_neither_specks_nor_their_shadows() {
         let corrected = rendered(&show(&surface));
         assert!(differing(&corrected) <= 3, "{keep}: {}", differing(&corrected));
         assert!(corrected.stats.primary.rejected > 0 && corrected.stats.shadow.rejected > 0);
+    }
+}
+
+/// Lines from saddles down to minima stay in the solid, however they bend.
+#[test]
+fn separatrices_stay_inside() {
+    let rings = [
+        "polynomial(\"(x^2 + 1.05 y^2 + z^2 + 0.91)^2 - 4 (x^2 + z^2)\") + 0.02*x + 0.013*z + 0.001*y",
+        "polynomial(\"(x^2 (1 - x^2) - y^2)^2 + 0.5 z^2 - 0.01\") + 0.001*x + 0.0013*y + 0.0007*z",
+        "sphere(1.0) + 0.8 * gradient(1).scaled(4.0)",
+    ];
+    for script in rings {
+        let tape = tape(script);
+        let complex = analysed(&tape, Aabb::cube(2.0));
+        let lines = separatrices(&tape, &complex);
+        assert_eq!(lines.len(), complex.arcs.len());
+        let mut field = Evaluator::<f64>::new(tape.clone());
+        let mut value = |p: DVec3| *field.eval(&p.to_array());
+        for (line, arc) in lines.iter().zip(&complex.arcs) {
+            for (end, minimum) in [line.first(), line.last()].into_iter().zip(arc.minima) {
+                if let Some(minimum) = minimum {
+                    assert_eq!(end, Some(&complex.points[minimum].position), "{script}");
+                }
+            }
+            for pair in line.windows(2) {
+                let middle = 0.5 * (pair[0] + pair[1]);
+                assert!(value(middle) < 0.0, "{script}: {} to {}: {}", pair[0], pair[1], value(middle));
+            }
+        }
     }
 }

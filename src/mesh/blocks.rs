@@ -47,7 +47,7 @@ pub(super) fn blocks(tape: &Arc<Tape>, lattice: &Lattice, watch: &Watch<'_>) -> 
 impl Part {
     /// The part with its tape pruned, unless there is no surface in it.
     fn narrowed(mut self, lattice: &Lattice, ranges: &mut Evaluator<Interval>) -> Option<Part> {
-        let region = lattice.region(self.at, self.cells);
+        let region = lattice.region_and_aside(self.at, self.cells);
         let bounded = self.tape.has_choices().then(|| self.tape.bound(&region));
         let range = match &bounded {
             Some(bounded) => bounded.range(),

@@ -114,14 +114,9 @@ struct Crossing {
     normal: DVec3,
 }
 
-/// Where the field is asked next to a corner at which it has no value, in cells.
-const ASIDE: [f64; 3] = [1e-6, 0.618e-6, 0.382e-6];
-
 /// Finds contours; one per thread.
 pub(super) struct Tracer {
     lattice: Lattice,
-    /// Of the whole field.
-    tape: Arc<Tape>,
     values: Evaluator<Many<f64, LANES>>,
     slopes: Evaluator<Many<Dual, LANES>>,
     /// Values at the corners of the current block.
@@ -136,7 +131,6 @@ impl Tracer {
         let count = CORNERS * CORNERS * CORNERS;
         Tracer {
             lattice: *lattice,
-            tape: tape.clone(),
             values: Evaluator::new(tape.clone()),
             slopes: Evaluator::new(tape.clone()),
             corners: vec![0.0; count],
@@ -150,7 +144,6 @@ impl Tracer {
         self.values.turn_to(&block.tape);
         self.slopes.turn_to(&block.tape);
         self.sample(block.at, &choices.cut);
-        self.values.turn_to(&block.tape);
         let mut contour = Contour {
             at: block.at,
             cells: Vec::new(),
@@ -195,12 +188,10 @@ impl Tracer {
             return;
         }
         for (axis, p) in p.iter_mut().enumerate() {
-            let cell = self.lattice.along(axis, 1) - self.lattice.along(axis, 0);
-            *p = lost.iter().map(|&i| p[i] + ASIDE[axis] * cell).collect();
+            *p = lost.iter().map(|&i| self.lattice.aside(axis, p[i])).collect();
         }
         let mut aside = vec![0.0; lost.len()];
-        // The code of the block may not hold there, and all blocks with a corner must agree about it.
-        self.values.turn_to(&self.tape).eval_all(p.each_ref().map(Vec::as_slice), &mut aside);
+        self.values.eval_all(p.each_ref().map(Vec::as_slice), &mut aside);
         for (i, value) in lost.into_iter().zip(aside) {
             self.corners[i] = value;
         }

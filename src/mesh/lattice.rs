@@ -48,6 +48,20 @@ impl Lattice {
         self.origin + steps * self.step
     }
 
+    /// A coordinate a little beside one, where the field is asked if it has no value at a corner.
+    pub fn aside(&self, axis: usize, coordinate: f64) -> f64 {
+        coordinate + ASIDE[axis] * self.step
+    }
+
+    /// The box of so many cells along each axis, and a little more, so that all that is asked aside is in it.
+    pub fn region_and_aside(&self, at: Place, cells: u32) -> [Interval; 3] {
+        let region = self.region(at, cells);
+        std::array::from_fn(|axis| Interval {
+            hi: self.aside(axis, region[axis].hi + ASIDE[axis] * self.step),
+            ..region[axis]
+        })
+    }
+
     /// The box of so many cells along each axis.
     pub fn region(&self, at: Place, cells: u32) -> [Interval; 3] {
         std::array::from_fn(|axis| {
@@ -55,6 +69,9 @@ impl Lattice {
         })
     }
 }
+
+/// How far aside, in cells.
+const ASIDE: [f64; 3] = [1e-6, 0.618e-6, 0.382e-6];
 
 /// The first cell of the block that a cell is in.
 pub(super) fn block_of(cell: Place) -> Place {

@@ -153,11 +153,14 @@ impl Source {
             Some(p) => p,
             None => host.point()?,
         };
-        let footprint = stretched(host, p)?;
-        let (p, footprint) = match self.domain {
-            Domain::Space => (p, footprint),
-            Domain::Sphere => on_sphere(host, p, footprint)?,
-            Domain::Plane => ([p[0], host.constant(0.0)?, p[2]], footprint),
+        let p = match self.domain {
+            Domain::Plane => [p[0], host.constant(0.0)?, p[2]],
+            Domain::Space | Domain::Sphere => p,
+        };
+        let (p, footprint) = match (self.domain, &self.kind) {
+            (Domain::Sphere, _) => on_sphere(host, p, stretched(host, p)?)?,
+            (_, Kind::Sum(sum)) if sum.detail => (p, stretched(host, p)?),
+            _ => (p, host.constant(0.0)?),
         };
         match &self.kind {
             Kind::One(noise) => Ok(host.graph.borrow_mut().noise(*noise, p)?),

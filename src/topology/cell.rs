@@ -122,6 +122,27 @@ impl Octants {
 mod tests {
     use super::*;
 
+    /// The octants of a cell are on all sides of its middle, and meet there.
+    #[test]
+    fn octants_are_on_all_sides() {
+        let centre = DVec3::new(1.0, 2.0, 3.0);
+        for half in [DVec3::new(0.5, 0.25, 0.375), DVec3::new(0.5, 0.0, 0.5), DVec3::new(0.0, 0.125, 1.0)] {
+            let parts: Vec<Cell> = Cell { centre, half }.parts().collect();
+            let mut volume = 0.0;
+            for (i, part) in parts.iter().enumerate() {
+                let off = (part.centre - centre).abs();
+                let is_cut = |axis: usize| off[axis] == part.half[axis] && 2.0 * off[axis] == half[axis];
+                let is_whole = |axis: usize| off[axis] == 0.0 && part.half[axis] == half[axis];
+                assert!((0..3).all(|axis| is_cut(axis) || is_whole(axis)), "{half}: {part:?}");
+                assert!(parts[..i].iter().all(|other| other.centre != part.centre), "{half}");
+                let shares =
+                    (0..3).map(|axis| if half[axis] > 0.0 { part.half[axis] / half[axis] } else { 1.0 });
+                volume += shares.product::<f64>();
+            }
+            assert_eq!(volume, 1.0, "{half}");
+        }
+    }
+
     /// A region of any shape is a few cells, and cells are cut where they are long, until they are nearly cubes.
     #[test]
     fn thin_regions_are_few_cells() {

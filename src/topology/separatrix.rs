@@ -3,8 +3,8 @@
 //! What is joined with what is decided elsewhere ([`descent`](super::descent)); these are for pictures. The
 //! unit vector field `-grad f / |grad f|` is integrated by the classical method of Runge and Kutta in steps
 //! that are a small share of the region at most, until it is a few steps from a minimum in whose basin it is. (In a basin a
-//! straight line would lead down too, but streamlines bend there as they do anywhere.) Where even short steps do not lead
-//! down, the rest is a straight line to the minimum of the basin, or to the one that is known to be the end.
+//! straight line would lead down too, but streamlines bend there as they do anywhere.) The rest is a straight line to the
+//! minimum of the basin, or to the one that is known to be the end where even short steps do not lead down.
 
 use super::complex::{Arc1, Complex};
 use crate::num::Dual;
@@ -34,15 +34,12 @@ pub fn separatrices(tape: &Arc<Tape>, complex: &Complex) -> Vec<Vec<DVec3>> {
         let mut line = vec![from, from + 0.5 * step * side];
         let (mut at, mut length) = (line[1], step);
         let mut value = dual(field, at).value;
+        let mut minimum = end;
         for _ in 0..STEPS {
             let within = basins.find(at).map(|i| complex.basins[i].0);
-            let near = within.filter(|minimum| place(*minimum).distance(at) < NEAR * step);
-            let has_stopped = length < SHORTEST * step;
-            if let Some(minimum) = near.or(within.or(end).filter(|_| has_stopped)) {
-                line.push(place(minimum));
-                break;
-            }
-            if has_stopped {
+            minimum = within.or(end);
+            let is_near = within.is_some_and(|minimum| place(minimum).distance(at) < NEAR * step);
+            if is_near || length < SHORTEST * step {
                 break;
             }
             let next = advanced(field, at, length);
@@ -54,6 +51,7 @@ pub fn separatrices(tape: &Arc<Tape>, complex: &Complex) -> Vec<Vec<DVec3>> {
                 length *= 0.5;
             }
         }
+        line.extend(minimum.map(place));
         line
     };
     let arc = |field: &mut Evaluator<Dual>, arc: &Arc1| {

@@ -119,7 +119,7 @@ pub fn judge<const B: usize>(f: &Taylors<B>, shares: &[[f64; B]; 3], solid: bool
                     let (lane, share) = (f.lane(i), [shares[0][i], shares[1][i], shares[2][i]]);
                     let inverse = inverse(lane.hess);
                     let own = Zeros::new(&lane, &inverse);
-                    critical[i] = is_flat(&lane);
+                    critical[i] = is_level(&lane);
                     regular[i] |= !critical[i] & own.are_apart_from([0.0; 3], share);
                     single[i] = inverse.least > lane.twist;
                     for axis in 0..3 {
@@ -134,7 +134,7 @@ pub fn judge<const B: usize>(f: &Taylors<B>, shares: &[[f64; B]; 3], solid: bool
 
 /// Whether the gradient is zero all over a ball.
 #[inline(always)]
-fn is_flat(f: &Taylor) -> bool {
+fn is_level(f: &Taylor) -> bool {
     let [x, y, z] = f.grad;
     (x == 0.0) & (y == 0.0) & (z == 0.0) & (f.turn[0] <= 1e-100)
 }

@@ -138,6 +138,27 @@ pub fn check(path: &Path) -> Result<(), WriteError> {
     create(&destination(path)?).map(drop)
 }
 
+/// Copies a file to the first name that is free: its own with `~`, `~2` and so on after it. Returns that; nothing if there is
+/// no file.
+///
+/// # Errors
+/// [`WriteError`], also if the file is not fit to be replaced.
+pub fn back_up(path: &Path) -> Result<Option<PathBuf>, WriteError> {
+    let file = destination(path)?;
+    if !file.is_file() {
+        return Ok(None);
+    }
+    let named = |number: u32| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(if number == 1 { "~".to_owned() } else { format!("~{number}") });
+        PathBuf::from(name)
+    };
+    let free = (1..).map(named).find(|name| !name.exists()).unwrap_or_else(|| named(1));
+    let bytes = fs::read(&file).map_err(|source| failed(path, source))?;
+    write(&free, |f| f.write_all(&bytes))?;
+    Ok(Some(free))
+}
+
 /// The file that `path` stands for, found fit to be written.
 pub(super) fn destination(path: &Path) -> Result<PathBuf, WriteError> {
     if path.file_name().is_none() {

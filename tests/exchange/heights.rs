@@ -193,7 +193,8 @@ fn the_last_column_is_followed_by_the_first() {
 fn detail_finer_than_a_pixel_fades() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.exr");
-    let mapping = mapping(Projection::Equirectangular, 48);
+    // Of the second octave a half is left.
+    let mapping = mapping(Projection::Equirectangular, 64);
     let numbers = |octaves: &str| {
         let fbm = "fractal::fbm(gradient(7), #{ octaves: OCTAVES })".replace("OCTAVES", octaves);
         let import = "import \"std/fractal\" as fractal;";

@@ -94,6 +94,11 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
 /// Whether to go on, or the failure that was reported.
 type Step = Result<bool, Failure>;
 
+/// A path without links and detours, if there is something.
+fn real(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+}
+
 struct Shell {
     interpreter: Rc<RefCell<Interpreter>>,
     interrupt: Interrupt,
@@ -197,7 +202,7 @@ impl Shell {
         // On a pipe only questions are answered.
         self.show(if self.live { answer } else { answer.map(|_| None) })?;
         self.script = Some(script.to_path_buf());
-        self.own.insert(script.to_path_buf());
+        self.own.insert(real(script));
         Ok(())
     }
 

@@ -30,14 +30,14 @@ const SUMS: f64 = 400.0;
 /// What is known of the middle of a ball of which only the range of the kernel counts.
 const UNSEEN: Point = Point { value: f64::NAN, grad: [0.0; 3], hess: [0.0; 6] };
 
-/// What arguments are like, at least in all balls of a batch: coordinates, or multiples of them by powers of two,
+/// What arguments are like in all balls of a batch: expansions that leave out nothing, as those of coordinates do,
 const EXACT: u8 = 0;
-/// numbers without second derivatives in the centre,
+/// such without second derivatives in the centre,
 const STRAIGHT: u8 = 1;
 /// or any.
 const BENT: u8 = 2;
 
-/// The three arguments together. What is zero of those that are `LIKE` that is left out.
+/// The three arguments together. Of arguments that are `LIKE` that, no time is lost with what is zero.
 #[derive(Clone, Copy)]
 struct Argument<const LIKE: u8> {
     x: [Taylor; 3],
@@ -255,6 +255,7 @@ impl<const B: usize> Taylors<B> {
         if f.around([1.0; N], 0.0).is_none() {
             return false;
         }
+        // Of points themselves mostly; for each kind of arguments more, all functions would be compiled once more.
         if likeness([a, b, c]) == EXACT {
             out.fill(
                 #[inline(always)]

@@ -136,7 +136,7 @@ fn named(text: &str) -> String {
     for (i, token) in tokens.iter().enumerate() {
         let next = tokens.get(i + 1).map(|t| t.text);
         match token.text {
-            "(" | "{" | "[" | "#{" => depth += 1,
+            "(" | "{" | "[" => depth += 1,
             ")" | "}" | "]" => depth -= 1,
             _ => {}
         }

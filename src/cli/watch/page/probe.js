@@ -70,7 +70,7 @@ function facts({ point, value, gradient, distance, footprint, color, component, 
   if (component !== null) rows.push(["component", String(component)]);
   if (dominant) {
     const { share, file, line, text } = dominant;
-    rows.push([`${Math.round(100 * share)} %`, `${file}, line ${line}: ${text}`]);
+    rows.push([`${Math.round(100 * share)} %`, `${file ? `${file}, ` : ""}line ${line}: ${text}`]);
   }
   return rows;
 }
