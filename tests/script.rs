@@ -219,9 +219,12 @@ fn textures_lie_around_solids() {
             close("spherical(image)", [radius * sine, 0.0, radius * cosine], shown(share));
         }
     }
-    // As each side faces it, and half of either where it faces two.
-    close("triplanar(image, 1.0, x)", [5.0, 0.0, 0.5 * third], 1.0);
-    close("triplanar(image, 1.0, -y)", [0.5 * third, 5.0, -third], shown(0.4));
+    // As each side faces it, from left to right as seen from outside, and half of either where it faces two.
+    close("triplanar(image, 1.0, x)", [5.0, 0.0, -0.5 * third], 1.0);
+    close("triplanar(image, 1.0, -x)", [-5.0, 0.0, 0.5 * third], 1.0);
+    close("triplanar(image, 1.0, z)", [0.5 * third, 0.0, 5.0], 1.0);
+    close("triplanar(image, 1.0, -z)", [-0.5 * third, 0.0, -5.0], 1.0);
+    close("triplanar(image, 1.0, -y)", [-0.5 * third, -5.0, -third], shown(0.4));
     close("triplanar(image, 1.0, y + z)", [0.5 * third, 0.0, third], 0.5 * (1.0 + shown(0.4)));
 }
 
