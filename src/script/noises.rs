@@ -60,6 +60,12 @@ impl Source {
         Source { kind, domain: Domain::Space, at: None, place: None }
     }
 
+    /// Whether it is asked at the point itself. What is asked elsewhere already is no longer a noise once it is moved again, but
+    /// a field like any other.
+    pub fn is_at_the_point(&self) -> bool {
+        self.domain == Domain::Space && self.at.is_none()
+    }
+
     /// Records where it was made, as for a [node](Host::set_place).
     pub fn set_place(&mut self, place: &Place) {
         if self.place.as_ref().is_none_or(|known| is_better(place, known)) {

@@ -6,7 +6,7 @@ use crate::num::{Affine, Dual, Interval, Jet, Slope};
 use crate::op::{self, Op};
 use crate::script::fault::{Fault, Outcome};
 use crate::script::host::Host;
-use crate::script::noises::{on_sphere, stretched};
+use crate::script::noises::{Source, on_sphere, stretched};
 use crate::script::value::{Field, Region, Scalar, Value, Vec3, VectorField};
 use glam::{DMat3, DVec3, EulerRot};
 use rhai::{Array, Dynamic};
@@ -100,9 +100,10 @@ fn region(c: &Call<'_>, i: usize) -> Outcome<[Interval; 3]> {
 }
 
 fn at(c: &Call<'_>) -> Outcome<Dynamic> {
-    if let Some(source) = c.args[0].read_lock::<crate::script::noises::Source>() {
+    if let Some(source) = c.args[0].read_lock::<Source>() {
         let mut source = source.clone();
-        if matches!(&c.value(1)?, Value::Vector(v) if v.iter().any(|s| s.rank() == 3)) {
+        if source.at.is_none() && matches!(&c.value(1)?, Value::Vector(v) if v.iter().any(|s| s.rank() == 3))
+        {
             source.at = Some(c.nodes(1)?);
             return Ok(Dynamic::from(source));
         }
@@ -261,7 +262,7 @@ fn moves(lib: &mut Library<'_>) {
         "The same on the sphere: evaluated at p / |p|.",
         "gradient(7).scaled(4.0).on_sphere()",
         |c| {
-            if let Ok(mut source) = c.source(0) {
+            if let Some(mut source) = c.source(0).ok().filter(Source::is_at_the_point) {
                 source.domain = crate::script::noises::Domain::Sphere;
                 return Ok(Dynamic::from(source));
             }
@@ -274,7 +275,7 @@ fn moves(lib: &mut Library<'_>) {
         "The same on the ground plane: evaluated at (x, 0, z).",
         "gradient(7).on_plane()",
         |c| {
-            if let Ok(mut source) = c.source(0) {
+            if let Some(mut source) = c.source(0).ok().filter(Source::is_at_the_point) {
                 source.domain = crate::script::noises::Domain::Plane;
                 return Ok(Dynamic::from(source));
             }
