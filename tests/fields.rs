@@ -274,7 +274,7 @@ fn detail_is_limited_where_maps_come_to() {
         ("f.scaled(4.0)", "f.at(4.0 * p)", 1.0),
         ("f.scaled(4.0)", "(f + 0.0 * x).at(4.0 * p + 0.0 * sin(x))", 1.0),
         ("f", "f.at(vec3(0.6*x - 0.8*y, 0.8*x + 0.6*y, z)).at(vec3(0.6*x + 0.8*y, 0.6*y - 0.8*x, z))", 1.0),
-        ("f.on_plane()", "f.at(vec3(x, 100.0 * y, z)).on_plane()", 1.0),
+        ("f.on_plane()", "f.on_plane().at(vec3(x, 100.0 * y, z))", 1.0),
         ("f.at(vec3(length(vec3(x, 0, z)), y, 0))", "f.at(0.01 * vec3(length(vec3(x, 0, z)), y, 0))", 100.0),
         ("f.at(4.0 * normalize(p))", "f.scaled(4.0).at(normalize(p))", 1.0),
     ];
