@@ -273,6 +273,9 @@ fn detail_is_limited_where_maps_come_to() {
     let pairs = [
         ("f.scaled(4.0)", "f.at(4.0 * p)", 1.0),
         ("f.scaled(4.0)", "(f + 0.0 * x).at(4.0 * p + 0.0 * sin(x))", 1.0),
+        ("f", "f.at(0.01 * p)", 100.0),
+        ("f.scaled(3.0).on_sphere()", "f.scaled(3.0).on_sphere()", 250.0),
+        ("(f + 0.0 * x).at(3.0 * p).on_sphere()", "f.scaled(3.0).on_sphere()", 0.01),
         ("f", "f.at(vec3(0.6*x - 0.8*y, 0.8*x + 0.6*y, z)).at(vec3(0.6*x + 0.8*y, 0.6*y - 0.8*x, z))", 1.0),
         ("f.on_plane()", "f.on_plane().at(vec3(x, 100.0 * y, z))", 1.0),
         ("f.at(vec3(length(vec3(x, 0, z)), y, 0))", "f.at(0.01 * vec3(length(vec3(x, 0, z)), y, 0))", 100.0),
