@@ -152,7 +152,7 @@ mod tests {
         let axis = op(Op::Length(Length), &[x, time, z]);
         let around = [op(Op::Div(Div), &[axis, four]), op(Op::Div(Div), &[y, four]), time];
         let slow = [x, y, z].map(|c| op(Op::Mul(Mul), &[clock, c]));
-        // A turn about z, by the angle of a triangle with sides 3, 4 and 5, of three quarters of the size but along z.
+        // A turn about z that shrinks what is across it.
         let [a, b] = [x, y].map(|c| op(Op::Mul(Mul), &[small, c]));
         let (c, d) = (op(Op::Div(Div), &[a, four]), op(Op::Div(Div), &[b, four]));
         let turned = [op(Op::Sub(Sub), &[c, b]), op(Op::Add(Add), &[a, d]), z];

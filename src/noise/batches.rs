@@ -1,6 +1,6 @@
 //! Points and balls, batch by batch: with room for a few on the stack, and each moved to where a noise sees it.
 
-use crate::num::Jets;
+use crate::num::{Jets, widest};
 
 /// Points whose scaled coordinates are held at a time.
 pub(super) const BATCH: usize = 64;
@@ -24,14 +24,19 @@ pub(super) fn gather<const B: usize>(
     start: usize,
     map: impl Fn([f64; 3]) -> [f64; 3],
 ) -> [[f64; B]; 3] {
-    let count = (at[0].len() - start).min(B);
-    let [x, y, z] = at.map(|at| &at[start..start + count]);
-    let mut scaled = [[0.0; B]; 3];
-    let [u, v, w] = &mut scaled;
-    for i in 0..count {
-        [u[i], v[i], w[i]] = map([x[i], y[i], z[i]]);
-    }
-    scaled
+    widest(
+        #[inline(always)]
+        || {
+            let count = (at[0].len() - start).min(B);
+            let [x, y, z] = at.map(|at| &at[start..start + count]);
+            let mut placed = [[0.0; B]; 3];
+            let [u, v, w] = &mut placed;
+            for i in 0..count {
+                [u[i], v[i], w[i]] = map([x[i], y[i], z[i]]);
+            }
+            placed
+        },
+    )
 }
 
 /// The part of `out` from `start`, at most `B` points. (Arrays are written out: what maps of arrays return is stored in

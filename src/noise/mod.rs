@@ -148,16 +148,11 @@ impl Noise {
     fn scaled_jets<const B: usize>(&self, at: [&[f64]; 3], out: &mut Jets<'_>) {
         let k = self.frequency;
         for start in (0..at[0].len()).step_by(B) {
-            let scaled = widest(
+            let scaled = gather::<B>(
+                at,
+                start,
                 #[inline(always)]
-                || {
-                    gather::<B>(
-                        at,
-                        start,
-                        #[inline(always)]
-                        |[x, y, z]| [x * k, y * k, z * k],
-                    )
-                },
+                |[x, y, z]| [x * k, y * k, z * k],
             );
             let mut part = batch::<B>(out, start);
             let count = part.value.len();

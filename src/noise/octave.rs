@@ -140,16 +140,11 @@ impl Octave {
     fn placed_jets<const B: usize>(&self, placement: &Placement, at: [&[f64]; 3], out: &mut Jets<'_>) {
         let (noise, k) = (self.unit(), self.noise.frequency);
         for start in (0..at[0].len()).step_by(B) {
-            let placed = widest(
+            let placed = gather::<B>(
+                at,
+                start,
                 #[inline(always)]
-                || {
-                    gather::<B>(
-                        at,
-                        start,
-                        #[inline(always)]
-                        |p| placement.place(k, p),
-                    )
-                },
+                |p| placement.place(k, p),
             );
             let mut part = batch::<B>(out, start);
             let count = part.value.len();
