@@ -25,6 +25,20 @@ fn answers_on_a_pipe() {
     assert_eq!(stderr(&run("1\n").success()), "");
 }
 
+/// A script is loaded as it runs: with the files of its own folder.
+#[test]
+fn what_is_loaded_imports_from_its_folder() {
+    let rock = "fn rock() { sphere(2.0) }";
+    let main = "import \"rock\" as rock; let f = rock::rock();";
+    let bench = Bench::new(&[("a/rock.rhai", rock), ("a/main.rhai", main), ("a/plain.rhai", "let g = 1.0;")]);
+    let run = |lines: &str| bench.command("repl").write_stdin(lines).assert();
+    has(
+        &stdout(&run(":load a/main.rhai\nf.at([3, 0, 0])\nrock::rock().at([4, 0, 0])\n").success()),
+        &["1.0\n2.0\n"],
+    );
+    has(&stderr(&run(":load a/plain.rhai\nimport \"rock\" as rock;\n").code(1)), &["no module", "rock.rhai"]);
+}
+
 #[test]
 fn fails_on_a_pipe_when_a_line_fails() {
     let bench = Bench::new(&[]);

@@ -1,10 +1,12 @@
 //! The job of rendering: who watches it and can stop it, and what comes of it.
 
+use super::air::Atmosphere;
 use super::refine::{Rough, Steering, develop};
 use super::worker::Shot;
 use super::{Picture, Pixel, Prepared, Rect, RenderError, Stats, tile};
 use crate::cast::Caster;
 use crate::diag::Diagnostic;
+use glam::DVec3;
 use std::sync::atomic::AtomicBool;
 
 /// How far a job has come, in tiles.
@@ -127,6 +129,7 @@ pub(super) fn finish(picture: &mut Picture, shots: &[Shot<'_>], threads: Vec<Sta
 
 fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {
     let mut warnings = scene.warnings.clone();
+    warnings.extend(scene.air.as_ref().and_then(|air| elsewhere(air, picture)));
     if picture.empty && picture.finished && picture.is_whole() {
         warnings.push(if scene.probe.inside == 0 {
             Diagnostic::warning(
@@ -150,4 +153,22 @@ fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {
         );
     }
     warnings
+}
+
+/// A warning about air that is that of a planet of another size: nothing that is seen is anywhere near its ground.
+fn elsewhere(air: &Atmosphere, picture: &Picture) -> Option<Diagnostic> {
+    let seen = picture.pixels.iter().filter(|pixel| pixel.depth.is_finite());
+    let far = |pixel: &Pixel| DVec3::from_array(pixel.position.map(f64::from)).length();
+    let (least, most) = seen.map(far).fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
+    let [ground, top] = air.reach();
+    // What is deeper than the air is high is no valley of its ground.
+    (least > top || (most > 0.0 && most < 2.0 * ground - top)).then(|| {
+        let message = format!(
+            "the air is that of a planet of radius {ground}, and all that is seen of the solid is {least:.3} to {most:.3} from the \
+             origin"
+        );
+        Diagnostic::warning(message).hint(
+            "give the air the planet's radius, as in planet::earth_air(#{ radius: 2.0 }); it surrounds the origin",
+        )
+    })
 }

@@ -189,11 +189,12 @@ fn run<T>(request: &Request, make: impl Make<T>) -> Ran<T> {
         Script::Text { name, .. } => (name.clone(), PathBuf::new()),
     };
     let world = request.world.clone();
-    let resolver = |loaded| modules::Resolver { world, root, loaded };
+    let resolver = |loaded| modules::Resolver { world, loaded };
     let mut setup = match engine::setup(host, resolver, &request.limits, request.cancel.clone()) {
         Ok(setup) => setup,
         Err(d) => return Ran::failed(*d),
     };
+    setup.loaded.root.replace(root);
     let mut diagnostics = Vec::new();
     let value = match read(request, &setup, &name) {
         Ok(text) => make(&mut setup, &name, &text, &mut diagnostics),
@@ -363,7 +364,7 @@ fn warnings(scene: &Scene) -> Vec<Diagnostic> {
 pub fn reference() -> Vec<Entry> {
     let host = Host::new(&Limits::default(), BTreeMap::new(), 0.0);
     let world = Arc::new(crate::world::Memory::default());
-    let resolver = |loaded| modules::Resolver { world, root: PathBuf::new(), loaded };
+    let resolver = |loaded| modules::Resolver { world, loaded };
     let native =
         engine::setup(host, resolver, &Limits::default(), None).map(|s| s.entries).unwrap_or_default();
     native.into_iter().chain(std_entries()).collect()

@@ -48,6 +48,8 @@ pub const PRELUDE: &[&str] = &["shapes", "csg"];
 /// What a run has read.
 #[derive(Default)]
 pub struct Loaded {
+    /// The folder of the main script.
+    pub root: RefCell<PathBuf>,
     /// Texts by the name that messages use.
     pub sources: RefCell<Sources>,
     /// Files touched, found or not.
@@ -94,9 +96,7 @@ impl Loaded {
 pub struct Resolver {
     /// Where bytes come from.
     pub world: Arc<dyn World + Send + Sync>,
-    /// The folder of the main script.
-    pub root: PathBuf,
-    /// What was read.
+    /// Where they are looked for, and what was read.
     pub loaded: Rc<Loaded>,
 }
 
@@ -148,7 +148,7 @@ impl Resolver {
         if !is_inside(path) {
             return Err(outside(path).hint("imports name files in the folder of the main script or below, such as \"rocks/basalt\", or \"std/...\""));
         }
-        let file = self.root.join(format!("{path}.rhai"));
+        let file = self.loaded.root.borrow().join(format!("{path}.rhai"));
         let shown = file.to_string_lossy().into_owned();
         match self.open(&file, |world, file| world.read(file))? {
             Ok(text) => Ok((shown, text)),
@@ -182,7 +182,7 @@ impl Resolver {
                 outside(path).hint("put the file into the folder of the main script, or a folder there")
             );
         }
-        let file = self.root.join(path);
+        let file = self.loaded.root.borrow().join(path);
         let shown = file.to_string_lossy().into_owned();
         let found = self.open(&file, read)?.map_err(|e| unreadable(&shown, &e))?;
         Ok((shown, found))
@@ -205,7 +205,8 @@ impl Resolver {
     /// A link that leaves the folder would let a script read what is not its own. Only real files
     /// can be links; a world without them resolves nothing here.
     fn refuse_links_out(&self, file: &Path) -> std::result::Result<(), Fault> {
-        let root = if self.root.as_os_str().is_empty() { Path::new(".") } else { &self.root };
+        let root = self.loaded.root.borrow();
+        let root = if root.as_os_str().is_empty() { Path::new(".") } else { &root };
         match (root.canonicalize(), file.canonicalize()) {
             (Ok(root), Ok(real)) if !real.starts_with(&root) => {
                 Err(Fault::new(format!("{} is a link that leads out of the script's folder", file.display())))

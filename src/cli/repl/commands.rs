@@ -62,7 +62,7 @@ pub const COMMANDS: &[Command] = &[
         argument: "FILE",
         meaning: "run a script and keep what it defines",
         action: Action::Load,
-        more: "",
+        more: "Files that it imports are looked for in its folder; so are those that are imported after them.",
         examples: &[":load rock.rhai"],
     },
     Command {

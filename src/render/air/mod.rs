@@ -99,6 +99,11 @@ impl Atmosphere {
         Some(Atmosphere { medium, tables: Arc::new(Tables { columns, multiple, ambient, albedo }) })
     }
 
+    /// Radii of its ground, and of its top.
+    pub fn reach(&self) -> [f64; 2] {
+        [self.medium.shell.radius, self.medium.shell.top]
+    }
+
     /// The points along a line of sight of length `distance` (infinite if nothing is in the way) at which
     /// [`Atmosphere::along`] asks for sunlight, from the eye outwards; none outside of the air. `jitter`
     /// in [0, 1) picks the point of each step. They are added to `out`.

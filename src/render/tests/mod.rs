@@ -337,6 +337,16 @@ fn what_is_odd_is_said() {
 
     scene.surface.field = root;
     warned(&scene, "undefined");
+
+    let air = |radius| Some(Air::clear(radius, 0.01 * radius, DVec3::new(3.0, 8.0, 20.0) / radius));
+    for (radius, words) in [(0.5, "planet of radius 0.5"), (2.0, "planet of radius 2")] {
+        let mut elsewhere = ball();
+        elsewhere.sky.air = air(radius);
+        warned(&elsewhere, words);
+    }
+    let mut around = ball();
+    around.sky.air = air(1.0);
+    assert!(shoot(&around).warnings.is_empty());
 }
 
 #[test]

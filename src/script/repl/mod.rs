@@ -76,7 +76,8 @@ impl Interpreter {
         let host = Host::new(&limits, BTreeMap::new(), 0.0);
         let files = world.clone();
         let setup =
-            engine::setup(host, |loaded| modules::Resolver { world: files, root, loaded }, &limits, cancel)?;
+            engine::setup(host, |loaded| modules::Resolver { world: files, loaded }, &limits, cancel)?;
+        setup.loaded.root.replace(root);
         let entries = setup.entries.iter().cloned().chain(super::std_entries()).collect();
         let (scope, functions, text) = (Scope::new(), AST::empty(), String::new());
         Ok(Interpreter {
@@ -118,7 +119,8 @@ impl Interpreter {
         self.execute(INPUT, &padded, effects)
     }
 
-    /// Runs a file as if it had been typed.
+    /// Runs a file as if it had been typed in its folder: imports are looked for there from now on if it has some of its
+    /// own, unless those before it came from elsewhere.
     ///
     /// # Errors
     /// When it cannot be read, and as for [`eval`](Self::eval).
@@ -131,8 +133,15 @@ impl Interpreter {
             .map_err(|e| Box::new(Diagnostic::error(modules::unreadable(&name, &e).message)))?;
         self.setup.loaded.source(&name, &text);
         self.setup.loaded.clear();
-        let value = self.execute(&name, &text, Effects::Kept)?;
-        Ok(self.answer(Some(path), &text, &value))
+        let before = self.setup.loaded.root.borrow().clone();
+        if self.own.is_empty() {
+            self.setup.loaded.root.replace(path.parent().map(Path::to_owned).unwrap_or_default());
+        }
+        let value = self.execute(&name, &text, Effects::Kept);
+        if self.own.is_empty() {
+            self.setup.loaded.root.replace(before);
+        }
+        Ok(self.answer(Some(path), &text, &value?))
     }
 
     /// Keeps an input that went well, and describes its value.

@@ -30,6 +30,8 @@ pub(super) struct Studio {
     session: Session,
     order: Order,
     loaded: Option<Arc<Loaded>>,
+    /// What was on view last: while a script is wrong, people go on looking at what it was when it was right.
+    view: Option<OnView>,
     /// The wishes that were answered.
     answered: u64,
     /// When the last picture of those that show how time passes was begun.
@@ -37,6 +39,15 @@ pub(super) struct Studio {
     revision: u64,
     /// The components of the solid that was looked at last.
     analysis: Option<(Arc<Loaded>, Arc<Analysis>)>,
+}
+
+/// The last script that was right, and how its picture is seen.
+struct OnView {
+    loaded: Arc<Loaded>,
+    /// Camera, caster, layer, size: all but what the script would have to be run for.
+    wish: Wish,
+    /// The picture, if it was finished.
+    finished: Option<Finished>,
 }
 
 /// One picture to draw.
@@ -55,7 +66,8 @@ const RECOGNISABLE: u32 = 8;
 
 impl Studio {
     pub fn new(shared: Arc<Shared>, session: Session, order: Order) -> Studio {
-        Studio { shared, session, order, loaded: None, answered: 0, frame: None, revision: 0, analysis: None }
+        let (loaded, view, frame, analysis) = (None, None, None, None);
+        Studio { shared, session, order, loaded, view, answered: 0, frame, revision: 0, analysis }
     }
 
     /// Draws what is wished for, until the end.
@@ -118,16 +130,14 @@ impl Studio {
         }
     }
 
-    /// Reads the script and draws.
+    /// Reads the script and draws it, or what it was when it was right.
     fn answer(&mut self, task: &Task) {
-        let Some(loaded) = self.read(task) else { return };
-        let Some(scene) = &loaded.scene else {
-            return self.shared.report(|report| report.stage = Stage::Failed);
-        };
+        let Some((loaded, again)) = self.read(task).and_then(|read| self.on_view(read, task)) else { return };
+        let Some(scene) = &loaded.scene else { return };
         let mut scene = Scene::clone(scene);
         scene.camera = task.wish.camera.unwrap_or(scene.camera);
         let scene = Arc::new(scene);
-        if let Err(error) = self.draw(&scene, &loaded, task)
+        if let Err(error) = self.draw(&scene, &loaded, task, again)
             && !task.cancel.load(Ordering::SeqCst)
         {
             let message = Message::new(&error, &loaded.sources);
@@ -136,6 +146,23 @@ impl Studio {
                 report.stage = Stage::Failed;
             });
         }
+    }
+
+    /// What is to be drawn after a script was read, and whether it was on view already; `None` if that is nothing.
+    fn on_view(&mut self, read: Arc<Loaded>, task: &Task) -> Option<(Arc<Loaded>, bool)> {
+        let wish = task.wish.of_looks();
+        if read.scene.is_some() {
+            self.view = Some(OnView { loaded: read.clone(), wish, finished: None });
+            return Some((read, false));
+        }
+        let view = self.view.as_mut()?;
+        let again = view.wish == wish;
+        if again && view.finished.is_some() {
+            self.shared.state().finished.clone_from(&view.finished);
+            return None;
+        }
+        (view.wish, view.finished) = (wish, None);
+        Some((view.loaded.clone(), again))
     }
 
     /// What the script comes to; `None` if a newer wish came in between.
@@ -198,10 +225,13 @@ impl Studio {
         let mut state = self.shared.state();
         state.files = self.session.files();
         state.loaded = Some(loaded.clone());
-        if let Some(scene) = &loaded.scene {
-            state.params.clone_from(&scene.params);
+        let shown = loaded.scene.as_ref().or_else(|| self.view.as_ref()?.loaded.scene.as_ref());
+        if let Some(scene) = shown {
             // The camera may have moved on meanwhile.
             state.camera = Some(state.wish.camera.unwrap_or(scene.camera));
+        }
+        if let Some(scene) = &loaded.scene {
+            state.params.clone_from(&scene.params);
         } else {
             // What the script failed with is what is to be seen, and what would be written.
             for param in &mut state.params {
@@ -213,7 +243,7 @@ impl Studio {
         let messages = loaded.diagnostics.iter().map(|d| Message::new(d, &loaded.sources)).collect();
         let caster = Kind::ALL.iter().find(|(kind, _)| *kind == wish.caster).map_or("", |(_, name)| name);
         let before = state.report.clone();
-        let camera = match &loaded.scene {
+        let camera = match shown {
             Some(scene) => rewrite::camera(&wish.camera.unwrap_or(scene.camera)),
             None => before.camera.clone(),
         };
@@ -231,7 +261,7 @@ impl Studio {
             time: wish.time,
             playing: wish.playing,
             region: state.wish.region.map(|r| [r.x, r.y, r.width, r.height]),
-            stage: Stage::Drawing,
+            stage: if loaded.scene.is_some() { Stage::Drawing } else { Stage::Failed },
             progress: 0.0,
             revision: self.revision,
             ..*before
@@ -240,8 +270,15 @@ impl Studio {
         (self.shared.tell)(Event::Changed);
     }
 
-    /// Draws coarsely, and better, and as the script asks for it.
-    fn draw(&mut self, scene: &Arc<Scene>, loaded: &Arc<Loaded>, task: &Task) -> Result<(), Box<Diagnostic>> {
+    /// Draws coarsely, and better, and as the script asks for it. What is drawn `again` takes the place of itself: nothing
+    /// coarse covers it.
+    fn draw(
+        &mut self,
+        scene: &Arc<Scene>,
+        loaded: &Arc<Loaded>,
+        task: &Task,
+        again: bool,
+    ) -> Result<(), Box<Diagnostic>> {
         let size = task.wish.size.or(self.order.size.map(|(w, h)| [w, h]));
         let size = size.unwrap_or([scene.film.width, scene.film.height]);
         if u64::from(size[0]) * u64::from(size[1]) > LARGEST {
@@ -276,8 +313,9 @@ impl Studio {
             shared.canvas().paint(rect, layer, &look, at);
             shared.is_seen(task, true, true);
         };
-        let job = Job { cancel: &task.cancel, progress: &progress, tile: &tile, rough: Some(&rough) };
-        if task.wish.components {
+        let rough: Option<&(dyn Fn(&Rough) + Sync)> = if again { None } else { Some(&rough) };
+        let job = Job { cancel: &task.cancel, progress: &progress, tile: &tile, rough };
+        if task.wish.components && !again {
             self.coarse(scene, &order, (layer, &look), task)?;
         }
         let picture = if task.wish.components {
@@ -321,7 +359,7 @@ impl Studio {
     }
 
     /// The picture as it is ordered. Where that takes many samples, a picture of one sample comes first: it takes a
-    /// fraction of the time, and shows most of what there is to see.
+    /// fraction of the time, and shows most of what there is to see; unless it is there already, as anything rough is.
     fn refined(
         &self,
         scene: &Arc<Scene>,
@@ -334,6 +372,9 @@ impl Studio {
             self.session.refine(scene, &order, job, (&task.steering, &task.cancel))
         };
         let samples = order.samples.unwrap_or(scene.film.samples);
+        if job.rough.is_none() {
+            return refine(samples, job);
+        }
         let first = refine(1, job)?;
         if samples == 1 || !first.finished {
             return Ok(first);
@@ -366,16 +407,22 @@ impl Studio {
     }
 
     /// A full picture is there.
-    fn finish(&self, picture: Picture, scene: &Arc<Scene>, loaded: &Arc<Loaded>, task: &Task) {
+    fn finish(&mut self, picture: Picture, scene: &Arc<Scene>, loaded: &Arc<Loaded>, task: &Task) {
         let stats = &picture.stats;
         let evaluations = stats.primary.evaluations + stats.shadow.evaluations;
         let cost = evaluations as f64 / (f64::from(picture.width) * f64::from(picture.height));
         let warnings: Vec<_> = picture.warnings.iter().map(|d| Message::new(d, &loaded.sources)).collect();
         let finished = Finished { picture: Arc::new(picture), scene: scene.clone(), loaded: loaded.clone() };
+        if let Some(view) = &mut self.view {
+            view.finished = Some(finished.clone());
+        }
         self.shared.state().finished = Some(finished);
         self.shared.report(|report| {
-            report.messages.extend(warnings);
-            (report.stage, report.progress, report.cost) = (Stage::Done, 1.0, cost);
+            if report.stage != Stage::Failed {
+                report.messages.extend(warnings);
+                report.stage = Stage::Done;
+            }
+            (report.progress, report.cost) = (1.0, cost);
             report.whole = task.start.elapsed().as_secs_f64();
         });
         (self.shared.tell)(Event::Finished);

@@ -212,6 +212,21 @@ fn errors_leave_the_picture_and_name_the_line() {
     let message = serde_json::to_value(&report.messages[0]).unwrap();
     assert_eq!((&message["line"], &message["text"]), (&2.into(), &" + nothing".into()));
     assert!(bench.live.canvas().since(0).blocks.len() == 4);
+    assert_eq!(bench.share(), share);
+    // It can be looked at from elsewhere, and saved, and another mistake does not draw it anew.
+    bench.command(r#"{"move":{"zoom":{"by":0.5,"at":null}}}"#);
+    let report = bench.wait(|report| report.steered);
+    assert_eq!((report.stage, report.messages.len()), (Stage::Failed, 1));
+    let nearer = bench.share();
+    assert!(nearer > 1.5 * share, "{share} {nearer}");
+    let before = bench.live.finished().unwrap().picture;
+    bench.save("sphere(1.0)\n + no");
+    bench.wait(|report| serde_json::to_string(&report.messages).unwrap().contains("`no`"));
+    assert_eq!(bench.share(), nearer);
+    assert!(Arc::ptr_eq(&before, &bench.live.finished().unwrap().picture));
+    bench.command("\"snap_back\"");
+    let report = bench.wait(|report| !report.steered);
+    assert_eq!((report.stage, bench.share()), (Stage::Failed, share));
     bench.save(BALL);
     bench.wait(|report| report.stage == Stage::Done);
     assert_eq!(bench.share(), share);

@@ -74,6 +74,11 @@ const SIDES: [u32; 2] = [16, 8192];
 pub(super) const LARGEST: u64 = 1 << 24;
 
 impl Wish {
+    /// How a picture of a given scene is to look: all but what needs the script to run, and what is to be worked on first.
+    pub fn of_looks(&self) -> Wish {
+        Wish { params: BTreeMap::new(), time: 0.0, playing: false, region: None, ..self.clone() }
+    }
+
     /// Obeys a command, but for movements of the camera. `params` are those of the script.
     pub fn obey(&mut self, command: &Command, params: &[Param]) -> Result<(), Refused> {
         match command {
