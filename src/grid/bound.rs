@@ -14,16 +14,22 @@
 //! of maxima, so that a box of any size touches a few blocks of the right level.
 
 use super::{Cancel, Edge, Frame};
-use crate::num::{Bounds, ROUNDOFF};
+use crate::num::{Bounds, Interval, ROUNDOFF};
 use rayon::prelude::*;
 
 /// Bounds of blocks, and of blocks of blocks.
 #[derive(Debug)]
 pub(super) struct Pyramid {
     levels: Vec<Level>,
-    /// Largest coefficient.
-    magnitude: f64,
-    all: Bounds,
+    all: Block,
+}
+
+/// What is known of a block.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    bounds: Bounds,
+    /// The hull of the coefficients that reach it, and so of the values.
+    values: Interval,
 }
 
 /// Blocks of one size.
@@ -33,7 +39,7 @@ struct Level {
     edge: [usize; 3],
     /// Blocks along each axis.
     size: [usize; 3],
-    blocks: Vec<Bounds>,
+    blocks: Vec<Block>,
 }
 
 /// Cells beyond the first and the last sample of a clamped grid: two before, where the spline comes
@@ -49,18 +55,27 @@ fn cells(n: usize, edge: Edge) -> usize {
     }
 }
 
-const NOTHING: Bounds = Bounds { range: 0.0, lipschitz: 0.0, hessian: 0.0, third: 0.0 };
+const NOTHING: Block = Block {
+    bounds: Bounds { range: 0.0, lipschitz: 0.0, hessian: 0.0, third: 0.0 },
+    values: Interval { lo: f64::INFINITY, hi: f64::NEG_INFINITY },
+};
 
-const EVERYTHING: Bounds =
-    Bounds { range: f64::INFINITY, lipschitz: f64::INFINITY, hessian: f64::INFINITY, third: f64::INFINITY };
+const EVERYTHING: Block = {
+    let most = f64::INFINITY;
+    let bounds = Bounds { range: most, lipschitz: most, hessian: most, third: most };
+    Block { bounds, values: Interval::ENTIRE }
+};
 
-fn hull(a: Bounds, b: Bounds) -> Bounds {
-    Bounds {
-        range: a.range.max(b.range),
-        lipschitz: a.lipschitz.max(b.lipschitz),
-        hessian: a.hessian.max(b.hessian),
-        third: a.third.max(b.third),
-    }
+fn hull(a: Block, b: Block) -> Block {
+    let (x, y) = (a.bounds, b.bounds);
+    let bounds = Bounds {
+        range: x.range.max(y.range),
+        lipschitz: x.lipschitz.max(y.lipschitz),
+        hessian: x.hessian.max(y.hessian),
+        third: x.third.max(y.third),
+    };
+    let values = Interval { lo: a.values.lo.min(b.values.lo), hi: a.values.hi.max(b.values.hi) };
+    Block { bounds, values }
 }
 
 impl Pyramid {
@@ -78,7 +93,8 @@ impl Pyramid {
             for (i, block) in blocks.iter_mut().enumerate().take_while(|_| !cancel()) {
                 let at = [i * edge[0], row % by * edge[1], row / by * edge[2]];
                 patches[0].cut(frame, coefficients, at, edge);
-                *block = bounds(patches, scale);
+                let values = patches[0].hull();
+                *block = Block { bounds: bounds(patches, scale), values };
             }
         });
         let all = blocks.iter().copied().fold(NOTHING, hull);
@@ -86,22 +102,32 @@ impl Pyramid {
         while let Some(coarser) = levels.last().and_then(Level::coarser) {
             levels.push(coarser);
         }
-        Pyramid { levels, magnitude: all.range, all }
+        Pyramid { levels, all }
     }
 
     /// Bounds over all of space.
     #[inline]
     pub(super) fn all(&self) -> Bounds {
-        self.all
+        self.all.bounds
     }
 
     /// The largest coefficient.
     pub(super) fn magnitude(&self) -> f64 {
-        self.magnitude
+        self.all.bounds.range
     }
 
     /// Bounds over the ball around a point.
     pub(super) fn around(&self, frame: &Frame, scale: [f64; 3], at: [f64; 3], radius: f64) -> Bounds {
+        self.within(frame, scale, at, [radius; 3]).bounds
+    }
+
+    /// The hull of the coefficients that matter in a box, given by its middle and half its edges.
+    pub(super) fn values(&self, frame: &Frame, scale: [f64; 3], at: [f64; 3], half: [f64; 3]) -> Interval {
+        self.within(frame, scale, at, half).values
+    }
+
+    /// What is known of a box.
+    fn within(&self, frame: &Frame, scale: [f64; 3], at: [f64; 3], half: [f64; 3]) -> Block {
         let mut spans = [Span { first: 0, count: 1 }; 3];
         for axis in 0..3 {
             let n = frame.size[axis];
@@ -110,7 +136,7 @@ impl Pyramid {
             }
             let u = (at[axis] - frame.origin[axis]) * scale[axis];
             // The cells that the true point may be in, rounded or not.
-            let reach = radius * scale[axis]
+            let reach = half[axis] * scale[axis]
                 + 1e-12
                 + 16.0 * ROUNDOFF * (at[axis].abs() + frame.origin[axis].abs()) * scale[axis];
             match Span::new(u, reach, n, frame.edge) {
@@ -177,7 +203,7 @@ impl Level {
         Some(Level { edge, size: half, blocks })
     }
 
-    fn over(&self, spans: &[Span; 3], frame: &Frame) -> Bounds {
+    fn over(&self, spans: &[Span; 3], frame: &Frame) -> Block {
         let ranges: [(usize, usize); 3] = std::array::from_fn(|axis| {
             let Span { first, count } = spans[axis];
             let all = cells(frame.size[axis], frame.edge);
@@ -253,6 +279,11 @@ impl Patch {
                 self.values.extend(here.iter().zip(next).map(|(a, b)| b - a));
             }
         }
+    }
+
+    fn hull(&self) -> Interval {
+        let widen = |all: Interval, v: &f64| Interval { lo: all.lo.min(*v), hi: all.hi.max(*v) };
+        self.values.iter().fold(NOTHING.values, widen)
     }
 
     fn largest(&self) -> f64 {

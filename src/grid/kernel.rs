@@ -1,7 +1,9 @@
 //! The spline of a grid at points and around them.
 
 use super::{Edge, Grid};
-use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, Weights, cubic, widest};
+use crate::num::{
+    Bounds, Class, Interval, Jets, Kernel, Local, Order, Point, ROUNDOFF, Weights, cubic, widest,
+};
 
 /// What one axis contributes to a point: up to four coefficients and their weights.
 struct Taps {
@@ -155,6 +157,16 @@ impl Kernel for Grid {
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
         let bounds = self.pyramid().around(&self.frame, self.scale, at, radius);
         Local::uniform(self.jet(order, at), bounds)
+    }
+
+    /// A value is a mean of coefficients.
+    fn over(&self, x: &[Interval; 3]) -> Option<Interval> {
+        if !x.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let half = x.map(|x| x.rad() * (1.0 + 8.0 * ROUNDOFF));
+        let values = self.pyramid().values(&self.frame, self.scale, x.map(Interval::mid), half);
+        Some(values + Interval::radius(256.0 * ROUNDOFF * self.pyramid().magnitude()))
     }
 
     fn error(&self, size: f64) -> [f64; 3] {

@@ -239,6 +239,19 @@ fn every_enclosure_contains_samples() {
     }
 }
 
+/// A clamped grid is what its outermost samples are, however far a box reaches.
+#[test]
+fn far_boxes_are_as_the_rim() {
+    let frame = Frame::over([9; 3], [-1.0; 3], [1.0; 3], Edge::Clamp).unwrap();
+    let ball = |[x, y, z]: [f64; 3]| (x * x + y * y + z * z).sqrt() - 0.6;
+    let grid = Grid::through(&Samples::of(frame, ball, &never).unwrap()).unwrap();
+    let far = [Interval { lo: 1e9, hi: 16e9 }, Interval::radius(16e9), Interval::radius(16e9)];
+    assert!(Interval::kernel(&grid, far.each_ref()).lo > 0.3);
+    let across = [Interval::radius(0.1), Interval::radius(16e9), Interval::radius(0.1)];
+    let range = Interval::kernel(&grid, across.each_ref());
+    assert!(range.lo < -0.5 && range.hi < 1.0, "{range:?}");
+}
+
 #[test]
 fn batches_equal_their_lanes() {
     for grid in grids() {

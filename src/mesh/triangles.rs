@@ -60,7 +60,7 @@ impl Weaver<'_> {
         Ok(self.plain())
     }
 
-    /// The quadrangles of triangles that are too far from the surface, or at flaws of the mesh.
+    /// The quadrangles of triangles that are too far from the surface, or turned over, or at flaws of the mesh.
     fn wrong(&self, woven: &Woven, tolerance: f64) -> Vec<u32> {
         let farthest = farthest(self.lattice, tolerance);
         let near = |points: Vec<DVec3>| survey::reaches(self.cells, &points, farthest);
@@ -71,9 +71,18 @@ impl Weaver<'_> {
         let is_wrong = |t: usize| {
             let mut corners = woven.mesh.triangles[t].into_iter().map(|i| i as usize);
             far_samples[SAMPLES * t..][..SAMPLES].contains(&true)
+                || self.is_turned(woven, t)
                 || corners.any(|i| flawed[i] || far_points[i])
         };
         (0..woven.mesh.triangles.len()).filter(|&t| is_wrong(t)).map(|t| woven.quads[t]).collect()
+    }
+
+    /// Whether a triangle shows the inside of the solid, by the field's gradient at the vertices that it was made of.
+    fn is_turned(&self, woven: &Woven, triangle: usize) -> bool {
+        let [a, b, c] = woven.mesh.corners(triangle);
+        let quad = &self.quads[woven.quads[triangle] as usize];
+        let outwards: DVec3 = quad.vertices.map(|v| self.vertices[v as usize].normal).into_iter().sum();
+        (b - a).cross(c - a).dot(outwards) < 0.0
     }
 
     /// Triangles between what the vertices have become.

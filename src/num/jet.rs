@@ -264,6 +264,10 @@ impl Centred for Interval {
     fn centre(p: [&Self; 3]) -> [f64; 3] {
         p.map(|p| p.mid())
     }
+    const BOX: bool = true;
+    fn met<K: Kernel + ?Sized>(self, k: &K, p: [&Self; 3]) -> Self {
+        k.over(&p.map(|p| *p)).map_or(self, |known| self.meet(known))
+    }
     fn blind(bounds: &Bounds, p: [&Self; 3]) -> bool {
         Region::around(p.map(|p| *p)).blind(bounds, Order::Value)
     }

@@ -99,6 +99,59 @@ fn locals<T: Centred + Copy, K: Kernel + ?Sized, const B: usize>(k: &K, p: [[T; 
     })
 }
 
+/// The images of points under a kernel, from what it says of balls around their centres.
+#[inline]
+fn around_centres<T: Centred + Copy, K: Kernel + ?Sized, const B: usize>(
+    k: &K,
+    p: [&Many<T, B>; 3],
+) -> Many<T, B> {
+    let bounds = k.bounds();
+    if (0..B).all(|i| T::blind(&bounds, p.map(|p| &p.0[i]))) {
+        let nothing = Local::uniform(Point::default(), bounds);
+        return Many(std::array::from_fn(|i| T::expand(&nothing, [0.0; 3], p.map(|p| &p.0[i]))));
+    }
+    if !T::EXACT && !k.is_uniform() {
+        return Many(locals(k, std::array::from_fn(|i| p.map(|p| p.0[i]))));
+    }
+    let mut at = [[0.0; B]; 3];
+    for i in 0..B {
+        let c = T::centre(p.map(|p| &p.0[i]));
+        for axis in 0..3 {
+            at[axis][i] = c[axis];
+        }
+    }
+    // Which arrays there are is known when this is compiled; the others cost nothing.
+    let mut value = [0.0; B];
+    let (mut grad, mut hess);
+    let (mut grads, mut hesses) = (None, None);
+    if T::ORDER >= Order::Gradient {
+        grad = [[0.0; B]; 3];
+        grads = Some(&mut grad);
+    }
+    if T::ORDER >= Order::Hessian {
+        hess = [[0.0; B]; 6];
+        hesses = Some(&mut hess);
+    }
+    let out = Jets {
+        value: &mut value,
+        grad: grads.as_mut().map(|g| g.each_mut().map(|g| &mut g[..])),
+        hess: hesses.as_mut().map(|h| h.each_mut().map(|h| &mut h[..])),
+    };
+    k.jets([&at[0][..], &at[1][..], &at[2][..]], out);
+    p[0].lanes(
+        #[inline(always)]
+        |i| {
+            let jet = Point {
+                value: value[i],
+                grad: grads.as_ref().map_or([0.0; 3], |g| [g[0][i], g[1][i], g[2][i]]),
+                hess: hesses.as_ref().map_or([0.0; 6], |h| std::array::from_fn(|k| h[k][i])),
+            };
+            let error = error::<T, K>(k, [at[0][i], at[1][i], at[2][i]]);
+            T::expand(&Local::uniform(jet, bounds), error, p.map(|p| &p.0[i]))
+        },
+    )
+}
+
 impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
     const EXACT: bool = T::EXACT;
     #[inline]
@@ -177,51 +230,11 @@ impl<T: Centred + Copy, const B: usize> Number for Many<T, B> {
         );
     }
     fn kernel<K: Kernel + ?Sized>(k: &K, p: [&Self; 3]) -> Self {
-        let bounds = k.bounds();
-        if (0..B).all(|i| T::blind(&bounds, p.map(|p| &p.0[i]))) {
-            let nothing = Local::uniform(Point::default(), bounds);
-            return Many(std::array::from_fn(|i| T::expand(&nothing, [0.0; 3], p.map(|p| &p.0[i]))));
+        let found = around_centres(k, p);
+        if !T::BOX {
+            return found;
         }
-        if !T::EXACT && !k.is_uniform() {
-            return Many(locals(k, std::array::from_fn(|i| p.map(|p| p.0[i]))));
-        }
-        let mut at = [[0.0; B]; 3];
-        for i in 0..B {
-            let c = T::centre(p.map(|p| &p.0[i]));
-            for axis in 0..3 {
-                at[axis][i] = c[axis];
-            }
-        }
-        // Which arrays there are is known when this is compiled; the others cost nothing.
-        let mut value = [0.0; B];
-        let (mut grad, mut hess);
-        let (mut grads, mut hesses) = (None, None);
-        if T::ORDER >= Order::Gradient {
-            grad = [[0.0; B]; 3];
-            grads = Some(&mut grad);
-        }
-        if T::ORDER >= Order::Hessian {
-            hess = [[0.0; B]; 6];
-            hesses = Some(&mut hess);
-        }
-        let out = Jets {
-            value: &mut value,
-            grad: grads.as_mut().map(|g| g.each_mut().map(|g| &mut g[..])),
-            hess: hesses.as_mut().map(|h| h.each_mut().map(|h| &mut h[..])),
-        };
-        k.jets([&at[0][..], &at[1][..], &at[2][..]], out);
-        p[0].lanes(
-            #[inline(always)]
-            |i| {
-                let jet = Point {
-                    value: value[i],
-                    grad: grads.as_ref().map_or([0.0; 3], |g| [g[0][i], g[1][i], g[2][i]]),
-                    hess: hesses.as_ref().map_or([0.0; 6], |h| std::array::from_fn(|k| h[k][i])),
-                };
-                let error = error::<T, K>(k, [at[0][i], at[1][i], at[2][i]]);
-                T::expand(&Local::uniform(jet, bounds), error, p.map(|p| &p.0[i]))
-            },
-        )
+        Many(std::array::from_fn(|i| found.0[i].met(k, p.map(|p| &p.0[i]))))
     }
     fn pointwise<K: Pointwise>(k: &K, p: [&Self; 3], with: Option<&Self>) -> Option<Self> {
         if !T::EXACT {

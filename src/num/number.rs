@@ -87,6 +87,14 @@ pub trait Kernel: Sync {
         Local::uniform(self.jet(order, at), self.bounds())
     }
 
+    /// Encloses the values over a box of any shape, for kernels that know more of one than its middle tells: those that come to
+    /// rest far from what they are made of.
+    #[inline]
+    fn over(&self, x: &[Interval; 3]) -> Option<Interval> {
+        let _ = x;
+        None
+    }
+
     /// What is known of a batch of balls, and what the jets in their middles may be [off](Kernel::error) by.
     #[inline]
     fn locals(&self, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [(Local, [f64; 3])]) {
@@ -307,6 +315,16 @@ pub trait Centred: Number {
     /// the error.
     fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self;
 
+    /// Whether numbers are no more than boxes of places, of which a kernel may know more by [`Kernel::over`].
+    const BOX: bool = false;
+
+    /// The same number with what the kernel knows over the box `p`.
+    #[inline(always)]
+    fn met<K: Kernel + ?Sized>(self, k: &K, p: [&Self; 3]) -> Self {
+        let _ = (k, p);
+        self
+    }
+
     /// The chain rule, for exact numbers: a jet at `p` and a further argument as a number.
     #[inline(always)]
     fn compose(jet: &Point4, p: [&Self; 3], with: Option<&Self>) -> Option<Self> {
@@ -328,6 +346,11 @@ pub(super) fn centred_pointwise<T: Centred, K: Pointwise>(k: &K, p: [&T; 3], wit
 /// The kernel rule of a centred number.
 #[inline]
 pub fn centred_kernel<T: Centred, K: Kernel + ?Sized>(k: &K, p: [&T; 3]) -> T {
+    around_centre(k, p).met(k, p)
+}
+
+#[inline]
+fn around_centre<T: Centred, K: Kernel + ?Sized>(k: &K, p: [&T; 3]) -> T {
     let bounds = k.bounds();
     if T::blind(&bounds, p) {
         return T::expand(&Local::uniform(Point::default(), bounds), [0.0; 3], p);

@@ -115,6 +115,21 @@ impl Surroundings<'_> {
         }
     }
 
+    /// The same, as a mirror of a roughness from 0 to 1 shows it. Where the sky is two halves, facets throw what comes from
+    /// the height `a` beyond their edge if their slope in its direction is more than `m = tan(a / 2)`; of the facets of
+    /// [`Gloss`](super::material::Gloss), the share `(1 + m / sqrt(m^2 + alpha^2)) / 2` is less than so steep.
+    pub fn blurred(&self, p: DVec3, direction: DVec3, roughness: f64) -> DVec3 {
+        let alpha = roughness * roughness;
+        if self.air.is_some() || alpha == 0.0 {
+            return self.radiance(p, direction);
+        }
+        let sine = direction.dot(self.up(p)).clamp(-1.0, 1.0);
+        // tan(a / 2) = sin a / (1 + cos a)
+        let slope = sine / (1.0 + ((1.0 - sine) * (1.0 + sine)).sqrt());
+        let above = 0.5 * (1.0 + slope / (slope * slope + alpha * alpha).sqrt());
+        self.sky.nadir.lerp(self.sky.zenith, above)
+    }
+
     /// Radiance that reaches a point from straight above.
     pub fn overhead(&self, p: DVec3) -> DVec3 {
         self.radiance(p, self.up(p))

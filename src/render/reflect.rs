@@ -24,7 +24,7 @@
 //! slope for `m`, which for slopes up to 0.3 makes it a twentieth more than there is at most, and a tenth less.
 
 use super::light::Surroundings;
-use super::material::{Bounce, Dust, Film, Fresnel, Lambert, Metals, OrenNayar, Phase, Reflectance, Surge};
+use super::material::{AllAround, Bounce, Dust, Film, Lambert, Metals, OrenNayar, Phase, Reflectance, Surge};
 use super::recent::Recent;
 use super::surface::Patch;
 use crate::scene::{Finish, Material, Matt};
@@ -37,6 +37,9 @@ const SURGE: Surge = Surge { strength: 1.0, width: 0.05 };
 
 /// Metals do not depend on a scene.
 static METALS: LazyLock<Metals> = LazyLock::new(Metals::default);
+
+/// Nor does its dust.
+static DUST: LazyLock<AllAround> = LazyLock::new(|| AllAround::new(Phase::Ball, SURGE));
 
 /// A material with the tables that it needs.
 #[derive(Clone, Debug)]
@@ -176,19 +179,26 @@ impl<'a> Reflector<'a> {
         let Patch { shading, albedo, position, .. } = *self.patch;
         let [metal, coat, matt] = self.shares();
         let all_around = around.ambient(self.patch);
-        if metal + coat == 0.0 {
-            return albedo * all_around;
-        }
+        let Some(Reflecting { material, film }) = self.of else { return albedo * all_around };
         let cosine = shading.dot(to_eye).clamp(0.0, 1.0);
-        let Some(Reflecting { film, .. }) = self.of else { return albedo * all_around };
+        let matt = matt
+            * match material.matt {
+                Matt::Lambert => albedo,
+                Matt::Rough => {
+                    OrenNayar { albedo, roughness: self.finish(Finish::Grain) }.from_all_around(cosine)
+                }
+                Matt::Dust => albedo * DUST.at(cosine),
+            };
+        if metal + coat == 0.0 {
+            return matt * all_around;
+        }
         let roughness = self.finish(Finish::Roughness);
-        let (metal_law, coat_law) = (METALS.of(albedo, roughness), film.on(albedo, roughness));
-        let at_once = metal * metal_law.at_once(cosine) * Fresnel::Metal { facing: albedo }.at(cosine)
-            + coat * coat_law.at_once(cosine);
-        let late = metal * metal_law.late(cosine) + coat * coat_law.late(cosine);
+        let coat_law = film.on(albedo, roughness);
+        let at_once = metal * METALS.at_once(albedo, roughness, cosine) + coat * coat_law.at_once(cosine);
+        let late = metal * METALS.of(albedo, roughness).late(cosine) + coat * coat_law.late(cosine);
         let mirrored = self.risen((2.0 * cosine * shading - to_eye).normalize_or(shading));
-        let sky = around.radiance(position, mirrored).lerp(all_around, roughness);
-        (matt * albedo + late) * all_around + at_once * sky
+        let sky = around.blurred(position, mirrored, roughness).lerp(all_around, roughness);
+        (matt + late) * all_around + at_once * sky
     }
 }
 

@@ -5,6 +5,7 @@ use super::engine::{INPUTS, Limits, Setup, Stop};
 use super::fault::Fault;
 use super::lexer;
 use super::options::{describe, with_article};
+use super::synonyms;
 use crate::diag::{self, Diagnostic, Place, Sources};
 use rhai::{Dynamic, EvalAltResult, ParseErrorType, Position};
 use std::sync::Arc;
@@ -160,7 +161,11 @@ impl Explainer<'_> {
             }
             E::ErrorIndexingType(name, _) => {
                 let ty = type_text(name.split(" [").next().unwrap_or(name));
-                Diagnostic::error(format!("{} has no elements to take with [ ]", with_article(&ty)))
+                let d = Diagnostic::error(format!("{} has no elements to take with [ ]", with_article(&ty)));
+                match ty.as_str() {
+                    "Vec3" | "VectorField" => d.hint("its parts are .x, .y and .z"),
+                    _ => d,
+                }
             }
             E::ErrorArrayBounds(n, i, _) => {
                 Diagnostic::error(format!("there is no element {i}: the array has {n}"))
@@ -270,7 +275,11 @@ impl Explainer<'_> {
         let given = type_text(types.trim_end_matches(')'));
         let name = full.rsplit("::").next().unwrap_or(full).trim();
         if super::library::is_operator(name) {
-            return Diagnostic::error(format!("`{name}` has no meaning for ({given})"));
+            let d = Diagnostic::error(format!("`{name}` has no meaning for ({given})"));
+            return match synonyms::operator(name, &given) {
+                Some(here) => d.hint(here),
+                None => d,
+            };
         }
         let sources = self.sources();
         let own = sources.get(file).map(|text| lexer::functions(text)).unwrap_or_default();
@@ -282,6 +291,15 @@ impl Explainer<'_> {
         }
         let others = own.iter().chain(qualified.then_some(&imported).into_iter().flatten());
         known.extend(others.clone().filter(|f| f.name == name).map(|f| f.signature.clone()));
+        if let Some(own) =
+            own.iter().find(|f| f.name == name && parameters(&f.signature) == parameters(&given))
+            && !qualified
+        {
+            // What is written in the language takes anything, so it was not called like that.
+            return Diagnostic::error(format!("`{name}` is a function, and no method"))
+                .label(format!("write {}", own.signature))
+                .hint("in a method what stands before the dot is `this`, and no parameter");
+        }
         if !known.is_empty() {
             return Diagnostic::error(format!("`{full}` cannot be called with ({given})"))
                 .label(format!("expected {}", known.join(" or ")));
@@ -289,22 +307,31 @@ impl Explainer<'_> {
         let d = Diagnostic::error(format!("there is no function `{full}`"))
             .label(format!("called with ({given})"));
         let everywhere = super::std_entries();
+        if let Some(here) = synonyms::function(full) {
+            return d.hint(format!("here that is {here}"));
+        }
+        let elsewhere = everywhere.iter().find(|e| e.name.rsplit("::").next() == Some(name));
+        if let Some(e) = elsewhere.filter(|_| !qualified) {
+            let module = e.name.split("::").next().unwrap_or("");
+            return d.hint(format!("import \"std/{module}\" as {module}; then call {}", e.signature));
+        }
         let names =
             self.setup.entries.iter().chain(&everywhere).map(|e| e.name.as_str()).filter(|_| !qualified);
         let near = diag::nearest(name, others.map(|f| f.name.as_str()).chain(names));
-        if let Some(near) = near {
-            let path = full.strip_suffix(name).unwrap_or("");
-            return d.hint(format!("did you mean `{path}{near}`?"));
-        }
-        let elsewhere = everywhere.iter().find(|e| e.name.rsplit("::").next() == Some(name));
-        match elsewhere {
-            Some(e) if !qualified => {
-                let module = e.name.split("::").next().unwrap_or("");
-                d.hint(format!("import \"std/{module}\" as {module}; then call {}", e.signature))
+        match near {
+            Some(near) => {
+                let path = full.strip_suffix(name).unwrap_or("");
+                d.hint(format!("did you mean `{path}{near}`?"))
             }
-            _ => d,
+            None => d,
         }
     }
+}
+
+/// How many there are in a list with commas, in brackets or not.
+fn parameters(list: &str) -> usize {
+    let list = list.split_once('(').map_or(list, |(_, list)| list).trim_end_matches(')');
+    if list.trim().is_empty() { 0 } else { list.split(',').count() }
 }
 
 fn fault_of(error: &EvalAltResult) -> Option<Fault> {
@@ -379,9 +406,15 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
         P::MissingToken(token, why) => {
             let d = Diagnostic::error(format!("`{token}` is missing {}", lower_first(why)))
                 .label(format!("`{token}` expected"));
-            if token == ";" { d.hint("statements end in a semicolon") } else { d }
+            match token.as_str() {
+                ";" => d.hint("statements end in a semicolon; an object map begins with #{"),
+                "," => d.hint("arguments have no names: cylinder(1.0, 2.0); many functions take an object map, #{ ... }"),
+                _ => d,
+            }
         }
-        P::Reserved(word) => Diagnostic::error(format!("`{word}` is reserved by the language")),
+        P::Reserved(word) => {
+            Diagnostic::error(format!("`{word}` is reserved by the language")).hint("choose another name")
+        }
         P::ExprTooDeep => {
             Diagnostic::error("the expression is nested too deeply").hint("give parts of it names with let")
         }

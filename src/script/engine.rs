@@ -1,6 +1,7 @@
 //! The script engine: which of its parts a script may use, and how much of everything.
 
 use super::host::Host;
+use super::lexer;
 use super::library::{self, Entry};
 use super::modules::{self, Loaded, Resolver};
 use super::value::{Field, VectorField};
@@ -11,6 +12,7 @@ use rhai::packages::{
     BasicStringPackage, LogicPackage, MoreStringPackage, Package,
 };
 use rhai::{Dynamic, Engine, OptimizationLevel};
+use std::any::TypeId;
 use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -130,8 +132,25 @@ pub fn setup(
         loaded.source(&file, &Arc::from(*text));
         let module = modules::build(&engine, &file, text).map_err(|e| broken(e.to_string()))?;
         engine.register_global_module(module.into());
+        lexer::functions(text).iter().for_each(|function| as_method(&mut engine, function));
     }
     Ok(Setup { engine, host, loaded, entries })
+}
+
+/// Lets a function of the language be called as a method, `sphere(1.0).shell(0.1)`, as native ones can be: the engine looks for
+/// one of its own with a parameter less, and else for a native one.
+fn as_method(engine: &mut Engine, function: &lexer::Documented) {
+    let name = function.name.clone();
+    let parameters = function.signature.matches(',').count() + 1;
+    engine.register_raw_fn(
+        &function.name,
+        vec![TypeId::of::<Dynamic>(); parameters],
+        move |context, args| {
+            // The first may be a variable, which stays as it is.
+            let mut args: Vec<Dynamic> = args.iter().map(|arg| Dynamic::clone(arg)).collect();
+            context.call_fn_raw(&name, false, false, &mut args.iter_mut().collect::<Vec<_>>())
+        },
+    );
 }
 
 /// Functions, imported modules and functions without a name see globals, though they see none of the variables around

@@ -33,6 +33,7 @@ mod realise;
 mod repl;
 pub mod rewrite;
 mod show;
+mod synonyms;
 mod syntax;
 mod tree;
 mod value;

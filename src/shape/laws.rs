@@ -26,6 +26,7 @@ pub(super) fn check(
         let x = at(rng);
         batches(k, x);
         differences(k, x);
+        slab(k, rng, x);
         for radius in [0.0, 1e-7, 1e-3, 0.05, 0.6] {
             ball(k, rng, x, radius);
             boxes(k, rng, x, radius);
@@ -106,6 +107,26 @@ fn ball(k: &dyn Kernel, rng: &mut StdRng, x: DVec3, radius: f64) {
             let turn = (DVec3::from(there.grad) - DVec3::from(here.grad)).length();
             assert!(turn <= l.bounds.hessian * h.length() + 4.0 * error[1], "{turn} {l:?} at {x} by {h}");
         }
+    }
+}
+
+/// What is known of boxes of any shape holds in them.
+fn slab(k: &dyn Kernel, rng: &mut StdRng, x: DVec3) {
+    let halves = [1e-3, 0.1, 1.0, 30.0, 1e4];
+    let sides: [Interval; 3] =
+        std::array::from_fn(|i| Interval::around(3.0 * x[i], halves[rng.random_range(0..halves.len())]));
+    let known = [Interval::kernel(k, sides.each_ref()), k.over(&sides).unwrap_or(Interval::ENTIRE)];
+    for _ in 0..20 {
+        // Half of the samples on the faces, where the nearest places are.
+        let t: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.5..1.5_f64).clamp(0.0, 1.0));
+        let p: [f64; 3] =
+            std::array::from_fn(|i| (sides[i].lo + t[i] * sides[i].width()).clamp(sides[i].lo, sides[i].hi));
+        let there =
+            Interval::around(k.jet(Order::Value, p).value, k.error(DVec3::from(p).abs().max_element())[0]);
+        assert!(
+            known.iter().all(|all| all.lo <= there.hi && there.lo <= all.hi),
+            "{known:?} misses {there:?} at {p:?} of {sides:?}"
+        );
     }
 }
 

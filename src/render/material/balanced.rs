@@ -34,7 +34,7 @@ impl Balanced<'_> {
         self.rest * (1.0 - self.mirrored.at(cos))
     }
 
-    /// The share of it that is mirrored at once, but for the colour of a metal.
+    /// The share of it that is mirrored at once, but for the [colour](super::Metals::at_once) of a metal.
     pub fn at_once(&self, cos: f64) -> f64 {
         self.mirrored.at(cos)
     }

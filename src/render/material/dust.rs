@@ -64,6 +64,43 @@ impl Surge {
     }
 }
 
+/// Cosines of the table of [`AllAround`], of which the roots are evenly spaced, and steps of the quadrature for each: cosines to
+/// the light, and azimuths over half a turn.
+const COSINES: usize = 33;
+const QUADRATURE: [u32; 2] = [96, 96];
+
+/// The share of light from all around that leaves dust of an albedo of 1 towards an eye, by its cosine: the directional albedo,
+/// which is in proportion to that of the particles.
+#[derive(Clone, Debug)]
+pub struct AllAround([f64; COSINES]);
+
+impl AllAround {
+    /// The table of particles that scatter so.
+    pub fn new(phase: Phase, surge: Surge) -> AllAround {
+        let dust = Dust { albedo: DVec3::ONE, phase, surge };
+        let middle = |i: u32, steps: u32| (f64::from(i) + 0.5) / f64::from(steps);
+        let [rings, sectors] = QUADRATURE;
+        AllAround(std::array::from_fn(|i| {
+            let root = i.max(1) as f64 / (COSINES - 1) as f64;
+            let eye = around_z(if i == 0 { 1e-9 } else { root * root }, 0.0);
+            let lights = (0..rings).flat_map(|ring| (0..sectors).map(move |sector| [ring, sector]));
+            let share = |[ring, sector]: [u32; 2]| {
+                let light = around_z(middle(ring, rings), 0.5 * middle(sector, sectors));
+                dust.value(DVec3::Z, eye, light).x * light.z
+            };
+            2.0 * PI * lights.map(share).sum::<f64>() / f64::from(rings * sectors)
+        }))
+    }
+
+    /// The share at a cosine from 0 to 1.
+    pub fn at(&self, cos: f64) -> f64 {
+        let place = cos.sqrt() * (COSINES - 1) as f64;
+        let column = (place as usize).min(COSINES - 2);
+        let [low, high] = [self.0[column], self.0[column + 1]];
+        low + (place - column as f64) * (high - low)
+    }
+}
+
 impl Reflectance for Dust {
     fn value(&self, normal: DVec3, to_eye: DVec3, to_light: DVec3) -> DVec3 {
         let Some([eye, light]) = cosines(normal, to_eye, to_light) else { return DVec3::ZERO };
@@ -113,9 +150,26 @@ mod tests {
     #[test]
     fn the_albedo_of_even_particles_has_a_closed_form() {
         let dust = Dust { albedo: DVec3::ONE, phase: Phase::Constant, surge: Surge::NONE };
+        let table = AllAround::new(dust.phase, dust.surge);
+        for i in 1..=100 {
+            let mu = f64::from(i) / 100.0;
+            let known = 0.5 * (1.0 - mu * libm::log((1.0 + mu) / mu));
+            assert!((table.at(mu) - known).abs() < 2e-3, "{mu}: {} {known}", table.at(mu));
+        }
         for mu in [0.05, 0.3, 0.7, 1.0] {
             let known = 0.5 * (1.0 - mu * libm::log((1.0 + mu) / mu));
             assert!((albedo(&dust, DVec3::Z, tilted(mu)).x - known).abs() < 1e-4, "{mu}");
+        }
+    }
+
+    #[test]
+    fn light_from_all_around_leaves_as_the_law_says() {
+        let dust =
+            Dust { albedo: DVec3::ONE, phase: Phase::Ball, surge: Surge { strength: 1.0, width: 0.05 } };
+        let table = AllAround::new(dust.phase, dust.surge);
+        for mu in [0.02, 0.1, 0.3, 0.7, 1.0] {
+            let seen = albedo(&dust, DVec3::Z, tilted(mu)).x;
+            assert!((table.at(mu) - seen).abs() < 3e-3, "{mu}: {} {seen}", table.at(mu));
         }
     }
 

@@ -20,11 +20,15 @@ use glam::DVec3;
 pub struct Metals {
     /// What white ones let go at once.
     mirrored: Mirrored,
+    /// What black ones do, which mirror light at grazing angles alone.
+    grazing: Mirrored,
 }
 
 impl Default for Metals {
     fn default() -> Metals {
-        Metals { mirrored: Mirrored::new(Fresnel::Metal { facing: DVec3::ONE }) }
+        let [mirrored, grazing] =
+            [DVec3::ONE, DVec3::ZERO].map(|facing| Mirrored::new(Fresnel::Metal { facing }));
+        Metals { mirrored, grazing }
     }
 }
 
@@ -35,6 +39,13 @@ impl Metals {
         let share = facing + (DVec3::ONE - facing) / 21.0;
         let rest = share * share * (1.0 - mirrored.left()) / (1.0 - share * mirrored.left());
         Balanced { gloss: Gloss::new(roughness, Fresnel::Metal { facing }), mirrored, rest }
+    }
+
+    /// The share of light from all around that the metal mirrors at once towards an eye at a cosine: Schlick's approximation is
+    /// a mean of white and black.
+    pub fn at_once(&self, facing: DVec3, roughness: f64, cos: f64) -> DVec3 {
+        let [white, black] = [&self.mirrored, &self.grazing].map(|table| table.of(roughness).at(cos));
+        white * facing + black * (DVec3::ONE - facing)
     }
 }
 
@@ -53,6 +64,17 @@ mod tests {
                 let all = albedo(&white, DVec3::Z, tilted(mu)).x;
                 assert!((all - 1.0).abs() < 3e-3, "{roughness} {mu}: {all}");
             }
+        }
+    }
+
+    #[test]
+    fn coloured_metal_lets_go_what_its_law_says() {
+        let (metals, copper) = (Metals::default(), DVec3::new(0.9, 0.3, 0.05));
+        for (roughness, mu) in [(0.35, 0.9), (0.5, 0.2), (0.73, 0.5), (1.0, 0.1), (1.0, 1.0)] {
+            let law = metals.of(copper, roughness);
+            let known = metals.at_once(copper, roughness, mu) + law.late(mu);
+            let seen = albedo(&law, DVec3::Z, tilted(mu));
+            assert!((known - seen).abs().max_element() < 5e-3, "{roughness} {mu}: {known} {seen}");
         }
     }
 

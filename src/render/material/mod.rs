@@ -39,7 +39,7 @@ mod tests;
 
 pub use balanced::Balanced;
 pub use coat::Film;
-pub use dust::{Dust, Surge};
+pub use dust::{AllAround, Dust, Surge};
 pub use frame::{Frame, cosine_hemisphere, uniform_hemisphere};
 pub use fresnel::{Fresnel, dielectric, dielectric_mean, refract, schlick};
 pub use gloss::Gloss;

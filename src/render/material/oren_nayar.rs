@@ -49,6 +49,18 @@ impl OrenNayar {
         self.flat_share() * (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * PI)) * self.roughness)
     }
 
+    /// What facets reflect that others have lit, of light that the first term leaves out.
+    fn again(&self) -> DVec3 {
+        let mean = self.mean_first();
+        self.albedo * self.albedo * mean / (1.0 - self.albedo * (1.0 - mean))
+    }
+
+    /// The share of light from all around that leaves towards an eye at a cosine: the directional albedo.
+    pub fn from_all_around(&self, mu: f64) -> DVec3 {
+        let first = self.first(mu);
+        self.albedo * first + self.again() * (1.0 - first)
+    }
+
     /// Probability of a sample that is uniform over the hemisphere: the share of the first term's light
     /// that its rough part gives, which at grazing angles is spread like that. It keeps weights bounded.
     fn uniform_share(&self, mu: f64) -> f64 {
@@ -76,8 +88,7 @@ impl Reflectance for OrenNayar {
         // What is missing is proportional to the roughness, to rounding.
         let missing = [eye, light].map(|mu| (1.0 - self.first(mu)).max(0.0));
         let spread = missing[0] * missing[1] / (1.0 - mean).max(f64::EPSILON);
-        let again = self.albedo * self.albedo * mean / (1.0 - self.albedo * (1.0 - mean));
-        (first + again * spread) * FRAC_1_PI
+        (first + self.again() * spread) * FRAC_1_PI
     }
 
     fn sample(&self, u: [f64; 2], normal: DVec3, to_eye: DVec3) -> Option<Bounce> {
@@ -97,6 +108,17 @@ impl Reflectance for OrenNayar {
 mod tests {
     use super::super::tests::{albedo, tilted};
     use super::*;
+
+    #[test]
+    fn light_from_all_around_leaves_as_the_law_says() {
+        for roughness in [0.0, 0.3, 1.0] {
+            let rock = OrenNayar { albedo: DVec3::new(0.9, 0.5, 0.1), roughness };
+            for mu in [0.1, 0.5, 1.0] {
+                let [known, seen] = [rock.from_all_around(mu), albedo(&rock, DVec3::Z, tilted(mu))];
+                assert!((known - seen).abs().max_element() < 2e-3, "{roughness} {mu}: {known} {seen}");
+            }
+        }
+    }
 
     #[test]
     fn albedos_are_integrals() {

@@ -31,7 +31,7 @@ pub use primitive::{Arc, Primitive};
 
 use super::boxes::{Boxes, Extent, Group};
 use super::{Body, Digest, lanes};
-use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF};
+use crate::num::{Bounds, Class, Interval, Jets, Kernel, Local, Order, Point, ROUNDOFF};
 use glam::DVec3;
 use primitive::Falloff;
 
@@ -177,6 +177,17 @@ impl Convolution {
     }
 }
 
+impl Convolution {
+    /// What a value may be off by, but for the rounding of places.
+    fn rounding(&self) -> f64 {
+        let rate = self.falloff.rate();
+        let wide = 1.0 + (rate * self.size) * (rate * self.size);
+        let arcs = self.parts.iter().any(|(p, _)| matches!(p, Primitive::Arc(_)));
+        let terms = 512.0 * ROUNDOFF * self.scale * (self.weight + self.threshold.abs());
+        if arcs { terms * wide } else { terms }
+    }
+}
+
 impl Kernel for Convolution {
     fn class(&self) -> Class {
         match self.falloff {
@@ -217,14 +228,23 @@ impl Kernel for Convolution {
         }
     }
 
+    /// Far from all of it there is the threshold and little else.
+    fn over(&self, x: &[Interval; 3]) -> Option<Interval> {
+        let lo = DVec3::from(x.map(|x| x.lo));
+        let hi = DVec3::from(x.map(|x| x.hi));
+        if !(lo.is_finite() && hi.is_finite()) {
+            return None;
+        }
+        let most = self.bits.over(self.falloff, lo, hi);
+        let least = if self.parts.iter().all(|(_, weight)| *weight >= 0.0) { 0.0 } else { -most };
+        let sum = Interval { lo: least, hi: most } + Interval::radius(self.rounding());
+        Some(Interval::point(self.scale * self.threshold) - sum)
+    }
+
     /// Closed forms are sums of a few terms up to 1, of which some cancel; arcs much wider than the
     /// kernel lose digits by the square of the ratio, that of the squares in `A^2 - B^2`.
     fn error(&self, size: f64) -> [f64; 3] {
-        let rate = self.falloff.rate();
-        let wide = 1.0 + (rate * self.size) * (rate * self.size);
-        let arcs = self.parts.iter().any(|(p, _)| matches!(p, Primitive::Arc(_)));
-        let terms = 512.0 * ROUNDOFF * self.scale * (self.weight + self.threshold.abs());
-        let terms = if arcs { terms * wide } else { terms };
+        let (rate, terms) = (self.falloff.rate(), self.rounding());
         let shift = 16.0 * ROUNDOFF * (size + self.size);
         let b = self.bounds;
         [
@@ -281,8 +301,9 @@ fn most(falloff: Falloff, distance: f64) -> Bounds {
         // the middle to 8 / R^2 at the end.
         Falloff::Compact(r) => {
             let inside = if distance < r { 1.0 } else { 0.0 };
+            let rest = (1.0 - (distance / r) * (distance / r)).max(0.0);
             Bounds {
-                range: inside,
+                range: rest * rest,
                 lipschitz: 1.54 / r * inside,
                 hessian: 8.0 / (r * r) * inside,
                 third: f64::INFINITY,
@@ -356,6 +377,27 @@ impl Bits {
         let boxes = Boxes::new(&bits.iter().map(|b| b.extent).collect::<Vec<_>>());
         let shares = boxes.sums(|i| bits[i].share);
         Bits { bits, boxes, shares }
+    }
+
+    /// The most that the sum of what weighs more than nothing is in a box, and of what weighs less.
+    fn over(&self, falloff: Falloff, lo: DVec3, hi: DVec3) -> f64 {
+        let mut sum = 0.0;
+        // Differences of places are rounded by so much.
+        let size = lo.abs().max(hi.abs()).max_element();
+        self.boxes.walk(|group| {
+            let (e, share, part) = match group {
+                Group::Box(node, extent) => (extent, self.shares[node], false),
+                Group::Part(i) => (&self.bits[i].extent, self.bits[i].share, true),
+            };
+            let gap = (e.lo - hi).max(lo - e.hi).max(DVec3::ZERO).length() - e.girth;
+            let away = (gap * (1.0 - 1e-12) - 1e-15 * size).max(0.0);
+            let whole = part || (e.hi - e.lo).length() <= 0.5 * away.max(0.5 / falloff.rate());
+            if whole {
+                sum += share * most(falloff, away).range;
+            }
+            !whole
+        });
+        sum * (1.0 + 1e-9)
     }
 
     /// Bounds on the sum in a ball. Boxes that are small as seen from there are taken whole.

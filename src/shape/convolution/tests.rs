@@ -1,6 +1,7 @@
 //! Closed forms against quadrature, and the laws.
 
 use super::*;
+use crate::num::Number;
 use crate::shape::laws::{anywhere, check, seeded};
 use rand::{RngExt, rngs::StdRng};
 use std::f64::consts::PI;
@@ -169,6 +170,19 @@ fn bounds_fade_with_the_distance() {
     assert!(far.third < 1e-4 * c.bounds().third && far.lipschitz < 0.1, "{far:?}");
     let compact = Convolution::new(&parts, Density::Compact(0.05), 0.5).unwrap();
     assert_eq!(compact.local(Order::Gradient, [5.0, 0.0, 0.0], 0.5).bounds.lipschitz, 0.0);
+}
+
+/// However far a box reaches, and however flat it is, nothing is there.
+#[test]
+fn far_boxes_are_empty() {
+    let parts = [(Primitive::Segment([DVec3::NEG_X, DVec3::X]), 1.0), (Primitive::Point(DVec3::Y), 0.5)];
+    for density in [Density::Cauchy(0.2), Density::Compact(0.2)] {
+        let c = Convolution::new(&parts, density, 0.5).unwrap();
+        let far = [Interval { lo: 1e9, hi: 16e9 }, Interval::radius(16e9), Interval::radius(16e9)];
+        for x in [far, [Interval { lo: 4.0, hi: 12.0 }, Interval::radius(12.0), Interval::radius(12.0)]] {
+            assert!(Interval::kernel(&c, x.each_ref()).lo > 0.0, "{density:?} {x:?}");
+        }
+    }
 }
 
 #[test]
