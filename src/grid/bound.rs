@@ -22,6 +22,8 @@ use rayon::prelude::*;
 pub(super) struct Pyramid {
     levels: Vec<Level>,
     all: Block,
+    /// The hull of the first and the last coefficients along each axis, which are all that counts beyond the margins.
+    rims: [[Interval; 2]; 3],
 }
 
 /// What is known of a block.
@@ -102,7 +104,7 @@ impl Pyramid {
         while let Some(coarser) = levels.last().and_then(Level::coarser) {
             levels.push(coarser);
         }
-        Pyramid { levels, all }
+        Pyramid { levels, all, rims: rims(frame, coefficients) }
     }
 
     /// Bounds over all of space.
@@ -118,38 +120,62 @@ impl Pyramid {
 
     /// Bounds over the ball around a point.
     pub(super) fn around(&self, frame: &Frame, scale: [f64; 3], at: [f64; 3], radius: f64) -> Bounds {
-        self.within(frame, scale, at, [radius; 3]).bounds
+        match spans(frame, scale, at, [radius; 3]) {
+            Some(spans) => self.within(&spans, frame).bounds,
+            None => self.all.bounds,
+        }
     }
 
     /// The hull of the coefficients that matter in a box, given by its middle and half its edges.
     pub(super) fn values(&self, frame: &Frame, scale: [f64; 3], at: [f64; 3], half: [f64; 3]) -> Interval {
-        self.within(frame, scale, at, half).values
+        let Some(spans) = spans(frame, scale, at, half) else { return self.all.values };
+        let mut values = self.within(&spans, frame).values;
+        for axis in (0..3).filter(|&axis| frame.edge == Edge::Clamp && frame.size[axis] > 1) {
+            let Span { first, count } = spans[axis];
+            let last = cells(frame.size[axis], frame.edge) - 1;
+            let [low, high] = self.rims[axis];
+            match (first, count) {
+                (0, 1) => values = values.meet(low),
+                (first, _) if first == last => values = values.meet(high),
+                _ => {}
+            }
+        }
+        values
     }
 
-    /// What is known of a box.
-    fn within(&self, frame: &Frame, scale: [f64; 3], at: [f64; 3], half: [f64; 3]) -> Block {
-        let mut spans = [Span { first: 0, count: 1 }; 3];
-        for axis in 0..3 {
-            let n = frame.size[axis];
-            if n == 1 {
-                continue;
-            }
-            let u = (at[axis] - frame.origin[axis]) * scale[axis];
-            // The cells that the true point may be in, rounded or not.
-            let reach = half[axis] * scale[axis]
-                + 1e-12
-                + 16.0 * ROUNDOFF * (at[axis].abs() + frame.origin[axis].abs()) * scale[axis];
-            match Span::new(u, reach, n, frame.edge) {
-                Some(span) => spans[axis] = span,
-                None => return self.all,
-            }
-        }
+    /// What is known of the blocks that some cells are in.
+    fn within(&self, spans: &[Span; 3], frame: &Frame) -> Block {
         let coarse = |level: &Level| (0..3).all(|axis| spans[axis].count <= 2 * level.edge[axis] + 1);
-        match self.levels.iter().find(|l| coarse(l)) {
-            Some(level) => level.over(&spans, frame),
-            None => self.all,
-        }
+        self.levels.iter().find(|l| coarse(l)).map_or(self.all, |level| level.over(spans, frame))
     }
+}
+
+/// The hull of the first and the last coefficients along each axis.
+fn rims(frame: &Frame, coefficients: &[f64]) -> [[Interval; 2]; 3] {
+    let size = frame.size;
+    let strides = [1, size[0], size[0] * size[1]];
+    [0, 1, 2].map(|axis| {
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        [0, size[axis] - 1].map(|place| {
+            let plane = (0..size[v]).flat_map(|j| (0..size[u]).map(move |i| i * strides[u] + j * strides[v]));
+            let widen = |all: Interval, c: f64| Interval { lo: all.lo.min(c), hi: all.hi.max(c) };
+            plane.map(|i| coefficients[place * strides[axis] + i]).fold(NOTHING.values, widen)
+        })
+    })
+}
+
+/// The cells along each axis that a box may reach, given by its middle and half its edges; `None` where that is all of them.
+fn spans(frame: &Frame, scale: [f64; 3], at: [f64; 3], half: [f64; 3]) -> Option<[Span; 3]> {
+    let mut spans = [Span { first: 0, count: 1 }; 3];
+    for axis in (0..3).filter(|&axis| frame.size[axis] > 1) {
+        let u = (at[axis] - frame.origin[axis]) * scale[axis];
+        // The cells that the true point may be in, rounded or not.
+        let reach = half[axis] * scale[axis]
+            + 1e-12
+            + 16.0 * ROUNDOFF * (at[axis].abs() + frame.origin[axis].abs()) * scale[axis];
+        spans[axis] = Span::new(u, reach, frame.size[axis], frame.edge)?;
+    }
+    Some(spans)
 }
 
 /// Cells along an axis that repeats, or not.

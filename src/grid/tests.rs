@@ -249,7 +249,7 @@ fn far_boxes_are_as_the_rim() {
     assert!(Interval::kernel(&grid, far.each_ref()).lo > 0.3);
     let across = [Interval::radius(0.1), Interval::radius(16e9), Interval::radius(0.1)];
     let range = Interval::kernel(&grid, across.each_ref());
-    assert!(range.lo < -0.5 && range.hi < 1.0, "{range:?}");
+    assert!(range.lo < -0.55 && range.hi > 0.39, "{range:?}");
 }
 
 #[test]
