@@ -155,11 +155,23 @@ fn the_usual_camera_says_what_it_does_not_show() {
         session::render(&scene, &order, &Job::unwatched(&job)).expect("a picture").warnings
     };
     let two = "union(sphere(1.0), sphere(0.5).translated([3, 0, 0]))";
-    let [cut] = &warnings(two)[..] else { panic!("one warning") };
-    assert!(cut.message.contains("does not show all"), "{cut:?}");
-    let (_, camera) = cut.hints[0].split_once("camera: ").expect("a camera");
-    let all = format!("scene(#{{ surface: {two}, camera: {camera}");
-    for script in [&all, "sphere(1.0)", "sphere(1.0) + 0.2 * gradient(7).scaled(4.0)", "y - 0.1 * sin(x)"] {
+    let mut framed = Vec::new();
+    for (solid, message) in [
+        (two, "does not show all"),
+        ("union(sphere(1.0), sphere(1.0).translated([100, 0, 0]))", "does not show all"),
+        ("sphere(0.01)", "very small"),
+    ] {
+        let found = warnings(solid);
+        let odd = found.iter().find(|w| w.message.contains(message));
+        let odd = odd.unwrap_or_else(|| panic!("{solid}: {found:?}"));
+        let (_, camera) = odd.hints[0].split_once("camera: ").expect("a camera");
+        framed.push(format!("scene(#{{ surface: {solid}, camera: {camera}"));
+    }
+    for script in framed.iter().map(String::as_str).chain([
+        "sphere(1.0)",
+        "sphere(1.0) + 0.2 * gradient(7).scaled(4.0)",
+        "y - 0.1 * sin(x)",
+    ]) {
         assert!(warnings(script).is_empty(), "{script}");
     }
     // Whoever chooses a camera chooses what it shows.

@@ -90,7 +90,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     // What is said of the mesh is said of the file.
     let made = if format.is_single() { rounded(made) } else { made };
     let Solidified { meshed, left_out, warnings, .. } = &made;
-    for warning in warnings.iter().cloned().chain(doubts(left_out)) {
+    for warning in warnings.iter().cloned().chain(doubts(left_out)).chain(coarse(meshed)) {
         terminal.diagnostic(&warning, &loaded.sources);
     }
     if meshed.mesh.triangles.is_empty() {
@@ -118,6 +118,18 @@ fn rounded(made: Solidified) -> Solidified {
     let mesh = mesh::rounded(&made.meshed.mesh);
     Solidified { meshed: Meshed { mesh, ..made.meshed }, ..made }
 }
+
+/// That the mesh is far too coarse: most of what it should show may be missing.
+fn coarse(meshed: &Meshed) -> Option<Diagnostic> {
+    (2 * meshed.doubtful > meshed.blocks && meshed.blocks > FEW_BLOCKS).then(|| {
+        Diagnostic::warning("much of the solid may be missing, or of what is thinner than a cell").hint(
+            "--resolution takes smaller cells; a tolerance does so only as far as what is there needs them",
+        )
+    })
+}
+
+/// Blocks of which most may well be doubtful: a small mesh.
+const FEW_BLOCKS: u64 = 100;
 
 /// That the mesh is too coarse to show what is joined and what is not.
 fn doubts(left_out: &LeftOut) -> impl Iterator<Item = Diagnostic> {
@@ -187,7 +199,7 @@ fn judgement(made: &Solidified, tolerance: Option<f64>) -> String {
         lines += &format!("within {usual:.2e} of the surface in 99.9 % of the {known}, {most:.2e} at most; ");
     }
     if tolerance.is_some_and(|tolerance| most > tolerance) {
-        lines += "more than the tolerance where it is sharper than a cell; ";
+        lines += "more than the tolerance, which takes smaller cells (--resolution) or is finer than numbers are; ";
     }
     lines += &match meshed.doubt {
         None if *is_whole => "proven to show all parts of the solid".to_owned(),

@@ -118,7 +118,8 @@ pub fn polygonise(solid: &Solid, fineness: &Fineness, watch: &Watch<'_>) -> Resu
         let sketch = Sketch::new(solid, resolution, watch)?;
         if let (None, Some(tolerance)) = (fineness.resolution, fineness.tolerance) {
             let farthest = triangles::farthest(&sketch.lattice, 0.0);
-            let excess = sketch.weaver(&cells).plain().deviation(&cells, farthest).most / tolerance;
+            let excess =
+                sketch.weaver(&cells, watch).plain().deviation(&cells, farthest, watch).most / tolerance;
             if excess > 1.0 && resolution < ENOUGH {
                 // The distance falls with the square of the cells' size where the surface is smooth.
                 let times = libm::log2(excess.sqrt().clamp(1.0, 8.0)).ceil().max(1.0);
@@ -154,8 +155,8 @@ impl Sketch {
         Ok(Sketch { lattice, blocks, contours, vertices, quads })
     }
 
-    fn weaver<'a>(&'a self, cells: &'a Cells) -> Weaver<'a> {
-        Weaver { lattice: &self.lattice, cells, vertices: &self.vertices, quads: &self.quads }
+    fn weaver<'a>(&'a self, cells: &'a Cells, watch: &'a Watch<'a>) -> Weaver<'a> {
+        Weaver { lattice: &self.lattice, cells, vertices: &self.vertices, quads: &self.quads, watch }
     }
 
     fn finish(
@@ -165,18 +166,19 @@ impl Sketch {
         cells: &Cells,
         watch: &Watch<'_>,
     ) -> Result<Meshed, Stopped> {
-        let weaver = self.weaver(cells);
+        let weaver = self.weaver(cells, watch);
         let woven = match tolerance {
             None => weaver.plain(),
-            Some(tolerance) => weaver.merged(tolerance, watch)?,
+            Some(tolerance) => weaver.merged(tolerance)?,
         };
         (watch.progress)(0.8);
         watch.check()?;
-        let doubts = self.doubts(solid);
+        let doubts = self.doubts(solid, watch);
         (watch.progress)(0.95);
         watch.check()?;
         let farthest = triangles::farthest(&self.lattice, tolerance.unwrap_or(0.0));
-        let deviation = woven.deviation(cells, farthest);
+        let deviation = woven.deviation(cells, farthest, watch);
+        watch.check()?;
         let mut mesh = weld::welded(woven.mesh, weld::SHORT * self.lattice.step);
         if let Some(color) = &solid.color {
             mesh.colors = survey::colors(color, &mesh.points);
@@ -193,10 +195,11 @@ impl Sketch {
         })
     }
 
-    /// A cell of each block of which it is not proven that nothing is missed there.
-    fn doubts(&self, solid: &Solid) -> Vec<Place> {
+    /// A cell of each block of which it is not proven that nothing is missed there; not all of them when stopped.
+    fn doubts(&self, solid: &Solid, watch: &Watch<'_>) -> Vec<Place> {
         let slopes = || Evaluator::<Slope>::new(solid.tape.clone());
         let doubts = |slopes: &mut Evaluator<Slope>, (block, contour): (&Block, &Contour)| {
+            watch.check().ok()?;
             certificate::doubt(block, contour, &self.lattice, slopes)
         };
         self.blocks.par_iter().zip(&self.contours).map_init(slopes, doubts).flatten().collect()

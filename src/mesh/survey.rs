@@ -1,5 +1,6 @@
 //! Questions about many points at once: how far they are from the surface, and what colour they have.
 
+use crate::field::{Stopped, Watch};
 use crate::num::{Dual, Many, Number};
 use crate::tape::{Cells, Evaluator, Tape};
 use glam::DVec3;
@@ -64,9 +65,18 @@ fn steps(cells: &Cells, points: &[DVec3]) -> Vec<(f64, DVec3)> {
 }
 
 /// The distance of each point from the surface, to first order: `|f| / |grad f|`. Not a number where the field is
-/// not.
-pub(super) fn distances(cells: &Cells, points: &[DVec3]) -> Vec<f64> {
-    let share = |points: &[DVec3]| steps(cells, points).into_iter().map(|(_, step)| step.length());
+/// not, and when stopped.
+pub(super) fn distances(cells: &Cells, points: &[DVec3], watch: &Watch<'_>) -> Vec<f64> {
+    let share = |points: &[DVec3]| steps(cells, points).into_iter().map(|(_, step)| step.length()).collect();
+    shared(points, share, watch)
+}
+
+/// What is said of each point, asked for by the share, or not a number when stopped.
+fn shared(points: &[DVec3], ask: impl Fn(&[DVec3]) -> Vec<f64> + Sync, watch: &Watch<'_>) -> Vec<f64> {
+    let share = |points: &[DVec3]| match watch.check() {
+        Ok(()) => ask(points),
+        Err(Stopped) => vec![f64::NAN; points.len()],
+    };
     points.par_chunks(SHARE).flat_map_iter(share).collect()
 }
 
@@ -82,10 +92,9 @@ const HALVINGS: usize = 6;
 
 /// No less, but for a hundredth, than the distance of each point from the surface: the length of Newton's step where that
 /// leads to the other side; elsewhere, as where the surface has edges and where the gradient vanishes with the field,
-/// as far as to a place on the other side. Not a number where none is found within `farthest`.
-pub(super) fn reaches(cells: &Cells, points: &[DVec3], farthest: f64) -> Vec<f64> {
-    let share = |points: &[DVec3]| share_of_reaches(cells, points, farthest);
-    points.par_chunks(SHARE).flat_map_iter(share).collect()
+/// as far as to a place on the other side. Not a number where none is found within `farthest`, and when stopped.
+pub(super) fn reaches(cells: &Cells, points: &[DVec3], farthest: f64, watch: &Watch<'_>) -> Vec<f64> {
+    shared(points, |points| share_of_reaches(cells, points, farthest), watch)
 }
 
 /// A way from a point towards the other side of the surface.

@@ -22,6 +22,7 @@ pub(super) struct Weaver<'a> {
     pub cells: &'a Cells,
     pub vertices: &'a [Vertex],
     pub quads: &'a [Quad],
+    pub watch: &'a Watch<'a>,
 }
 
 /// A mesh, and the vertices that each triangle was woven from.
@@ -45,11 +46,11 @@ impl Weaver<'_> {
     ///
     /// # Errors
     /// When stopped.
-    pub fn merged(&self, tolerance: f64, watch: &Watch<'_>) -> Result<Woven, Stopped> {
+    pub fn merged(&self, tolerance: f64) -> Result<Woven, Stopped> {
         // Planes may be nearer than the surface between them; what is too far off is parted again.
         let mut forest = Forest::new(self.vertices, self.quads, 0.5 * tolerance / self.lattice.step);
         for _ in 0..ROUNDS {
-            watch.check()?;
+            self.watch.check()?;
             let woven = self.weave(&forest.merged(self.vertices));
             let wrong = self.wrong(&woven, tolerance);
             let parted = forest.part(wrong.iter().flat_map(|quad| self.quads[*quad as usize].vertices));
@@ -63,7 +64,7 @@ impl Weaver<'_> {
     /// The quadrangles of triangles that are too far from the surface, or turned over, or at flaws of the mesh.
     fn wrong(&self, woven: &Woven, tolerance: f64) -> Vec<u32> {
         let farthest = farthest(self.lattice, tolerance);
-        let near = |points: Vec<DVec3>| survey::reaches(self.cells, &points, farthest);
+        let near = |points: Vec<DVec3>| survey::reaches(self.cells, &points, farthest, self.watch);
         let [far_points, far_samples] = woven
             .samples()
             .map(|points| near(points).into_iter().map(|d| d.is_nan() || d > tolerance).collect::<Vec<_>>());
@@ -95,7 +96,7 @@ impl Weaver<'_> {
         let middle = |a: u32, b: u32| 0.5 * (points[a as usize] + points[b as usize]);
         let diagonals: Vec<DVec3> =
             self.quads.iter().map(corners).flat_map(|[a, b, c, d]| [middle(a, c), middle(b, d)]).collect();
-        let far = survey::distances(self.cells, &diagonals);
+        let far = survey::distances(self.cells, &diagonals, self.watch);
         let mut woven =
             Woven { mesh: Mesh { normals: merged.normals.clone(), ..Mesh::default() }, quads: Vec::new() };
         for (i, (quad, far)) in self.quads.iter().zip(far.chunks_exact(2)).enumerate() {
@@ -129,8 +130,8 @@ impl Woven {
     }
 
     /// How far it is from the surface, if that is no farther than `farthest`.
-    pub fn deviation(&self, cells: &Cells, farthest: f64) -> Deviation {
-        let all = self.samples().map(|points| survey::reaches(cells, &points, farthest)).concat();
+    pub fn deviation(&self, cells: &Cells, farthest: f64, watch: &Watch<'_>) -> Deviation {
+        let all = self.samples().map(|points| survey::reaches(cells, &points, farthest, watch)).concat();
         let mut far: Vec<f64> = all.iter().copied().filter(|d| d.is_finite()).collect();
         let (samples, unknown) = (all.len(), all.len() - far.len());
         let Some(last) = far.len().checked_sub(1) else {

@@ -2,7 +2,9 @@
 //!
 //! Light that is noisy is smoothed over neighbouring pixels that show the same thing, as far as their normals, their depths and
 //! their own noise tell. The colour of the surface is divided out before and put back after, so that textures stay
-//! sharp. The mean over a wide surrounding is made of a few small ones, with holes that double (the "à trous" wavelet of
+//! sharp. A few samples tell little of their own noise, and much where something small and bright is among them, such as a
+//! highlight: so a pixel is as noisy as the middle one of its neighbours, and only takes part in what is mixed as far as
+//! the less noisy of two allows. The mean over a wide surrounding is made of a few small ones, with holes that double (the "à trous" wavelet of
 //! Dammertz, Sewtz, Hanika and Lensch 2010, with the weights by variance of Schied et al. 2017).
 
 use super::{Picture, Pixel};
@@ -37,8 +39,9 @@ struct Light {
 pub fn denoise(picture: &Picture) -> Vec<[f32; 3]> {
     let mut light: Vec<Light> = picture.pixels.iter().map(bare).collect();
     for round in 0..ROUNDS {
-        let before = &light;
-        light = (0..light.len()).into_par_iter().map(|i| smoothed(picture, before, i, 1 << round)).collect();
+        let errors: Vec<f32> = (0..light.len()).into_par_iter().map(|i| error(picture, &light, i)).collect();
+        let smoothed = |i| smoothed(picture, &light, &errors, i, 1 << round);
+        light = (0..light.len()).into_par_iter().map(smoothed).collect();
     }
     let dressed = |(pixel, light): (&Pixel, &Light)| {
         std::array::from_fn(|c| light.color[c] * surface(pixel, c) + sky(pixel, c))
@@ -62,23 +65,40 @@ fn bare(pixel: &Pixel) -> Light {
     Light { color, variance: pixel.variance / (mean_surface * mean_surface) }
 }
 
-/// The light of pixel `i`, with that of others `step` and twice as many pixels away that belong to it.
-fn smoothed(picture: &Picture, light: &[Light], i: usize, step: i64) -> Light {
+/// Pixels at most `reach` steps away from pixel `i`, with these steps, by rows.
+fn around(picture: &Picture, i: usize, reach: i64, step: i64) -> impl Iterator<Item = (i64, i64, usize)> {
     let (width, height) = (i64::from(picture.window.width), i64::from(picture.window.height));
     let (x, y) = (i as i64 % width, i as i64 / width);
+    let steps = (-reach..=reach).flat_map(move |dy| (-reach..=reach).map(move |dx| (dx, dy)));
+    steps.filter_map(move |(dx, dy)| {
+        let (u, v) = (x + dx * step, y + dy * step);
+        let is_there = (0..width).contains(&u) && (0..height).contains(&v);
+        is_there.then(|| (dx, dy, (v * width + u) as usize))
+    })
+}
+
+/// The standard error of a pixel: the middle one of those around it that show something.
+fn error(picture: &Picture, light: &[Light], i: usize) -> f32 {
+    let (mut near, mut count) = ([0.0; 9], 0);
+    for (_, _, j) in around(picture, i, 1, 1).filter(|(_, _, j)| picture.pixels[*j].depth.is_finite()) {
+        near[count] = light[j].variance;
+        count += 1;
+    }
+    let near = &mut near[..count];
+    near.sort_unstable_by(f32::total_cmp);
+    near.get(count / 2).map_or(0.0, |middle| middle.sqrt())
+}
+
+/// The light of pixel `i`, with that of others `step` and twice as many pixels away that belong to it.
+fn smoothed(picture: &Picture, light: &[Light], errors: &[f32], i: usize, step: i64) -> Light {
     let (own, mine) = (&picture.pixels[i], light[i]);
     if own.depth.is_infinite() {
         return mine;
     }
-    let error = mine.variance.sqrt();
     let (mut sum, mut variance, mut weights) = ([0.0f32; 3], 0.0, 0.0);
-    for (dx, dy) in (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| (dx, dy))) {
-        let (u, v) = (x + dx * step, y + dy * step);
-        if !(0..width).contains(&u) || !(0..height).contains(&v) {
-            continue;
-        }
-        let j = (v * width + u) as usize;
+    for (dx, dy, j) in around(picture, i, 2, step) {
         let (other, theirs) = (&picture.pixels[j], light[j]);
+        let error = errors[i].min(errors[j]);
         let alike = if i == j { 1.0 } else { likeness(own, other) * agreement(&mine, &theirs, error) };
         let weight = KERNEL[dx.unsigned_abs() as usize] * KERNEL[dy.unsigned_abs() as usize] * alike;
         for c in 0..3 {
@@ -107,7 +127,7 @@ fn likeness(a: &Pixel, b: &Pixel) -> f32 {
 /// Whether two lights may be the same but for noise, from 0 to 1.
 fn agreement(a: &Light, b: &Light, error: f32) -> f32 {
     let apart = (0..3).map(|c| (a.color[c] - b.color[c]).abs()).sum::<f32>() / 3.0;
-    let room = LIGHT * error.max(b.variance.sqrt()) + 1e-4;
+    let room = LIGHT * error + 1e-4;
     let share = apart / room;
     // A bump that ends, so that what differs enough has no say.
     let left = (1.0 - share * share).max(0.0);
@@ -169,6 +189,29 @@ mod tests {
         let row: Vec<f32> = (0..SIDE).map(|x| after[(4 * SIDE + x) as usize][0]).collect();
         let half = SIDE as usize / 2;
         assert!(row[half] - row[half - 1] > 0.3, "{row:?}");
+    }
+
+    /// A highlight is brighter than what is around it by more than its noise, which is large at its rim only.
+    #[test]
+    fn highlights_stay_as_large_as_they_are() {
+        let mut picture = noisy(0.1);
+        let is_bright = |i: usize| {
+            let [x, y] = [i as u32 % SIDE, i as u32 / SIDE].map(|v| v.abs_diff(SIDE / 4));
+            x * x + y * y < 20
+        };
+        for (i, pixel) in picture.pixels.iter_mut().enumerate().filter(|(i, _)| is_bright(*i)) {
+            let spark = 20.0 + 10.0 * uniform(mix(7 + i as u64)) as f32;
+            pixel.color = [spark * pixel.albedo[0]; 3];
+            pixel.variance = 25.0;
+        }
+        let after = denoise(&picture);
+        let sum = |light: &mut dyn Iterator<Item = f32>| light.sum::<f32>();
+        let before = sum(&mut picture.pixels.iter().map(|p| p.color[0]));
+        let there = sum(&mut after.iter().map(|c| c[0]));
+        assert!((there / before - 1.0).abs() < 0.02, "{there} {before}");
+        for (i, light) in after.iter().enumerate().filter(|(i, _)| !is_bright(*i)) {
+            assert!(light[0] < 1.2, "{i}: {light:?}");
+        }
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub enum RenderError {
         height: u32,
     },
     /// The pixels take more memory than allowed, or than there is.
-    #[error("a picture of {width} x {height} pixels takes {needed} bytes of memory; {limit} are allowed")]
+    #[error("a picture of {width} x {height} pixels takes {:.1} GB of memory; {:.1} are allowed", gigabytes(*needed), gigabytes(*limit))]
     Memory {
         /// Width asked for.
         width: u32,
@@ -89,6 +89,10 @@ pub enum CameraError {
     },
 }
 
+fn gigabytes(bytes: u64) -> f64 {
+    bytes as f64 / 1e9
+}
+
 impl RenderError {
     /// The error as a message for the script's author, with what to do about it.
     pub fn diagnostic(&self) -> Diagnostic {
@@ -97,7 +101,9 @@ impl RenderError {
             RenderError::Size { .. } => {
                 message.hint("set width and height in the film, or on the command line")
             }
-            RenderError::Memory { .. } => message.hint("render a smaller picture, or raise the memory limit"),
+            RenderError::Memory { .. } => {
+                message.hint("render a smaller picture, or parts of it: --tile 1/N, and then orogen merge")
+            }
             RenderError::Part(error) => message.hint(error.hint()),
             RenderError::Samples(_) => message.hint("4 samples are a good preview, 16 to 64 a final picture"),
             RenderError::Setting { name, .. } => message.hint(format!("change {name}")),

@@ -275,6 +275,10 @@ fn scene_value(setup: &Setup, value: &Dynamic) -> Result<SceneValue, Box<Diagnos
     }
     let field = match value::Value::of(&setup.host, value) {
         Ok(Some(value::Value::Scalar(value::Scalar::Field(node), color))) => Some(Field { node, color }),
+        Err(fault) => {
+            let d = Diagnostic::error(fault.message);
+            return Err(Box::new(fault.hints.into_iter().fold(d, Diagnostic::hint)));
+        }
         _ => None,
     };
     field.map(SceneValue::new).ok_or_else(|| Box::new(no_scene(value)))

@@ -129,20 +129,35 @@ pub(super) fn render_moments(
     Ok(picture)
 }
 
-/// That the usual camera does not see all of a solid that was found, and which one would.
+/// How many times as far away as it is the usual camera has to be, to see all of a solid, so that it certainly does not; and how
+/// small the solid is otherwise.
+const TOO_NEAR: f64 = 3.0;
+const TOO_FAR: f64 = 0.05;
+
+/// That the usual camera does not see all of a solid that was found, or next to nothing of it, and which one would.
 fn cropped(scene: &Scene, shot: &Taken) -> Option<Diagnostic> {
     let bounds = shot.scene.settings.bounds;
     let is_found = scene.bounds.is_none() && bounds != whereabouts::in_sight(scene);
-    if scene.camera != Camera::default() || !is_found || shot.scene.probe.outside_picture == 0 {
+    if scene.camera != Camera::default() || !is_found {
         return None;
     }
     let Camera { eye, target, .. } = Camera::framing(&bounds);
-    let DVec3 { x, y, z } = target;
+    let nearer = eye.distance(target) / scene.camera.eye.distance(scene.camera.target);
+    let message = match nearer {
+        _ if shot.scene.probe.outside_picture > 0 || nearer > TOO_NEAR => {
+            "the picture does not show all of the solid"
+        }
+        nearer if nearer < TOO_FAR => "the solid is very small in the picture",
+        _ => return None,
+    };
+    let (DVec3 { x, y, z }, size) = (target, eye.distance(target));
+    // Three digits of the distance, and as many decimals of the rest.
+    let decimals = (2.0 - libm::floor(libm::log10(size))).clamp(0.0, 15.0) as usize;
     let hint = format!(
-        "try scene(#{{ surface: ..., camera: orbit(#{{ target: [{x:.2}, {y:.2}, {z:.2}], distance: {:.2} }}) }})",
-        eye.distance(target)
+        "try scene(#{{ surface: ..., camera: orbit(#{{ target: [{x:.decimals$}, {y:.decimals$}, {z:.decimals$}], \
+         distance: {size:.decimals$} }}) }})"
     );
-    Some(Diagnostic::warning("the picture does not show all of the solid").hint(hint))
+    Some(Diagnostic::warning(message).hint(hint))
 }
 
 /// Components are not followed through time.
