@@ -51,7 +51,7 @@ pub use tree::tree;
 use crate::diag::{Diagnostic, Sources};
 use crate::expr::{Input, Node, NodeId};
 use crate::num::Class;
-use crate::scene::{self, Keep, Material, Moon, Scene, Sea, Surface};
+use crate::scene::{self, Keep, Material, Moon, Scene, Sea, Sky, Surface};
 use crate::world::World;
 use diagnose::Explainer;
 use engine::Setup;
@@ -354,6 +354,19 @@ fn warnings(scene: &Scene) -> Vec<Diagnostic> {
                 .at(graph.place(*first).cloned())
                 .label("discontinuous")
                 .hint("smoothstep(low, high, x) is a step without a jump"),
+        );
+    }
+    if scene.film.occlusion > 0.0 && scene.film.bounces > 0 {
+        found.push(
+            Diagnostic::warning("`occlusion` of `film` has no effect where light bounces")
+                .hint("paths find out by themselves what hides the sky; leave `occlusion` out"),
+        );
+    }
+    let Sky { zenith, nadir, .. } = Sky::default();
+    if scene.sky.air.is_some() && [scene.sky.zenith, scene.sky.nadir] != [zenith, nadir] {
+        found.push(
+            Diagnostic::warning("`zenith` and `nadir` of `sky` have no effect where there is air")
+                .hint("the air gives light of its own; leave them out"),
         );
     }
     if scene.film.irradiance_spacing > 0 && scene.film.bounces == 0 {

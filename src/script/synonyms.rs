@@ -37,7 +37,7 @@ const FUNCTIONS: &[(&[&str], &str)] = &[
     (&["simplex_noise", "snoise"], "simplex(seed)"),
     (&["worley", "voronoi", "cellular_noise"], "cellular(seed)"),
     (&["value_noise"], "value(seed)"),
-    (&["freq", "frequency"], "noise.scaled(factor), with a larger factor for larger features"),
+    (&["freq", "frequency"], "noise.scaled(factor); 2.0 makes noises twice as fine"),
     (
         &["rand", "random", "hash"],
         "a noise, such as gradient(seed).at([i, 0.5, 0.5]): scripts have no chance in them",

@@ -19,10 +19,10 @@ pub(super) const TURNS: f64 = 1e6;
 
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<Camera>("Camera");
-    let sentence = "A camera on a sphere around a target. Options: distance, azimuth (0 is in front, grows to the right), elevation, target; and those of `look_at` for how it sees. Numbers may be functions of time: azimuth: 10.0 * time.";
+    let sentence = "A camera on a sphere around a target. Options: distance (4), azimuth (degrees; 0 is in front, grows to the right; 30), elevation (20), target (the origin); and those of `look_at` for how it sees. Numbers may be functions of time: azimuth: 10.0 * time.";
     let example = "orbit(#{ distance: 3.2, azimuth: 40.0, elevation: 20.0, fov: 35.0 })";
     lib.def("orbit(options)", sentence, example, orbit);
-    let sentence = "A camera at a point that looks at another. Options: eye, target, up; fov (vertical, degrees); aperture (radius of the lens in units of length, 0 unless given: everything is sharp) and focus (distance of what is sharp, or a point there; the target unless given). With projection: \"orthographic\" it has parallel rays and a height (of what the picture shows, in units of length) in place of fov.";
+    let sentence = "A camera at a point that looks at another. Options: eye ([0, 0, 4]), target (the origin), up (the y axis); fov (vertical, degrees; 35); aperture (radius of the lens in units of length, 0 unless given: everything is sharp) and focus (distance of what is sharp, or a point there; the target unless given). With projection: \"orthographic\" it has parallel rays and a height (of what the picture shows, in units of length) in place of fov.";
     let example = "look_at(#{ eye: [0, 1, 4], target: [0, 0, 0], aperture: 0.1 })";
     lib.def("look_at(options)", sentence, example, look_at);
     let sentence = "A camera that sees all around, equirectangular: 360 degrees across, the direction of the target in the middle, and 180 from straight up to straight down. It stays upright. Pictures are to be twice as wide as high. Options: eye, target (of which only the direction across `up` counts; -z unless given), up.";

@@ -10,9 +10,9 @@ use rhai::{Array, Dynamic};
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<Sun>("Sun");
     lib.name_type::<Lamp>("Lamp");
-    let sentence = "The light of a sun. Options: azimuth, elevation (degrees), strength, color, size (degrees across; its shadows are soft where it has one, 0.53 as seen from the Earth), shadows.";
+    let sentence = "The light of a sun. Options: azimuth (degrees; 60), elevation (45), strength (2.6; of PI, what is white and faces it has the brightness 1), color (white), size (degrees across, up to 90; 0, a point; its shadows are soft where it has one, 0.53 as seen from the Earth), shadows (true).";
     lib.def("sun(options)", sentence, "sun(#{ azimuth: 120.0, elevation: 35.0, size: 0.53 })", sun);
-    let sentence = "The light of a ball that is not seen itself. Options: position, strength (at a distance of 1; a quarter of it at 2), color, radius (its shadows are soft where it has one), shadows.";
+    let sentence = "The light of a ball that is not seen itself. Options: position ([2, 3, 2]), strength (that of a sun at a distance of 1, and a quarter of it at 2; 20), color (white), radius (its shadows are soft where it has one; 0), shadows (true). Water does not dim it by how far it is, but by how deep what it lights lies, as if it shone from above.";
     lib.def("lamp(options)", sentence, "lamp(#{ position: [2, 3, 1], strength: 8.0, radius: 0.2 })", lamp);
 }
 

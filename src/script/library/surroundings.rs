@@ -3,7 +3,7 @@
 use super::scene::bounds;
 use super::{Call, Library};
 use crate::scene::{Aabb, Finish, Material, Matt, direction};
-use crate::script::fault::Outcome;
+use crate::script::fault::{Fault, Outcome};
 use crate::script::options::Options;
 use crate::script::value::Field;
 use glam::DVec3;
@@ -30,7 +30,7 @@ pub struct MoonValue {
 pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<SeaValue>("Sea");
     lib.name_type::<MoonValue>("Moon");
-    let sentence = "Clear water that the solid stands in: it reflects, and takes light away with its depth. Options:\n\n- surface: a field that is negative below the surface of the water (sphere(1.0))\n- waves: a height that is added for the sake of reflections\n- roughness: how blurred reflections are (0 to 1; 0.1)\n- ior: refractive index (1 to 4; 1.333)\n- absorption: share of light taken away per unit of length, a vector (that of the clearest water on a planet like the Earth)\n- color: the share of light that deep water sends back (\"#04203a\")";
+    let sentence = "Clear water that the solid stands in: it reflects, and takes light away with its depth. Options:\n\n- surface: a field that is negative below the surface of the water (sphere(1.0))\n- waves: a height that is added for the sake of reflections\n- roughness: how blurred reflections are (0 to 1; 0.1)\n- ior: refractive index (1 to 4; 1.333)\n- absorption: how much light is taken away, a vector: of every 1 / absorption of length only the share 1 / e is left (that of the clearest water on a planet like the Earth)\n- color: the share of light that deep water sends back (\"#04203a\")";
     lib.def("sea(options)", sentence, "sea(#{ surface: sphere(1.0), roughness: 0.05 })", sea);
     let sentence = "A solid that is seen far away in the sky, lit by the same suns. Options:\n\n- surface: the solid, of a radius of about 1 around an origin of its own (needed)\n- material: how it reflects\n- azimuth, elevation: where it stands, as for a sun (degrees)\n- size: the angle that a ball of radius 1 measures across, as seen from the origin (degrees; 0.52)\n- distance: from the origin (60)\n- bounds: the box that it is in (1.2)";
     lib.def(
@@ -56,6 +56,10 @@ fn sea(c: &Call<'_>) -> Outcome<Dynamic> {
     let clearest = DVec3::new(0.35, 0.065, 0.015) * 6371e3;
     let absorption = o.channels("absorption", 0.0..=1e12, clearest)?;
     let color = o.color("color", DVec3::new(0.0012, 0.0144, 0.0423))?;
+    if color.max_element() > 1.0 {
+        return Err(Fault::new("water sends back no more light than it gets")
+            .hint("`color` of `sea` is a share, up to 1"));
+    }
     o.finish()?;
     let material = Material { matt: Matt::Lambert, finish, ior, emission: None, bump };
     Ok(Dynamic::from(SeaValue { field, material, absorption, color }))
