@@ -5,7 +5,7 @@
 //! solids a distance bounds the field from below, and the six slabs of a shell are excluded at a glance.
 
 use super::Field;
-use super::region::{Part, exclude, octants};
+use super::region::{Halt, Part, exclude, octants};
 use crate::scene::Aabb;
 use glam::DVec3;
 
@@ -30,7 +30,7 @@ pub struct Around {
 
 /// Looks for a solid `f <= 0` around a region, in cubes around the origin, the last of which has at least half the edge
 /// `far`, [`FAR`] at most. No more is looked at when `halt` says so.
-pub fn around(field: &Field, region: &Aabb, far: f64, halt: &dyn Fn() -> bool) -> Around {
+pub fn around(field: &Field, region: &Aabb, far: f64, halt: Halt<'_>) -> Around {
     let mut inner = *region;
     let mut clear = 0.0;
     while clear < far.min(FAR) && !halt() {

@@ -15,7 +15,7 @@ mod watch;
 pub use beyond::{Around, FAR, around};
 pub use line::{Unknown, first_inside};
 pub use moments::{Moments, Survey, survey};
-pub use region::{Extent, extent, extent_until, lipschitz_outside, lipschitz_until};
+pub use region::{Extent, Halt, extent, extent_until, lipschitz_outside, lipschitz_until};
 pub use smooth::{blame, smooth};
 pub use terms::{Steepness, Terms};
 pub use watch::{Stopped, Watch};

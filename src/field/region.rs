@@ -6,8 +6,15 @@ use crate::num::{Dual, Interval, Many, Number, Slope};
 use crate::scene::Aabb;
 use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::sync::Arc;
+
+/// Says whether nothing more is to be looked at; asked from any thread.
+pub type Halt<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Questions and cuts that are not worth the while of several threads.
+const FEW: usize = 16;
 
 /// A part of a region, with what is left of the tape there.
 #[derive(Clone)]
@@ -73,7 +80,7 @@ pub fn extent(field: &Field, region: &Aabb) -> Extent {
 }
 
 /// The same, but nothing more is excluded when `halt` says so.
-pub fn extent_until(field: &Field, region: &Aabb, halt: &dyn Fn() -> bool) -> Extent {
+pub fn extent_until(field: &Field, region: &Aabb, halt: Halt<'_>) -> Extent {
     let parts = exclude(field, vec![Part { cell: *region, tape: field.tape().clone() }], halt);
     let Some(found) = parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b)) else {
         return Extent::Empty;
@@ -91,26 +98,33 @@ pub fn extent_until(field: &Field, region: &Aabb, halt: &dyn Fn() -> bool) -> Ex
 
 /// Cuts up parts of space and leaves out those where it is certain that `f > 0`. Nothing more is left out when `halt`
 /// says so.
-pub(super) fn exclude(field: &Field, mut parts: Vec<Part>, halt: &dyn Fn() -> bool) -> Vec<Part> {
-    let mut ranges = Evaluator::<Many<Interval, OCTANTS>>::new(field.tape().clone());
+pub(super) fn exclude(field: &Field, mut parts: Vec<Part>, halt: Halt<'_>) -> Vec<Part> {
+    let ranges = || Evaluator::<Many<Interval, OCTANTS>>::new(field.tape().clone());
+    let mut own = ranges();
     let hull = |parts: &[Part]| parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b));
     let least = 1e-9 * hull(&parts).map_or(0.0, |all| all.diagonal());
     loop {
-        parts = batches(&parts).flat_map(|batch| possible(&mut ranges, batch, halt)).collect();
+        let asked: Vec<&[Part]> = batches(&parts).collect();
+        parts = if asked.len() < FEW {
+            asked.into_iter().flat_map(|batch| possible(&mut own, batch, halt)).collect()
+        } else {
+            let ask = |own: &mut Evaluator<_>, batch: &&[Part]| possible(own, batch, halt);
+            asked.par_iter().with_min_len(FEW / 4).map_init(ranges, ask).flatten_iter().collect()
+        };
         let is_small = hull(&parts).is_none_or(|rest| rest.diagonal() < least);
         if halt() || is_small || is_last(parts.iter()) {
             return parts;
         }
-        parts = parts.iter().flat_map(Part::octants).collect();
+        parts = if parts.len() < FEW {
+            parts.iter().flat_map(Part::octants).collect()
+        } else {
+            parts.par_iter().flat_map_iter(Part::octants).collect()
+        };
     }
 }
 
 /// Those of some parts with one tape where `f <= 0` may be.
-fn possible(
-    ranges: &mut Evaluator<Many<Interval, OCTANTS>>,
-    batch: &[Part],
-    halt: &dyn Fn() -> bool,
-) -> Vec<Part> {
+fn possible(ranges: &mut Evaluator<Many<Interval, OCTANTS>>, batch: &[Part], halt: Halt<'_>) -> Vec<Part> {
     if halt() {
         return batch.to_vec();
     }
@@ -138,7 +152,7 @@ pub fn lipschitz_outside(field: &Field, region: &Aabb) -> f64 {
 }
 
 /// The same, given up when `halt` says so.
-pub fn lipschitz_until(field: &Field, region: &Aabb, halt: &dyn Fn() -> bool) -> Option<f64> {
+pub fn lipschitz_until(field: &Field, region: &Aabb, halt: Halt<'_>) -> Option<f64> {
     let mut slopes = Evaluator::<Many<Slope, OCTANTS>>::new(field.tape().clone());
     let mut duals = Evaluator::<Dual>::new(field.tape().clone());
     let mut bound: f64 = 0.0;

@@ -3,7 +3,7 @@
 use super::{topology, whereabouts};
 use crate::cast::{self, Judge, Kind, Sifted};
 use crate::diag::Diagnostic;
-use crate::field::{Field, Watch};
+use crate::field::{Field, Halt, Watch};
 use crate::render::{
     self, Job, Painter, Part, Picture, Precision, RenderError, Settings, Shot, Steering, View,
 };
@@ -54,11 +54,7 @@ pub fn settings(scene: &Scene, order: &Order) -> Result<Settings, Box<Diagnostic
 }
 
 /// The same; when `halt` says so, no closer bounds are looked for.
-fn settings_until(
-    scene: &Scene,
-    order: &Order,
-    halt: &dyn Fn() -> bool,
-) -> Result<Settings, Box<Diagnostic>> {
+fn settings_until(scene: &Scene, order: &Order, halt: Halt<'_>) -> Result<Settings, Box<Diagnostic>> {
     let mut settings = Settings::of(scene, whereabouts::in_sight(scene));
     if let Some((width, height)) = order.size {
         (settings.width, settings.height) = (width, height);
@@ -219,7 +215,7 @@ impl Taken {
         cancel: &AtomicBool,
     ) -> Result<Taken, Box<Diagnostic>> {
         let halt = || cancel.load(Ordering::Relaxed);
-        let settings = settings_until(scene, order, &halt)?;
+        let settings = on_threads(order.threads, || settings_until(scene, order, &halt))??;
         if halt() {
             return Err(stopped());
         }

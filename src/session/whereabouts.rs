@@ -1,6 +1,6 @@
 //! Where a solid is: the box that its scene gives, or one that is found around it.
 
-use crate::field::{self, Extent, FAR, Field};
+use crate::field::{self, Extent, FAR, Field, Halt};
 use crate::scene::{Aabb, Scene};
 use glam::DVec3;
 
@@ -53,7 +53,7 @@ pub fn bounds(scene: &Scene, field: &Field) -> Aabb {
 }
 
 /// The same, but no closer bounds are looked for when `halt` says so.
-pub(super) fn bounds_until(scene: &Scene, field: &Field, halt: &dyn Fn() -> bool) -> Aabb {
+pub(super) fn bounds_until(scene: &Scene, field: &Field, halt: Halt<'_>) -> Aabb {
     find(scene, field, halt).region
 }
 
@@ -70,7 +70,7 @@ impl Found {
     }
 }
 
-fn find(scene: &Scene, field: &Field, halt: &dyn Fn() -> bool) -> Found {
+fn find(scene: &Scene, field: &Field, halt: Halt<'_>) -> Found {
     let sight = sight(scene);
     let mut near = None;
     let mut values = field.clone();
