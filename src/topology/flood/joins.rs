@@ -4,6 +4,7 @@
 
 use super::super::sets::Sets;
 use super::tree::{Node, Pair, State, Tree};
+use rayon::prelude::*;
 
 /// Where the solid in a cell belongs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -91,12 +92,10 @@ impl Joins {
         let Joins { pairs, settled, .. } = self;
         let changed: Vec<Pair> =
             pairs.extract_if(.., changes).chain(settled.extract_if(.., changes)).collect();
-        for pair in changed {
-            tree.touch(pair.a, pair.b, &mut |pair| pairs.push(pair));
-        }
-        for &n in cut {
-            tree.touch_within(n, &mut |pair| pairs.push(pair));
-        }
+        pairs.extend(gathered(&changed, |pair, found| {
+            tree.touch(pair.a, pair.b, &mut |pair| found.push(pair))
+        }));
+        pairs.extend(gathered(cut, |&n, found| tree.touch_within(n, &mut |pair| found.push(pair))));
     }
 
     /// Takes new cells in. Returns the homes that they have from their parents.
@@ -147,6 +146,19 @@ impl Joins {
             }
         }
     }
+}
+
+/// Cells or pairs of them that one thread looks at before it takes others.
+const SHARE: usize = 4096;
+
+/// The pairs that are found at each of some places, in their order.
+fn gathered<T: Sync>(places: &[T], find: impl Fn(&T, &mut Vec<Pair>) + Sync) -> Vec<Pair> {
+    let share = |places: &[T]| {
+        let mut found = Vec::new();
+        places.iter().for_each(|place| find(place, &mut found));
+        found
+    };
+    places.par_chunks(SHARE).flat_map_iter(share).collect()
 }
 
 /// Whether the solid of two cells is not known to be of one component, and there may be some in both.
