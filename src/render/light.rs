@@ -11,28 +11,65 @@ use crate::scene::{Lamp, Light, Sky, Sun};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Light that would arrive at a point if nothing stood in its way.
+/// A light as a point sees it, if nothing stands in its way: a disc, or a point without a size.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arriving {
-    /// Unit vector to where it comes from.
-    pub from: DVec3,
-    /// How far that is.
+pub(super) struct Disc {
+    /// Unit vector to its middle.
+    middle: DVec3,
+    /// `1 - edge`, with the cosine `edge` of the angle from its middle to its edge.
+    height: f64,
+    /// How far away it is.
     pub distance: f64,
-    /// On a surface that faces it, as if all of the disc were there. (A disc is seen under angles up to that of its edge, whose
-    /// cosine is `edge`; with directions spread evenly over it, `2 / (1 + edge)` makes up for those that come in slantwise.)
+    /// On a surface that faces it, as if all of the disc were in the direction that is asked about. (A disc is seen under angles up
+    /// to that of its edge; with directions spread evenly over it, `2 / (1 + edge)` makes up for those that come in
+    /// slantwise.)
     pub irradiance: DVec3,
 }
 
-/// Light that a lamp sends to `p`, or a sun; `u` in the unit square picks the point of its disc.
-pub(super) fn arriving(light: &Light, p: DVec3, u: [f64; 2], air: Option<&Atmosphere>) -> Arriving {
-    match light {
-        Light::Sun(sun) => {
-            let through = air.map_or(DVec3::ONE, |air| air.sunlight(p, sun.direction));
-            let edge = libm::cos(0.5 * sun.size.to_radians());
-            let irradiance = sun.irradiance * through * (2.0 / (1.0 + edge));
-            Arriving { from: on_disc(sun, u), distance: f64::INFINITY, irradiance }
+impl Disc {
+    /// That of a light, seen from `p`.
+    pub fn of(light: &Light, p: DVec3, air: Option<&Atmosphere>) -> Disc {
+        match light {
+            Light::Sun(sun) => {
+                let through = air.map_or(DVec3::ONE, |air| air.sunlight(p, sun.direction));
+                let height = 1.0 - libm::cos(0.5 * sun.size.to_radians());
+                let irradiance = sun.irradiance * through * (2.0 / (2.0 - height));
+                Disc { middle: sun.direction, height, distance: f64::INFINITY, irradiance }
+            }
+            Light::Lamp(lamp) => Disc::of_lamp(lamp, p),
         }
-        Light::Lamp(lamp) => from_lamp(lamp, p, u),
+    }
+
+    /// That of a lamp: the directions in which the ball is seen.
+    fn of_lamp(lamp: &Lamp, p: DVec3) -> Disc {
+        let to = lamp.position - p;
+        let squared = to.length_squared().max(f64::MIN_POSITIVE);
+        let distance = squared.sqrt();
+        let sine = (lamp.radius / distance).min(1.0);
+        let edge = ((1.0 - sine) * (1.0 + sine)).sqrt();
+        // 1 - cos, without cancellation for what is far away.
+        let height = sine * sine / (1.0 + edge);
+        let irradiance = lamp.intensity / squared * (2.0 / (1.0 + edge));
+        Disc { middle: to / distance, height, distance: (distance - lamp.radius).max(0.0), irradiance }
+    }
+
+    /// The direction to one of its points, which `u` in the unit square picks.
+    pub fn direction(&self, u: [f64; 2]) -> DVec3 {
+        if self.height == 0.0 {
+            return self.middle;
+        }
+        in_cone(self.middle, 1.0 - u[0] * self.height, u[1])
+    }
+
+    /// The density of these directions, in 1/sr; `None` of a point.
+    pub fn density(&self) -> Option<f64> {
+        (self.height > 0.0).then(|| 1.0 / (2.0 * PI * self.height))
+    }
+
+    /// Whether it is seen in a direction.
+    pub fn holds(&self, direction: DVec3) -> bool {
+        // 1 - cos, without cancellation.
+        0.5 * direction.distance_squared(self.middle) < self.height
     }
 }
 
@@ -51,20 +88,6 @@ pub(super) fn on_disc(sun: &Sun, u: [f64; 2]) -> DVec3 {
     }
     let edge = libm::cos(0.5 * sun.size.to_radians());
     in_cone(sun.direction, 1.0 - u[0] * (1.0 - edge), u[1])
-}
-
-/// Light of a lamp, from one of the directions in which the ball is seen.
-fn from_lamp(lamp: &Lamp, p: DVec3, u: [f64; 2]) -> Arriving {
-    let to = lamp.position - p;
-    let squared = to.length_squared().max(f64::MIN_POSITIVE);
-    let distance = squared.sqrt();
-    let sine = (lamp.radius / distance).min(1.0);
-    let edge = ((1.0 - sine) * (1.0 + sine)).sqrt();
-    // 1 - cos, without cancellation for what is far away.
-    let height = sine * sine / (1.0 + edge);
-    let from = in_cone(to / distance, 1.0 - u[0] * height, u[1]);
-    let distance = (distance - lamp.radius).max(0.0);
-    Arriving { from, distance, irradiance: lamp.intensity / squared * (2.0 / (1.0 + edge)) }
 }
 
 /// The direction at an angle, given by its cosine, from an axis, and so far around it (0 to 1).
@@ -118,16 +141,18 @@ impl Surroundings<'_> {
     /// The same, as a mirror of a roughness from 0 to 1 shows it. Where the sky is two halves, facets throw what comes from
     /// the height `a` beyond their edge if their slope in its direction is more than `m = tan(a / 2)`; of the facets of
     /// [`Gloss`](super::material::Gloss), the share `(1 + m / sqrt(m^2 + alpha^2)) / 2` is less than so steep.
-    pub fn blurred(&self, p: DVec3, direction: DVec3, roughness: f64) -> DVec3 {
+    ///
+    /// What is rough mirrors from so far around that in the end it is `all_around`.
+    pub fn blurred(&self, p: DVec3, direction: DVec3, roughness: f64, all_around: DVec3) -> DVec3 {
         let alpha = roughness * roughness;
         if self.air.is_some() || alpha == 0.0 {
-            return self.radiance(p, direction);
+            return self.radiance(p, direction).lerp(all_around, roughness);
         }
         let sine = direction.dot(self.up(p)).clamp(-1.0, 1.0);
         // tan(a / 2) = sin a / (1 + cos a)
         let slope = sine / (1.0 + ((1.0 - sine) * (1.0 + sine)).sqrt());
         let above = 0.5 * (1.0 + slope / (slope * slope + alpha * alpha).sqrt());
-        self.sky.nadir.lerp(self.sky.zenith, above)
+        self.sky.nadir.lerp(self.sky.zenith, above).lerp(all_around, alpha)
     }
 
     /// Radiance that reaches a point from straight above.

@@ -5,7 +5,7 @@
 
 use super::Prepared;
 use super::gather;
-use super::light::{self, Surroundings};
+use super::light::{self, Disc, Surroundings};
 use super::path::{Paths, Trace};
 use super::reflect::{Drawn, Reflector};
 use super::sample::Purpose;
@@ -54,30 +54,38 @@ impl Paths {
         self.errands.clear();
         for (number, light) in (0u32..).zip(&scene.lights) {
             for i in 0..self.patches.len() {
-                let (patch, path) = (&self.patches[i], self.seen[i]);
-                let u = to.samples[path.sample].pair(Purpose::Light { step, number });
-                let arriving = light::arriving(light, patch.position, u, air);
-                let mut irradiance = arriving.irradiance;
-                let (lit, below) = match &water {
-                    Some(water) if i >= self.dry => {
-                        let facing = patch.facing(arriving.from);
-                        let lit = facing * water.value(patch, -path.direction, arriving.from);
-                        (lit, water.glow(irradiance * facing * water.entering(facing)))
-                    }
-                    _ => {
-                        if let Some(water) = water.as_ref().filter(|_| path.is_below()) {
-                            irradiance *= water.entering(around.up(patch.position).dot(arriving.from));
-                        }
-                        let reflector = Reflector::new(patch, scene.reflecting.as_ref());
-                        (reflector.lit(-path.direction, arriving.from), DVec3::ZERO)
-                    }
-                };
-                let brings = lit * irradiance;
-                if brings == DVec3::ZERO && below == DVec3::ZERO {
+                let (patch, path) = (self.patches[i], self.seen[i]);
+                let sample = &to.samples[path.sample];
+                let disc = Disc::of(light, patch.position, air);
+                let from = disc.direction(sample.pair(Purpose::Light { step, number }));
+                let mut errand = Errand { patch: i, brings: DVec3::ZERO, below: DVec3::ZERO, is_sky: false };
+                let shadows = light::has_shadows(light);
+                if let Some(water) = water.as_ref().filter(|_| i >= self.dry) {
+                    let facing = patch.facing(from);
+                    let irradiance = disc.irradiance;
+                    errand.brings = facing * water.value(&patch, -path.direction, from) * irradiance;
+                    errand.below = water.glow(irradiance * facing * water.entering(facing));
+                    self.send_for(scene, errand, from, disc.distance, shadows);
                     continue;
                 }
-                let errand = Errand { patch: i, brings, below, is_sky: false };
-                self.send(scene, errand, arriving.from, arriving.distance, light::has_shadows(light));
+                let arrives = |from: DVec3| match water.as_ref().filter(|_| path.is_below()) {
+                    Some(water) => disc.irradiance * water.entering(around.up(patch.position).dot(from)),
+                    None => disc.irradiance,
+                };
+                let reflector = Reflector::new(&patch, scene.reflecting.as_ref());
+                let density = disc.density().filter(|_| reflector.mirrors());
+                errand.brings = reflector.lit(-path.direction, from, density) * arrives(from);
+                self.send_for(scene, errand, from, disc.distance, shadows);
+                let purpose = Purpose::Glint { step };
+                let glint = density
+                    .and_then(|_| {
+                        reflector.glint(sample.number(purpose), sample.pair(purpose), -path.direction)
+                    })
+                    .filter(|glint| disc.holds(glint.direction));
+                if let (Some(glint), Some(density)) = (glint, density) {
+                    errand.brings = glint.lit(density) * arrives(glint.direction);
+                    self.send_for(scene, errand, glint.direction, disc.distance, shadows);
+                }
             }
         }
         self.ask_sky(scene, &around, water.as_ref(), step, to);
@@ -128,6 +136,13 @@ impl Paths {
                 reach,
                 true,
             );
+        }
+    }
+
+    /// Sends out a ray for a light, if it may bring anything.
+    fn send_for(&mut self, scene: &Prepared, errand: Errand, from: DVec3, distance: f64, shadows: bool) {
+        if errand.brings != DVec3::ZERO || errand.below != DVec3::ZERO {
+            self.send(scene, errand, from, distance, shadows);
         }
     }
 

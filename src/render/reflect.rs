@@ -22,6 +22,11 @@
 //!
 //! is what bumps hide of the sun from each other (Smith 1967). So suns and lamps count for one over that. Each bump takes its own
 //! slope for `m`, which for slopes up to 0.3 makes it a twentieth more than there is at most, and a tenth less.
+//!
+//! Where a law mirrors, a light with a size is looked for in two ways: by directions to its disc, which hardly ever are those
+//! that a smooth mirror shows, and by directions in which the law mirrors. Of both, what is found counts by how likely
+//! it was to be found like that, `p / (p + q)` with the densities `p` of the own way and `q` of the other one: the balance heuristic
+//! (Veach and Guibas 1995, *Optimally combining sampling techniques for Monte Carlo rendering*).
 
 use super::light::Surroundings;
 use super::material::{AllAround, Bounce, Dust, Film, Lambert, Metals, OrenNayar, Phase, Reflectance, Surge};
@@ -69,6 +74,29 @@ pub(super) struct Drawn {
     pub blur: f64,
 }
 
+/// A direction in which a patch mirrors lights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Glint {
+    /// Which; above the surface.
+    pub direction: DVec3,
+    /// Share of the radiance there that is reflected.
+    share: DVec3,
+    /// How likely it was, in 1/sr.
+    density: f64,
+}
+
+impl Glint {
+    /// Radiance that leaves towards the eye of a light that is there, for each unit of its irradiance, if directions to its disc
+    /// have a density.
+    pub fn lit(&self, density: f64) -> DVec3 {
+        // The radiance of a disc is its irradiance over its solid angle.
+        self.share * (density * self.density / (self.density + density))
+    }
+}
+
+/// The number of the law of what is matt, and does not mirror.
+const MATT: usize = 2;
+
 /// How a patch reflects.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reflector<'a> {
@@ -100,6 +128,11 @@ impl<'a> Reflector<'a> {
         [metal, (1.0 - metal) * coat, (1.0 - metal) * (1.0 - coat)]
     }
 
+    /// Whether any of it mirrors.
+    pub fn mirrors(&self) -> bool {
+        self.shares()[MATT] < 1.0
+    }
+
     /// Asks the law of one share.
     fn ask<T>(&self, which: usize, question: impl Fn(&dyn Reflectance) -> T) -> T {
         let Patch { albedo, .. } = *self.patch;
@@ -116,17 +149,35 @@ impl<'a> Reflector<'a> {
         }
     }
 
-    /// Radiance that leaves towards the eye, for each unit of irradiance by a sun or a lamp on a surface that faces it.
-    pub fn lit(&self, to_eye: DVec3, to_light: DVec3) -> DVec3 {
+    /// Radiance that leaves towards the eye, for each unit of irradiance by a sun or a lamp on a surface that faces it. With the
+    /// density of directions to its disc, what is mirrored counts as far as it is not found by [`Reflector::glint`].
+    pub fn lit(&self, to_eye: DVec3, to_light: DVec3, density: Option<f64>) -> DVec3 {
         if self.patch.normal.dot(to_light) <= 0.0 {
             return DVec3::ZERO;
         }
-        self.reflected(to_eye, to_light) * self.unhidden(to_light)
+        self.reflected(to_eye, to_light, density) * self.unhidden(to_light)
+    }
+
+    /// A direction in which lights are mirrored, for numbers in [0, 1), if what is mirrored is looked at.
+    pub fn glint(&self, choice: f64, u: [f64; 2], to_eye: DVec3) -> Option<Glint> {
+        let [metal, coat, _] = self.shares();
+        let which = usize::from(choice >= metal);
+        if choice >= metal + coat {
+            return None;
+        }
+        let normal = self.patch.shading;
+        self.ask(which, |law| {
+            let Bounce { direction, weight, .. } = law.sample(u, normal, to_eye)?;
+            let density = law.pdf(normal, to_eye, direction);
+            let direction = self.risen(direction);
+            let share = weight * self.unhidden(direction);
+            (self.patch.normal.dot(direction) > 0.0).then_some(Glint { direction, share, density })
+        })
     }
 
     /// The reflectance function, with the cosine, for light that comes from above, whatever else does.
-    fn reflected(&self, to_eye: DVec3, to_light: DVec3) -> DVec3 {
-        self.about_bump(to_eye, to_light) + self.about_bump(to_eye, self.thrown(to_light))
+    fn reflected(&self, to_eye: DVec3, to_light: DVec3, density: Option<f64>) -> DVec3 {
+        self.about_bump(to_eye, to_light, density) + self.about_bump(to_eye, self.thrown(to_light), density)
     }
 
     /// Share of a sun's light that bumps such as this one do not hide from one another.
@@ -140,14 +191,23 @@ impl<'a> Reflector<'a> {
     }
 
     /// The reflectance function about the bump alone, with its cosine; light may come from below the surface.
-    fn about_bump(&self, to_eye: DVec3, to_light: DVec3) -> DVec3 {
+    fn about_bump(&self, to_eye: DVec3, to_light: DVec3, density: Option<f64>) -> DVec3 {
         let normal = self.patch.shading;
         let cosine = normal.dot(to_light);
         if cosine <= 0.0 {
             return DVec3::ZERO;
         }
         let shares = self.shares().into_iter().enumerate().filter(|(_, share)| *share > 0.0);
-        let value = |(i, share): (usize, f64)| share * self.ask(i, |law| law.value(normal, to_eye, to_light));
+        let value = |(i, share): (usize, f64)| {
+            share
+                * self.ask(i, |law| {
+                    let found = match density {
+                        Some(own) if i < MATT => own / (own + law.pdf(normal, to_eye, to_light)),
+                        _ => 1.0,
+                    };
+                    found * law.value(normal, to_eye, to_light)
+                })
+        };
         cosine * shares.map(value).sum::<DVec3>()
     }
 
@@ -197,16 +257,18 @@ impl<'a> Reflector<'a> {
         let at_once = metal * METALS.at_once(albedo, roughness, cosine) + coat * coat_law.at_once(cosine);
         let late = metal * METALS.of(albedo, roughness).late(cosine) + coat * coat_law.late(cosine);
         let mirrored = self.risen((2.0 * cosine * shading - to_eye).normalize_or(shading));
-        let sky = around.blurred(position, mirrored, roughness).lerp(all_around, roughness);
+        let sky = around.blurred(position, mirrored, roughness, all_around);
         (matt + late) * all_around + at_once * sky
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::light::Disc;
     use super::super::material::{Frame, uniform_hemisphere};
     use super::super::sequence::point;
     use super::*;
+    use crate::scene::{Light, Sun};
     use std::f64::consts::{PI, TAU};
 
     /// A white patch, with a bump that leans so far (the tangent), of these shares of metal and coat.
@@ -232,7 +294,7 @@ mod tests {
                     let (lean, around) = (slope * (-2.0 * (1.0 - u).ln()).sqrt(), TAU * v);
                     let shading = DVec3::new(lean * around.cos(), 1.0, lean * around.sin()).normalize();
                     let patch = Patch { shading, albedo: DVec3::ONE, ..Patch::PLAIN };
-                    sum += PI * Reflector::new(&patch, None).lit(up, to_sun).x / f64::from(count);
+                    sum += PI * Reflector::new(&patch, None).lit(up, to_sun, None).x / f64::from(count);
                 }
                 let share = sum / to_sun.y;
                 assert!((0.9..1.05).contains(&share), "{slope} {height}: {share} of what falls on the level");
@@ -240,14 +302,43 @@ mod tests {
         }
     }
 
+    fn reflecting(matt: Matt) -> Reflecting {
+        let node = crate::expr::Graph::default().constant(0.0).unwrap();
+        let material = Material { matt, finish: [node; Finish::COUNT], ior: 1.5, emission: None, bump: None };
+        Reflecting::new(&material)
+    }
+
+    /// A light with a size is as bright found in two ways as it is in one, and a smooth mirror finds it with far less noise.
+    #[test]
+    fn lights_are_mirrored_as_bright_as_they_are() {
+        let to_eye = DVec3::new(-0.5, 0.8, 0.1).normalize();
+        let of = reflecting(Matt::Lambert);
+        for (metal, coat, lean, roughness) in
+            [(0.7, 0.0, 0.0, 0.6), (0.0, 1.0, 0.0, 0.4), (0.5, 0.4, -0.3, 0.5), (1.0, 0.0, -1.5, 0.6)]
+        {
+            let mut patch = patch(lean, metal, coat);
+            patch.finish[Finish::Roughness as usize] = roughness;
+            let reflector = Reflector::new(&patch, Some(&of));
+            let direction = DVec3::new(0.4, 0.8, -0.2).normalize();
+            let sun = Sun { direction, irradiance: DVec3::ONE, size: 40.0, shadows: false };
+            let disc = Disc::of(&Light::Sun(sun), DVec3::ZERO, None);
+            let density = disc.density().unwrap();
+            let (count, mut one, mut two) = (1 << 15, 0.0, 0.0);
+            for i in 0..count {
+                let from = disc.direction(point(2, i, 0));
+                one += reflector.lit(to_eye, from, None).x;
+                two += reflector.lit(to_eye, from, Some(density)).x;
+                let glint = reflector.glint(point(2, i, 1)[0], point(2, i, 2), to_eye);
+                let glint = glint.filter(|glint| disc.holds(glint.direction));
+                two += glint.map_or(0.0, |glint| glint.lit(density).x);
+            }
+            assert!((one / two - 1.0).abs() < 0.02, "{metal} {coat} {lean} {roughness}: {one} {two}");
+        }
+    }
+
     #[test]
     fn what_is_asked_for_and_what_is_drawn_are_the_same_light() {
-        let node = crate::expr::Graph::default().constant(0.0).unwrap();
-        let of = |matt| {
-            let material =
-                Material { matt, finish: [node; Finish::COUNT], ior: 1.5, emission: None, bump: None };
-            Reflecting::new(&material)
-        };
+        let of = reflecting;
         // Bright to one side.
         let light = |d: DVec3| 1.0 + d.x;
         let count = 1 << 15;
@@ -265,7 +356,7 @@ mod tests {
                 let (mut asked, mut drawn, mut all) = (0.0, 0.0, 0.0);
                 for i in 0..count {
                     let from = Frame::around(DVec3::Y).to_world(uniform_hemisphere(point(1, i, 0)));
-                    asked += TAU * reflector.reflected(to_eye, from).x * light(from) / f64::from(count);
+                    asked += TAU * reflector.reflected(to_eye, from, None).x * light(from) / f64::from(count);
                     let choice = point(1, i, 1)[0];
                     if let Some(Drawn { direction, share, .. }) =
                         reflector.sample(choice, point(1, i, 2), to_eye)

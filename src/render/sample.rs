@@ -20,6 +20,8 @@ pub(super) enum Purpose {
     Light { step: u32, number: u32 },
     /// Direction in which a path goes on.
     Onward { step: u32 },
+    /// Direction in which lights are mirrored.
+    Glint { step: u32 },
 }
 
 impl Purpose {
@@ -32,6 +34,7 @@ impl Purpose {
             Purpose::Air { step } => one(1, step, 0),
             Purpose::Light { step, number } => one(2, step, number),
             Purpose::Onward { step } => one(3, step, 0),
+            Purpose::Glint { step } => one(5, step, 0),
         }
     }
 }

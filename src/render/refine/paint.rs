@@ -168,7 +168,7 @@ impl<'a> Moment<'a> {
     /// What leaves a patch of the solid, as if nothing stood in the way of any light.
     fn shine(&self, patch: &Patch, to_eye: DVec3) -> Light {
         let reflector = Reflector::new(patch, self.scene.reflecting.as_ref());
-        let straight = self.straight(patch, |from| reflector.lit(to_eye, from));
+        let straight = self.straight(patch, |from| reflector.lit(to_eye, from, None));
         let indirect = reflector.ambient(to_eye, &self.scene.around());
         Light { direct: patch.emission + straight, indirect, sky: DVec3::ZERO }
     }
@@ -191,9 +191,8 @@ impl<'a> Moment<'a> {
     /// Light that comes to a patch straight from suns and lamps, as much of it as `share` says of where it comes from.
     fn straight(&self, patch: &Patch, share: impl Fn(DVec3) -> DVec3) -> DVec3 {
         let comes = |light| {
-            let light::Arriving { from, irradiance, .. } =
-                light::arriving(light, patch.position, [MIDDLE; 2], self.scene.air.as_ref());
-            share(from) * irradiance
+            let disc = light::Disc::of(light, patch.position, self.scene.air.as_ref());
+            share(disc.direction([MIDDLE; 2])) * disc.irradiance
         };
         self.scene.lights.iter().map(comes).sum()
     }
