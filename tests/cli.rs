@@ -303,6 +303,12 @@ fn grids_say_what_they_cannot_write_before_they_begin() {
     bench.write("e.0003.exr/x", "");
     has(&stderr(&bench.run("grid b.rhai -o e.exr --size 4").code(1)), &["e.0003.exr", "not a file"]);
     assert!(!bench.path("e.0000.exr").exists() && !bench.path("c.json").exists());
+    // What is left of a higher volume would be taken for a part of this one.
+    assert!(!stderr(&bench.run("grid b.rhai -o f.exr --size 6").success()).contains("Warning"));
+    has(
+        &stderr(&bench.run("grid b.rhai -o f.exr --size 4").success()),
+        &["slices of a higher grid", "f.0004.exr"],
+    );
 }
 
 #[cfg(unix)]

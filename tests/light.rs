@@ -43,6 +43,51 @@ fn blocks(picture: &Picture, side: u32) -> Vec<f64> {
     means
 }
 
+/// Where nothing hides any of a sky, what bounces brings is what it gives straight, whatever the material.
+#[test]
+fn skylight_needs_no_bounces_on_a_lone_ball() {
+    for material in [
+        "matt: \"dust\"",
+        "matt: \"rough\", grain: 1.0",
+        "metal: 1.0, roughness: 1.0",
+        "metal: 1.0, roughness: 0.4",
+        "coat: 1.0, roughness: 0.3",
+    ] {
+        let mean = |bounces: u32| {
+            let script = format!(
+                "scene(#{{ surface: sphere(1.0).colored(vec3(0.8, 0.3, 0.05)), material: material(#{{ {material} }}), \
+                 sun: sun(#{{ strength: 0.0 }}), sky: sky(#{{ zenith: 1.0, nadir: 1.0 }}), \
+                 film: film(#{{ width: 24, height: 18, samples: 64, bounces: {bounces} }}) }})"
+            );
+            let picture = shoot(&script, &Order::default());
+            let seen: Vec<&Pixel> = picture.pixels.iter().filter(|p| p.alpha == 1.0).collect();
+            [0, 1, 2].map(|c| seen.iter().map(|p| f64::from(p.color[c])).sum::<f64>() / seen.len() as f64)
+        };
+        let (straight, followed) = (mean(0), mean(1));
+        for (a, b) in straight.into_iter().zip(followed) {
+            assert!((a / b - 1.0).abs() < 0.02, "{material}: {straight:?} {followed:?}");
+        }
+    }
+}
+
+/// A smooth mirror shows a wide lamp as an even disc.
+#[test]
+fn mirrors_show_wide_lamps_without_specks() {
+    let script = "scene(#{ surface: sphere(1.0), material: material(#{ metal: 1.0, roughness: 0.1 }), \
+        sun: sun(#{ strength: 0.0 }), lights: [lamp(#{ position: [0, 0, 4], radius: 1.0 })], \
+        camera: look_at(#{ eye: [0, 0.5, 6], fov: 20.0 }), film: film(#{ width: 48, height: 48, samples: 16 }) })";
+    let picture = shoot(script, &Order::default());
+    let brightest = picture.pixels.iter().map(|p| p.direct[1]).fold(0.0, f32::max);
+    let lit: Vec<f32> = picture.pixels.iter().map(|p| p.direct[1]).filter(|d| *d > 0.5 * brightest).collect();
+    // The radiance of the lamp is its intensity over the area of its disc, and white metal mirrors 0.8 of it.
+    let radiance = 20.0 / std::f32::consts::PI;
+    assert!(lit.len() > 30, "{} of {brightest}", lit.len());
+    assert!(brightest < 1.05 * radiance, "{brightest} {radiance}");
+    let mean = lit.iter().sum::<f32>() / lit.len() as f32;
+    let spread = lit.iter().map(|d| (d - mean).abs()).sum::<f32>() / lit.len() as f32;
+    assert!(spread < 0.15 * mean, "{spread} {mean}");
+}
+
 #[test]
 fn gathered_light_is_what_all_samples_come_to() {
     let shoot = |film: &str| shoot(&ridges(&format!("samples: 128, {film}")), &Order::default());

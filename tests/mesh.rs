@@ -92,6 +92,31 @@ fn known_topology() {
     }
 }
 
+/// Where triangles are merged none is turned over: all face the way that the field rises.
+#[test]
+fn merged_triangles_face_outwards() {
+    let twisted = "import \"std/deform\" as deform; deform::twist(box([0.5, 2.0, 0.5]), 180.0)";
+    for (script, tolerance) in [
+        ("difference(box(2.0), cylinder(0.5, 4.0))", 0.001),
+        (twisted, 0.003),
+        ("sphere(1.0) + 0.25 * gradient(7).scaled(2.5)", 0.01),
+    ] {
+        let m = meshed(script, None, Some(tolerance));
+        check(script, &m);
+        let compiled = compile(&Request::text(script)).scene.expect("a scene");
+        let mut field = Field::new(&compiled.graph, compiled.surface.field);
+        let is_turned = |t: &usize| {
+            let [a, b, c] = m.mesh.corners(*t);
+            let area = (b - a).cross(c - a);
+            // Beside the middle of a large enough triangle the field tells which side is which.
+            let (middle, off) = ((a + b + c) / 3.0, 0.3 * area.length().sqrt() * area.normalize_or_zero());
+            area.length() > 0.02 * m.cell * m.cell && field.value(middle + off) < field.value(middle - off)
+        };
+        let turned = (0..m.mesh.triangles.len()).filter(is_turned).count();
+        assert_eq!(turned, 0, "{script}");
+    }
+}
+
 /// Directions have no value at the centre of a planet, which may be a corner of the lattice.
 #[test]
 fn planets_have_no_void_at_their_centres() {

@@ -76,6 +76,14 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let written = form.write(&sampled.samples, &args.output, &watch);
     progress.finish();
     let files = written?;
+    if let Some(older) = form.older(&args.output, y) {
+        let warning = format!("slices of a higher grid are still there, from {} on", older.display());
+        terminal.diagnostic(
+            &Diagnostic::warning(warning)
+                .hint("programs that read numbered slices may take them as well: remove them"),
+            &loaded.sources,
+        );
+    }
     let left_out = match sampled.left_out {
         0 => String::new(),
         n => format!(", {} inside of what is left out", count(n)),
@@ -108,6 +116,14 @@ impl Form {
         match self {
             Form::Raw => vec![path.with_extension("raw"), path.to_owned()],
             Form::Slices => (0..levels).map(|level| path.with_extension(format!("{level:04}.exr"))).collect(),
+        }
+    }
+
+    /// The first slice above these levels, if there is one from before.
+    fn older(&self, path: &Path, levels: usize) -> Option<PathBuf> {
+        match self {
+            Form::Raw => None,
+            Form::Slices => self.files(path, levels + 1).pop().filter(|next| next.exists()),
         }
     }
 
