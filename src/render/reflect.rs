@@ -167,8 +167,9 @@ impl<'a> Reflector<'a> {
         }
         let normal = self.patch.shading;
         self.ask(which, |law| {
-            let Bounce { direction, weight, .. } = law.sample(u, normal, to_eye)?;
-            let density = law.pdf(normal, to_eye, direction);
+            let gloss = law.gloss()?;
+            let Bounce { direction, weight, .. } = gloss.sample(u, normal, to_eye)?;
+            let density = gloss.pdf(normal, to_eye, direction);
             let direction = self.risen(direction);
             let share = weight * self.unhidden(direction);
             (self.patch.normal.dot(direction) > 0.0).then_some(Glint { direction, share, density })
@@ -198,16 +199,13 @@ impl<'a> Reflector<'a> {
             return DVec3::ZERO;
         }
         let shares = self.shares().into_iter().enumerate().filter(|(_, share)| *share > 0.0);
-        let value = |(i, share): (usize, f64)| {
-            share
-                * self.ask(i, |law| {
-                    let found = match density {
-                        Some(own) if i < MATT => own / (own + law.pdf(normal, to_eye, to_light)),
-                        _ => 1.0,
-                    };
-                    found * law.value(normal, to_eye, to_light)
-                })
+        let value = |law: &dyn Reflectance| {
+            let all = law.value(normal, to_eye, to_light);
+            let Some((own, gloss)) = density.zip(law.gloss()) else { return all };
+            let other = gloss.pdf(normal, to_eye, to_light);
+            all - gloss.value(normal, to_eye, to_light) * (other / (own + other))
         };
+        let value = |(i, share): (usize, f64)| share * self.ask(i, value);
         cosine * shares.map(value).sum::<DVec3>()
     }
 

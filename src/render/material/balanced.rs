@@ -53,6 +53,10 @@ impl Reflectance for Balanced<'_> {
         self.gloss.value(normal, to_eye, to_light) + late
     }
 
+    fn gloss(&self) -> Option<Gloss> {
+        Some(self.gloss)
+    }
+
     fn sample(&self, u: [f64; 2], normal: DVec3, to_eye: DVec3) -> Option<Bounce> {
         let (gloss, u) = choose(u, self.gloss_share(normal.dot(to_eye).clamp(0.0, 1.0)));
         let direction = match gloss {

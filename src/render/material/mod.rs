@@ -71,6 +71,11 @@ pub trait Reflectance {
     /// where a mean is taken.
     fn sample(&self, u: [f64; 2], normal: DVec3, to_eye: DVec3) -> Option<Bounce>;
 
+    /// The part of it that mirrors, if it has one.
+    fn gloss(&self) -> Option<Gloss> {
+        None
+    }
+
     /// The density with which [`Reflectance::sample`] gives a direction, in 1/sr. Its integral over the
     /// hemisphere is the share of samples that are not `None`.
     fn pdf(&self, normal: DVec3, to_eye: DVec3, to_light: DVec3) -> f64;
