@@ -160,9 +160,10 @@ fn octave_sum(c: &Call<'_>) -> Outcome<Dynamic> {
         };
         fault.hint(format!("they are {}", names().collect::<Vec<_>>().join(", ")))
     })?;
-    // Messages name the function that the user knows.
-    let c = &Call { name: model.name(), place: c.place.clone(), ..*c };
-    let mut o = Options::new(c, 2)?;
+    // Messages name the function that the user knows, which has no argument for its name.
+    let args = [c.args[0].clone(), c.args[2].clone()];
+    let c = &Call { name: model.name(), place: c.place.clone(), args: &args, ..*c };
+    let mut o = Options::new(c, 1)?;
     let whole = |range: RangeInclusive<i32>| INT::from(*range.start())..=INT::from(*range.end());
     let octaves = o.integer("octaves", whole(Recipe::OCTAVES), 8)?;
     let first = o.integer("first", whole(Recipe::FIRST), 0)?;
