@@ -173,6 +173,10 @@ fn spans(frame: &Frame, scale: [f64; 3], at: [f64; 3], half: [f64; 3]) -> Option
         let reach = half[axis] * scale[axis]
             + 1e-12
             + 16.0 * ROUNDOFF * (at[axis].abs() + frame.origin[axis].abs()) * scale[axis];
+        // Where these are no numbers, nothing is known of cells.
+        if !(u + reach).is_finite() {
+            return None;
+        }
         spans[axis] = Span::new(u, reach, frame.size[axis], frame.edge)?;
     }
     Some(spans)

@@ -2,9 +2,10 @@
 //!
 //! Light that is noisy is smoothed over neighbouring pixels that show the same thing, as far as their normals, their depths and
 //! their own noise tell. The colour of the surface is divided out before and put back after, so that textures stay
-//! sharp. A few samples tell little of their own noise, and much where something small and bright is among them, such as a
-//! highlight: so a pixel is as noisy as the middle one of its neighbours, and only takes part in what is mixed as far as
-//! the less noisy of two allows. The mean over a wide surrounding is made of a few small ones, with holes that double (the "à trous" wavelet of
+//! sharp. A few samples tell little of their own noise, and much where something small and bright is among them. Of light that
+//! comes straight, that is a highlight or its rim: there a pixel is as noisy as the middle one of its neighbours, and
+//! two are mixed as far as the less noisy of them allows. Of light that bounces it is a find that others have not made: there, as
+//! far as a pixel's light is of that kind, its own noise counts. The mean over a wide surrounding is made of a few small ones, with holes that double (the "à trous" wavelet of
 //! Dammertz, Sewtz, Hanika and Lensch 2010, with the weights by variance of Schied et al. 2017).
 
 use super::{Picture, Pixel};
@@ -89,6 +90,12 @@ fn error(picture: &Picture, light: &[Light], i: usize) -> f32 {
     near.get(count / 2).map_or(0.0, |middle| middle.sqrt())
 }
 
+/// How much of a pixel's light is reflected from elsewhere, from 0 to 1.
+fn bounced(pixel: &Pixel) -> f32 {
+    let [direct, indirect] = [pixel.direct, pixel.indirect].map(|light| light.iter().sum::<f32>());
+    if indirect > 0.0 { indirect / (direct.max(0.0) + indirect) } else { 0.0 }
+}
+
 /// The light of pixel `i`, with that of others `step` and twice as many pixels away that belong to it.
 fn smoothed(picture: &Picture, light: &[Light], errors: &[f32], i: usize, step: i64) -> Light {
     let (own, mine) = (&picture.pixels[i], light[i]);
@@ -98,7 +105,8 @@ fn smoothed(picture: &Picture, light: &[Light], errors: &[f32], i: usize, step: 
     let (mut sum, mut variance, mut weights) = ([0.0f32; 3], 0.0, 0.0);
     for (dx, dy, j) in around(picture, i, 2, step) {
         let (other, theirs) = (&picture.pixels[j], light[j]);
-        let error = errors[i].min(errors[j]);
+        let found = |pixel: &Pixel, light: &Light| bounced(pixel) * light.variance.sqrt();
+        let error = errors[i].min(errors[j]).max(found(own, &mine)).max(found(other, &theirs));
         let alike = if i == j { 1.0 } else { likeness(own, other) * agreement(&mine, &theirs, error) };
         let weight = KERNEL[dx.unsigned_abs() as usize] * KERNEL[dy.unsigned_abs() as usize] * alike;
         for c in 0..3 {
@@ -212,6 +220,23 @@ mod tests {
         for (i, light) in after.iter().enumerate().filter(|(i, _)| !is_bright(*i)) {
             assert!(light[0] < 1.2, "{i}: {light:?}");
         }
+    }
+
+    /// Where few paths find any light, those that do speak for all.
+    #[test]
+    fn rare_finds_are_spread() {
+        let mut picture = noisy(0.0);
+        for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+            let found = if uniform(mix(3 + i as u64)) < 0.1 { 10.0 } else { 0.0 };
+            pixel.color = pixel.color.map(|c| found * c);
+            (pixel.direct, pixel.indirect) = ([0.0; 3], pixel.color);
+            pixel.variance = pixel.color[0] * pixel.color[0];
+        }
+        let before: Vec<[f32; 3]> = picture.pixels.iter().map(|p| p.color).collect();
+        let after = denoise(&picture);
+        assert!(error(&after) < 0.3 * error(&before), "{} {}", error(&after), error(&before));
+        let sum = |light: &[[f32; 3]]| light.iter().map(|c| c[0]).sum::<f32>();
+        assert!((sum(&after) / sum(&before) - 1.0).abs() < 0.1, "{} {}", sum(&after), sum(&before));
     }
 
     #[test]

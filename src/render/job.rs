@@ -161,6 +161,9 @@ fn elsewhere(air: &Atmosphere, picture: &Picture) -> Option<Diagnostic> {
     let far = |pixel: &Pixel| DVec3::from_array(pixel.position.map(f64::from)).length();
     let (least, most) = seen.map(far).fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
     let [ground, top] = air.reach();
+    if !(least.is_finite() && picture.finished && picture.is_whole()) {
+        return None;
+    }
     // What is deeper than the air is high is no valley of its ground.
     (least > top || (most > 0.0 && most < 2.0 * ground - top)).then(|| {
         let message = format!(

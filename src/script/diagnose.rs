@@ -291,8 +291,9 @@ impl Explainer<'_> {
         }
         let others = own.iter().chain(qualified.then_some(&imported).into_iter().flatten());
         known.extend(others.clone().filter(|f| f.name == name).map(|f| f.signature.clone()));
-        if let Some(own) =
-            own.iter().find(|f| f.name == name && parameters(&f.signature) == parameters(&given))
+        if let Some(own) = own
+            .iter()
+            .find(|f| f.name == name && lexer::parameters(&f.signature) == lexer::parameters(&given))
             && !qualified
         {
             // What is written in the language takes anything, so it was not called like that.
@@ -326,12 +327,6 @@ impl Explainer<'_> {
             None => d,
         }
     }
-}
-
-/// How many there are in a list with commas, in brackets or not.
-fn parameters(list: &str) -> usize {
-    let list = list.split_once('(').map_or(list, |(_, list)| list).trim_end_matches(')');
-    if list.trim().is_empty() { 0 } else { list.split(',').count() }
 }
 
 fn fault_of(error: &EvalAltResult) -> Option<Fault> {
@@ -408,7 +403,7 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
                 .label(format!("`{token}` expected"));
             match token.as_str() {
                 ";" => d.hint("statements end in a semicolon; an object map begins with #{"),
-                "," => d.hint("arguments have no names: cylinder(1.0, 2.0); many functions take an object map, #{ ... }"),
+                "," if why.contains("arguments to function call") => d.hint("arguments have no names: cylinder(1.0, 2.0); many functions take an object map, #{ ... }"),
                 _ => d,
             }
         }

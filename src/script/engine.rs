@@ -141,7 +141,10 @@ pub fn setup(
 /// one of its own with a parameter less, and else for a native one.
 fn as_method(engine: &mut Engine, function: &lexer::Documented) {
     let name = function.name.clone();
-    let parameters = function.signature.matches(',').count() + 1;
+    let parameters = lexer::parameters(&function.signature);
+    if parameters == 0 {
+        return;
+    }
     engine.register_raw_fn(
         &function.name,
         vec![TypeId::of::<Dynamic>(); parameters],

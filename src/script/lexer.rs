@@ -271,6 +271,12 @@ pub struct Documented {
     pub example: String,
 }
 
+/// How many there are in a list with commas, in brackets or not.
+pub fn parameters(list: &str) -> usize {
+    let list = list.split_once('(').map_or(list, |(_, list)| list).trim_end_matches(')');
+    if list.trim().is_empty() { 0 } else { list.split(',').count() }
+}
+
 /// The public functions of a module with the `///` comments above them.
 pub fn functions(text: &str) -> Vec<Documented> {
     let (mut found, mut comment) = (Vec::new(), Vec::new());

@@ -62,7 +62,8 @@ pub const COMMANDS: &[Command] = &[
         argument: "FILE",
         meaning: "run a script and keep what it defines",
         action: Action::Load,
-        more: "Files that it imports are looked for in its folder; so are those that are imported after them.",
+        more: "Files that it imports at its top are looked for in its folder, and so are later ones, unless some of another \
+               folder were imported before.",
         examples: &[":load rock.rhai"],
     },
     Command {

@@ -347,6 +347,8 @@ fn what_is_odd_is_said() {
     let mut around = ball();
     around.sky.air = air(1.0);
     assert!(shoot(&around).warnings.is_empty());
+    around.camera.target = DVec3::new(0.0, 0.0, 10.0);
+    assert!(!shoot(&around).warnings.iter().any(|w| w.message.contains("planet of radius")));
 }
 
 #[test]

@@ -46,7 +46,9 @@ struct OnView {
     loaded: Arc<Loaded>,
     /// Camera, caster, layer, size: all but what the script would have to be run for.
     wish: Wish,
-    /// The picture, if it was finished.
+    /// Whether a picture of it is on the canvas, of one sample at least,
+    sketched: bool,
+    /// and the picture, if it was finished.
     finished: Option<Finished>,
 }
 
@@ -59,6 +61,8 @@ struct Task {
     cancel: Arc<AtomicBool>,
     steering: Arc<Steering>,
     start: Instant,
+    /// Whether a picture of it is on the canvas.
+    sketched: AtomicBool,
 }
 
 /// Sides of rough tiles in which one recognises what they show.
@@ -109,7 +113,8 @@ impl Studio {
             timed: false,
         });
         let saved = std::mem::take(&mut state.saved);
-        Some(Task { wish: state.wish.clone(), saved, number: self.answered, cancel, steering, start })
+        let (wish, number, sketched) = (state.wish.clone(), self.answered, AtomicBool::new(false));
+        Some(Task { wish, saved, number, cancel, steering, start, sketched })
     }
 
     /// How long until the next picture while time passes; `None` where it stands still, or nothing can be drawn.
@@ -137,9 +142,17 @@ impl Studio {
         let mut scene = Scene::clone(scene);
         scene.camera = task.wish.camera.unwrap_or(scene.camera);
         let scene = Arc::new(scene);
-        if let Err(error) = self.draw(&scene, &loaded, task, again)
+        let drawn = self.draw(&scene, &loaded, task, again);
+        if let Some(view) = &mut self.view {
+            view.sketched |= task.sketched.load(Ordering::SeqCst);
+        }
+        if let Err(error) = drawn
             && !task.cancel.load(Ordering::SeqCst)
         {
+            if self.loaded.as_ref().is_some_and(|read| read.scene.is_some()) {
+                // What cannot be drawn is not gone on with.
+                self.view = None;
+            }
             let message = Message::new(&error, &loaded.sources);
             self.shared.report(|report| {
                 report.messages.push(message);
@@ -148,21 +161,22 @@ impl Studio {
         }
     }
 
-    /// What is to be drawn after a script was read, and whether it was on view already; `None` if that is nothing.
+    /// What is to be drawn after a script was read, and whether it is on the canvas already; `None` if that is nothing.
     fn on_view(&mut self, read: Arc<Loaded>, task: &Task) -> Option<(Arc<Loaded>, bool)> {
         let wish = task.wish.of_looks();
         if read.scene.is_some() {
-            self.view = Some(OnView { loaded: read.clone(), wish, finished: None });
+            self.view = Some(OnView { loaded: read.clone(), wish, sketched: false, finished: None });
             return Some((read, false));
         }
         let view = self.view.as_mut()?;
-        let again = view.wish == wish;
-        if again && view.finished.is_some() {
+        if view.wish != wish {
+            (view.wish, view.sketched, view.finished) = (wish, false, None);
+        }
+        if view.finished.is_some() {
             self.shared.state().finished.clone_from(&view.finished);
             return None;
         }
-        (view.wish, view.finished) = (wish, None);
-        Some((view.loaded.clone(), again))
+        Some((view.loaded.clone(), view.sketched))
     }
 
     /// What the script comes to; `None` if a newer wish came in between.
@@ -355,6 +369,7 @@ impl Studio {
             }
             self.shared.is_seen(task, true, true);
         }
+        task.sketched.store(true, Ordering::SeqCst);
         Ok(())
     }
 
@@ -379,6 +394,7 @@ impl Studio {
         if samples == 1 || !first.finished {
             return Ok(first);
         }
+        task.sketched.store(true, Ordering::SeqCst);
         // What it showed is on the canvas; at 4K it holds nearly a gigabyte.
         drop(first);
         // Nothing rough takes the place of what is there.
@@ -449,7 +465,8 @@ impl Shared {
     /// recognises on a newer wish stops the picture; time that passes does so when the rough part is over.
     fn is_seen(&self, task: &Task, recognised: bool, past_rough: bool) {
         let mut state = self.state();
-        let newer = state.wishes > task.number || state.saved || (past_rough && state.wish.playing);
+        let passes = state.wish.playing && state.report.stage != Stage::Failed;
+        let newer = state.wishes > task.number || state.saved || (past_rough && passes);
         let first = recognised
             && state.running.as_mut().is_some_and(|running| !std::mem::replace(&mut running.seen, true));
         if first {

@@ -224,9 +224,12 @@ fn errors_leave_the_picture_and_name_the_line() {
     bench.wait(|report| serde_json::to_string(&report.messages).unwrap().contains("`no`"));
     assert_eq!(bench.share(), nearer);
     assert!(Arc::ptr_eq(&before, &bench.live.finished().unwrap().picture));
+    // Time does not pass meanwhile, and stops no picture.
+    bench.command(r#"{"play":true}"#);
     bench.command("\"snap_back\"");
-    let report = bench.wait(|report| !report.steered);
+    let report = bench.wait(|report| !report.steered && report.playing);
     assert_eq!((report.stage, bench.share()), (Stage::Failed, share));
+    bench.command(r#"{"play":false}"#);
     bench.save(BALL);
     bench.wait(|report| report.stage == Stage::Done);
     assert_eq!(bench.share(), share);

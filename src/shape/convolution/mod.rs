@@ -96,6 +96,9 @@ pub struct Convolution {
     size: f64,
     /// Sum of the most that each part can be.
     weight: f64,
+    /// Whether some parts take away, and whether some are arcs.
+    takes: bool,
+    arcs: bool,
 }
 
 impl Convolution {
@@ -142,7 +145,11 @@ impl Convolution {
             range: scale * (threshold.abs() + weight) * (1.0 + 1e-9),
             ..most(falloff, 0.0).times(share * (1.0 + 1e-9))
         };
+        let takes = parts.iter().any(|(_, weight)| *weight < 0.0);
+        let arcs = parts.iter().any(|(primitive, _)| matches!(primitive, Primitive::Arc(_)));
         Ok(Convolution {
+            takes,
+            arcs,
             parts: parts.iter().map(units).collect(),
             falloff,
             threshold,
@@ -182,9 +189,8 @@ impl Convolution {
     fn rounding(&self) -> f64 {
         let rate = self.falloff.rate();
         let wide = 1.0 + (rate * self.size) * (rate * self.size);
-        let arcs = self.parts.iter().any(|(p, _)| matches!(p, Primitive::Arc(_)));
         let terms = 512.0 * ROUNDOFF * self.scale * (self.weight + self.threshold.abs());
-        if arcs { terms * wide } else { terms }
+        if self.arcs { terms * wide } else { terms }
     }
 }
 
@@ -236,7 +242,7 @@ impl Kernel for Convolution {
             return None;
         }
         let most = self.bits.over(self.falloff, lo, hi);
-        let least = if self.parts.iter().all(|(_, weight)| *weight >= 0.0) { 0.0 } else { -most };
+        let least = if self.takes { -most } else { 0.0 };
         let sum = Interval { lo: least, hi: most } + Interval::radius(self.rounding());
         Some(Interval::point(self.scale * self.threshold) - sum)
     }
