@@ -141,18 +141,25 @@ impl Surroundings<'_> {
     /// The same, as a mirror of a roughness from 0 to 1 shows it. Where the sky is two halves, facets throw what comes from
     /// the height `a` beyond their edge if their slope in its direction is more than `m = tan(a / 2)`; of the facets of
     /// [`Gloss`](super::material::Gloss), the share `(1 + m / sqrt(m^2 + alpha^2)) / 2` is less than so steep.
+    /// Of what they would throw below the horizon, the surface throws up what is below itself, all of it where it is level.
     ///
     /// What is rough mirrors from so far around that in the end it is `all_around`.
-    pub fn blurred(&self, p: DVec3, direction: DVec3, roughness: f64, all_around: DVec3) -> DVec3 {
+    pub fn blurred(&self, patch: &Patch, direction: DVec3, roughness: f64, all_around: DVec3) -> DVec3 {
+        let Patch { position, normal, .. } = *patch;
         let alpha = roughness * roughness;
         if self.air.is_some() || alpha == 0.0 {
-            return self.radiance(p, direction).lerp(all_around, roughness);
+            return self.radiance(position, direction).lerp(all_around, roughness);
         }
-        let sine = direction.dot(self.up(p)).clamp(-1.0, 1.0);
-        // tan(a / 2) = sin a / (1 + cos a)
-        let slope = sine / (1.0 + ((1.0 - sine) * (1.0 + sine)).sqrt());
-        let above = 0.5 * (1.0 + slope / (slope * slope + alpha * alpha).sqrt());
-        self.sky.nadir.lerp(self.sky.zenith, above).lerp(all_around, alpha)
+        // The share that is thrown below a plane.
+        let below = |plane: DVec3| {
+            let sine = direction.dot(plane).clamp(-1.0, 1.0);
+            // tan(a / 2) = sin a / (1 + cos a)
+            let slope = sine / (1.0 + ((1.0 - sine) * (1.0 + sine)).sqrt());
+            0.5 * (1.0 - slope / (slope * slope + alpha * alpha).sqrt())
+        };
+        let up = self.up(position);
+        let nadir = (below(up) - up.dot(normal) * below(normal)).clamp(0.0, 1.0);
+        self.sky.zenith.lerp(self.sky.nadir, nadir).lerp(all_around, alpha)
     }
 
     /// Radiance that reaches a point from straight above.

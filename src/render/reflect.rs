@@ -234,7 +234,7 @@ impl<'a> Reflector<'a> {
     /// Light of the sky that is reflected, as if nothing stood in its way: by what is matt from all around, by what mirrors
     /// from one direction, or the rougher it is, from more of them.
     pub fn ambient(&self, to_eye: DVec3, around: &Surroundings<'_>) -> DVec3 {
-        let Patch { shading, albedo, position, .. } = *self.patch;
+        let Patch { shading, albedo, .. } = *self.patch;
         let [metal, coat, matt] = self.shares();
         let all_around = around.ambient(self.patch);
         let Some(Reflecting { material, film }) = self.of else { return albedo * all_around };
@@ -255,7 +255,7 @@ impl<'a> Reflector<'a> {
         let at_once = metal * METALS.at_once(albedo, roughness, cosine) + coat * coat_law.at_once(cosine);
         let late = metal * METALS.of(albedo, roughness).late(cosine) + coat * coat_law.late(cosine);
         let mirrored = self.risen((2.0 * cosine * shading - to_eye).normalize_or(shading));
-        let sky = around.blurred(position, mirrored, roughness, all_around);
+        let sky = around.blurred(self.patch, mirrored, roughness, all_around);
         (matt + late) * all_around + at_once * sky
     }
 }

@@ -402,7 +402,7 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
             let d = Diagnostic::error(format!("`{token}` is missing {}", lower_first(why)))
                 .label(format!("`{token}` expected"));
             match token.as_str() {
-                ";" => d.hint("statements end in a semicolon; an object map begins with #{"),
+                ";" => d.hint("statements end in a semicolon"),
                 "," if why.contains("arguments to function call") => d.hint("arguments have no names: cylinder(1.0, 2.0); many functions take an object map, #{ ... }"),
                 _ => d,
             }
