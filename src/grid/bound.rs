@@ -76,8 +76,12 @@ fn hull(a: Block, b: Block) -> Block {
         hessian: x.hessian.max(y.hessian),
         third: x.third.max(y.third),
     };
-    let values = Interval { lo: a.values.lo.min(b.values.lo), hi: a.values.hi.max(b.values.hi) };
-    Block { bounds, values }
+    Block { bounds, values: a.values.hull(b.values) }
+}
+
+/// The least interval that holds all of some numbers.
+fn hull_of(numbers: impl Iterator<Item = f64>) -> Interval {
+    numbers.map(Interval::point).fold(NOTHING.values, Interval::hull)
 }
 
 impl Pyramid {
@@ -95,7 +99,7 @@ impl Pyramid {
             for (i, block) in blocks.iter_mut().enumerate().take_while(|_| !cancel()) {
                 let at = [i * edge[0], row % by * edge[1], row / by * edge[2]];
                 patches[0].cut(frame, coefficients, at, edge);
-                let values = patches[0].hull();
+                let values = hull_of(patches[0].values.iter().copied());
                 *block = Block { bounds: bounds(patches, scale), values };
             }
         });
@@ -158,8 +162,7 @@ fn rims(frame: &Frame, coefficients: &[f64]) -> [[Interval; 2]; 3] {
         let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
         [0, size[axis] - 1].map(|place| {
             let plane = (0..size[v]).flat_map(|j| (0..size[u]).map(move |i| i * strides[u] + j * strides[v]));
-            let widen = |all: Interval, c: f64| Interval { lo: all.lo.min(c), hi: all.hi.max(c) };
-            plane.map(|i| coefficients[place * strides[axis] + i]).fold(NOTHING.values, widen)
+            hull_of(plane.map(|i| coefficients[place * strides[axis] + i]))
         })
     })
 }
@@ -309,11 +312,6 @@ impl Patch {
                 self.values.extend(here.iter().zip(next).map(|(a, b)| b - a));
             }
         }
-    }
-
-    fn hull(&self) -> Interval {
-        let widen = |all: Interval, v: &f64| Interval { lo: all.lo.min(*v), hi: all.hi.max(*v) };
-        self.values.iter().fold(NOTHING.values, widen)
     }
 
     fn largest(&self) -> f64 {

@@ -349,6 +349,7 @@ pub fn centred_kernel<T: Centred, K: Kernel + ?Sized>(k: &K, p: [&T; 3]) -> T {
     around_centre(k, p).met(k, p)
 }
 
+/// The same, from what the kernel says of the ball around the centre.
 #[inline]
 fn around_centre<T: Centred, K: Kernel + ?Sized>(k: &K, p: [&T; 3]) -> T {
     let bounds = k.bounds();

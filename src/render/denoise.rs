@@ -5,7 +5,8 @@
 //! sharp. A few samples tell little of their own noise, and much where something small and bright is among them. Of light that
 //! comes straight, that is a highlight or its rim: there a pixel is as noisy as the middle one of its neighbours, and
 //! two are mixed as far as the less noisy of them allows. Of light that bounces it is a find that others have not made: there, as
-//! far as a pixel's light is of that kind, its own noise counts. The mean over a wide surrounding is made of a few small ones, with holes that double (the "à trous" wavelet of
+//! far as a pixel's light is of that kind, its own noise counts. The mean over a wide surrounding is made of a few small
+//! ones, with holes that double (the "à trous" wavelet of
 //! Dammertz, Sewtz, Hanika and Lensch 2010, with the weights by variance of Schied et al. 2017).
 
 use super::{Picture, Pixel};

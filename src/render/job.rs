@@ -157,15 +157,16 @@ fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {
 
 /// A warning about air that is that of a planet of another size: nothing that is seen is anywhere near its ground.
 fn elsewhere(air: &Atmosphere, picture: &Picture) -> Option<Diagnostic> {
+    if !(picture.finished && picture.is_whole()) {
+        return None;
+    }
     let seen = picture.pixels.iter().filter(|pixel| pixel.depth.is_finite());
     let far = |pixel: &Pixel| DVec3::from_array(pixel.position.map(f64::from)).length();
     let (least, most) = seen.map(far).fold((f64::INFINITY, 0.0_f64), |(a, b), r| (a.min(r), b.max(r)));
     let [ground, top] = air.reach();
-    if !(least.is_finite() && picture.finished && picture.is_whole()) {
-        return None;
-    }
     // What is deeper than the air is high is no valley of its ground.
-    (least > top || (most > 0.0 && most < 2.0 * ground - top)).then(|| {
+    let is_elsewhere = least > top || most < 2.0 * ground - top;
+    (least.is_finite() && is_elsewhere).then(|| {
         let message = format!(
             "the air is that of a planet of radius {ground}, and all that is seen of the solid is {least:.3} to {most:.3} from the \
              origin"

@@ -31,13 +31,17 @@ impl Disc {
     pub fn of(light: &Light, p: DVec3, air: Option<&Atmosphere>) -> Disc {
         match light {
             Light::Sun(sun) => {
-                let through = air.map_or(DVec3::ONE, |air| air.sunlight(p, sun.direction));
-                let height = 1.0 - libm::cos(0.5 * sun.size.to_radians());
-                let irradiance = sun.irradiance * through * (2.0 / (2.0 - height));
-                Disc { middle: sun.direction, height, distance: f64::INFINITY, irradiance }
+                Disc::of_sun(sun, air.map_or(DVec3::ONE, |air| air.sunlight(p, sun.direction)))
             }
             Light::Lamp(lamp) => Disc::of_lamp(lamp, p),
         }
+    }
+
+    /// That of a sun, of whose light such a share comes through the air.
+    pub fn of_sun(sun: &Sun, through: DVec3) -> Disc {
+        let height = 1.0 - libm::cos(0.5 * sun.size.to_radians());
+        let irradiance = sun.irradiance * through * (2.0 / (2.0 - height));
+        Disc { middle: sun.direction, height, distance: f64::INFINITY, irradiance }
     }
 
     /// That of a lamp: the directions in which the ball is seen.
@@ -79,15 +83,6 @@ pub(super) fn has_shadows(light: &Light) -> bool {
         Light::Sun(sun) => sun.shadows,
         Light::Lamp(lamp) => lamp.shadows,
     }
-}
-
-/// A direction to a point on the disc of a sun.
-pub(super) fn on_disc(sun: &Sun, u: [f64; 2]) -> DVec3 {
-    if sun.size == 0.0 {
-        return sun.direction;
-    }
-    let edge = libm::cos(0.5 * sun.size.to_radians());
-    in_cone(sun.direction, 1.0 - u[0] * (1.0 - edge), u[1])
 }
 
 /// The direction at an angle, given by its cosine, from an axis, and so far around it (0 to 1).

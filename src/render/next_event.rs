@@ -204,7 +204,8 @@ impl Paths {
             places.clear();
             air.nodes(path.origin, path.direction, path.distance, jitter, &mut places);
             for &(number, sun) in &suns {
-                let towards = light::on_disc(sun, sample.pair(Purpose::Light { step, number }));
+                let towards =
+                    Disc::of_sun(sun, DVec3::ONE).direction(sample.pair(Purpose::Light { step, number }));
                 let may_be_hidden = sun.shadows && sun.irradiance != DVec3::ZERO;
                 for (order, place) in places.iter().enumerate().filter(|_| may_be_hidden) {
                     if let Some(ray) = seer.scene.onward_ray(*place, towards, f64::INFINITY) {

@@ -403,7 +403,9 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
                 .label(format!("`{token}` expected"));
             match token.as_str() {
                 ";" => d.hint("statements end in a semicolon"),
-                "," if why.contains("arguments to function call") => d.hint("arguments have no names: cylinder(1.0, 2.0); many functions take an object map, #{ ... }"),
+                "," if why.contains("arguments to function call") => d
+                    .hint("arguments have no names: cylinder(1.0, 2.0)")
+                    .hint("many functions take an object map, #{ ... }"),
                 _ => d,
             }
         }

@@ -125,9 +125,11 @@ pub(super) fn render_moments(
     Ok(picture)
 }
 
-/// How many times as far away as it is the usual camera has to be, to see all of a solid, so that it certainly does not; and how
-/// small the solid is otherwise.
+/// The distance from which a camera sees all of a solid, over that of the usual one: from here on that one certainly misses
+/// some of it,
 const TOO_NEAR: f64 = 3.0;
+
+/// and below this it sees next to nothing.
 const TOO_FAR: f64 = 0.05;
 
 /// That the usual camera does not see all of a solid that was found, or next to nothing of it, and which one would.

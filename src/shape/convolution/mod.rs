@@ -162,6 +162,14 @@ impl Convolution {
         })
     }
 
+    /// What a value may be off by, but for the rounding of places.
+    fn rounding(&self) -> f64 {
+        let rate = self.falloff.rate();
+        let wide = 1.0 + (rate * self.size) * (rate * self.size);
+        let terms = 512.0 * ROUNDOFF * self.scale * (self.weight + self.threshold.abs());
+        if self.arcs { terms * wide } else { terms }
+    }
+
     fn jet(&self, order: Order, x: DVec3) -> Point {
         if x.is_nan() {
             return Point { value: f64::NAN, ..Point::default() };
@@ -181,16 +189,6 @@ impl Convolution {
             Falloff::Compact(r) => self.near.each(|e| e.floor(x) <= r, |i| add(&self.parts[i])),
         }
         out
-    }
-}
-
-impl Convolution {
-    /// What a value may be off by, but for the rounding of places.
-    fn rounding(&self) -> f64 {
-        let rate = self.falloff.rate();
-        let wide = 1.0 + (rate * self.size) * (rate * self.size);
-        let terms = 512.0 * ROUNDOFF * self.scale * (self.weight + self.threshold.abs());
-        if self.arcs { terms * wide } else { terms }
     }
 }
 
@@ -390,41 +388,41 @@ impl Bits {
         let mut sum = 0.0;
         // Differences of places are rounded by so much.
         let size = lo.abs().max(hi.abs()).max_element();
-        self.boxes.walk(|group| {
-            let (e, share, part) = match group {
-                Group::Box(node, extent) => (extent, self.shares[node], false),
-                Group::Part(i) => (&self.bits[i].extent, self.bits[i].share, true),
-            };
+        let away = |e: &Extent| {
             let gap = (e.lo - hi).max(lo - e.hi).max(DVec3::ZERO).length() - e.girth;
-            let away = (gap * (1.0 - 1e-12) - 1e-15 * size).max(0.0);
-            let whole = part || (e.hi - e.lo).length() <= 0.5 * away.max(0.5 / falloff.rate());
-            if whole {
-                sum += share * most(falloff, away).range;
-            }
-            !whole
-        });
+            gap * (1.0 - 1e-12) - 1e-15 * size
+        };
+        self.seen(falloff, away, |share, away| sum += share * most(falloff, away).range);
         sum * (1.0 + 1e-9)
     }
 
-    /// Bounds on the sum in a ball. Boxes that are small as seen from there are taken whole.
+    /// Bounds on the sum in a ball.
     fn around(&self, falloff: Falloff, x: DVec3, radius: f64) -> Bounds {
         let mut sum = [0.0; 3];
+        let away = |e: &Extent| e.floor(x) - radius;
+        self.seen(falloff, away, |share, away| {
+            let b = most(falloff, away);
+            let terms = [b.lipschitz, b.hessian, if b.third.is_finite() { b.third } else { 0.0 }];
+            (0..3).for_each(|k| sum[k] += share * terms[k]);
+        });
+        let up = 1.0 + 1e-9;
+        Bounds { range: f64::INFINITY, lipschitz: sum[0] * up, hessian: sum[1] * up, third: sum[2] * up }
+    }
+
+    /// Gives the shares of bits, and how far `away` they are at least. Boxes that are small as seen from there are taken whole.
+    fn seen(&self, falloff: Falloff, away: impl Fn(&Extent) -> f64, mut take: impl FnMut(f64, f64)) {
         let rate = falloff.rate();
         self.boxes.walk(|group| {
             let (e, share, part) = match group {
                 Group::Box(node, extent) => (extent, self.shares[node], false),
                 Group::Part(i) => (&self.bits[i].extent, self.bits[i].share, true),
             };
-            let away = (e.floor(x) - radius).max(0.0);
+            let away = away(e).max(0.0);
             let whole = part || (e.hi - e.lo).length() <= 0.5 * away.max(0.5 / rate);
             if whole {
-                let b = most(falloff, away);
-                let terms = [b.lipschitz, b.hessian, if b.third.is_finite() { b.third } else { 0.0 }];
-                (0..3).for_each(|k| sum[k] += share * terms[k]);
+                take(share, away);
             }
             !whole
         });
-        let up = 1.0 + 1e-9;
-        Bounds { range: f64::INFINITY, lipschitz: sum[0] * up, hessian: sum[1] * up, third: sum[2] * up }
     }
 }
