@@ -9,8 +9,11 @@
 //! ```
 //!
 //! which is linear in `s`: the line is walked up to where that is no longer negative. The direction is Newton's,
-//! damped so that it stays in the ball: `(H + mu I) d = -g`. Balls grow while they serve and shrink where they
-//! do not, and the path ends in the [basin](super::basin) of a minimum.
+//! damped so that it stays in the ball: `(H + mu I) d = -g`. The path ends in the [basin](super::basin) of a minimum.
+//!
+//! Where the third derivatives are bounded, `turn_1` is to the slope as the square of the radius, so that every ball
+//! tells how wide the next one may be. (Doubling balls that serve and quartering those that do not took 46 balls a path
+//! down gradient noise; this takes 26.)
 
 use super::matrix::{eigen, least_eigenvalue, matrix};
 use super::search::{Balls, LANES};
@@ -56,6 +59,10 @@ pub enum End<T> {
     /// Nowhere: it came to a halt, or went on for too long.
     Lost,
 }
+
+/// What `turn_1` of a ball should be as a share of the slope along the path. (Between 0.35 and 0.6 it makes little
+/// difference.)
+const TURN: f64 = 0.5;
 
 /// Balls that a path may take.
 const STEPS: u32 = 4000;
@@ -129,22 +136,21 @@ impl Path {
         }
         let direction = if reach > 1.0 { direction / reach } else { direction };
         let reach = reach.min(1.0);
-        let speed = -(g.dot(direction) + f.turn[1] * reach * (1.0 + 1e-9));
+        let along = -g.dot(direction);
+        let turn = f.turn[1] * reach * (1.0 + 1e-9);
+        let speed = along - turn;
         let curve = direction.dot(h * direction);
+        let grow = (TURN * along / turn).sqrt();
         // The slope is `curve s - speed`; what rounding makes of it is far less than a millionth of it.
         let far = if curve > 0.0 { (speed / curve).min(1.0) } else { 1.0 };
         if speed <= 1e-6 * slope * reach || speed.is_nan() {
-            self.place.radius *= 0.25;
+            // It is nothing where the direction does not lead down at all.
+            self.place.radius *= if grow.is_nan() { 0.25 } else { grow.clamp(0.25, 0.75) };
             return;
         }
         self.place.at += self.place.radius * far * direction;
-        self.place.radius *= if reach < 0.25 {
-            0.5
-        } else if far * reach > 0.5 {
-            2.0
-        } else {
-            1.0
-        };
+        // There is no need to see much farther than one walks.
+        self.place.radius *= grow.min((1.5 * far * reach).max(0.25)).min(2.0);
     }
 }
 
