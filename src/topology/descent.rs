@@ -144,7 +144,7 @@ impl Path {
         // The slope is `curve s - speed`; what rounding makes of it is far less than a millionth of it.
         let far = if curve > 0.0 { (speed / curve).min(1.0) } else { 1.0 };
         if speed <= 1e-6 * slope * reach || speed.is_nan() {
-            // It is nothing where the direction does not lead down at all.
+            // It is no number where the direction does not lead down at all.
             self.place.radius *= if grow.is_nan() { 0.25 } else { grow.clamp(0.25, 0.75) };
             return;
         }
