@@ -3,8 +3,8 @@
 //! pixel lie with the cubic one, and `6.10.png`, the steps that Newton's method takes to invert its distribution.
 
 use orogen::analysis::plot::{Axis, Curves, Line};
-use orogen::num::BSpline;
-use orogen::render::{Filter, sequence};
+use orogen::num::{BSpline, sequence};
+use orogen::render::Filter;
 use orogen::world::atomic;
 use std::error::Error;
 use std::f64::consts::PI;

@@ -323,6 +323,29 @@ fn keyframes_lead_a_camera() {
 }
 
 #[test]
+fn keyframes_of_pairs_and_colours() {
+    let at = |value: &str, time: f64| {
+        camera(&format!("{{ let v = {value}; look_at(#{{ eye: v, target: [0, 0, 100] }}) }}"), time).eye
+    };
+    let pair = "{ let p = keyframes([[0, [1, 2]], [2, [3, 6]]]); [p[0], p[1], 0.0] }";
+    assert_eq!(at(pair, 1.0), DVec3::new(2.0, 4.0, 0.0));
+    // Of colours none is less than nothing, as texts and as vectors that say so.
+    let [texts, vectors] = [
+        r##"keyframes([[0, "#ff0000"], [1, "#00ff00"], [2, "#0000ff"]])"##,
+        "keyframes([[0, [1, 0, 0]], [1, [0, 1, 0]], [2, [0, 0, 1]]], #{ overshoot: false })",
+    ];
+    let runs_on = vectors.replace("false", "true");
+    let mut lowest = f64::INFINITY;
+    for i in 0..=40 {
+        let time = 0.05 * f64::from(i);
+        assert_eq!(at(texts, time), at(vectors, time));
+        assert!(at(vectors, time).min_element() >= 0.0);
+        lowest = lowest.min(at(&runs_on, time).min_element());
+    }
+    assert!(lowest < 0.0);
+}
+
+#[test]
 fn lenses_of_scripts_are_focused() {
     let lens =
         |options: &str| match camera(&format!("look_at(#{{ eye: [0, 0, 5], {options} }})"), 0.0).projection {

@@ -5,30 +5,32 @@
 //!
 //! | curve | slope at a time | the curve |
 //! |---|---|---|
-//! | [`Curve::Monotone`] | weighted harmonic mean of the slopes of the chords on either side; 0 where these differ in sign | never leaves the range of two neighbouring values |
-//! | [`Curve::CatmullRom`] | that of the parabola through the value and its neighbours | runs on through a value; the same in rotated coordinates |
+//! | [`Curve::Monotone`] | of each number the weighted harmonic mean of the slopes of the chords on either side; 0 where these differ in sign | never leaves the range of two neighbouring values |
+//! | [`Curve::CatmullRom`] | that of the parabola through the value and its neighbours, at most 3 times as long as the shorter slope of the chords on either side | runs on through a value; the same in rotated coordinates; on a line, never turns between two values |
 //!
 //! (Fritsch and Butland, *A method for constructing local monotone piecewise cubic interpolants*, 1984, with
 //! the weights of Brodlie; Catmull and Rom, *A class of local interpolating splines*, 1974, for times that
-//! need not be evenly spaced.) At the first and the last time the slope is 0, as the curve stays at these values before
-//! and after.
+//! need not be evenly spaced. A cubic is monotone where its slopes at the ends are at most 3 times that of the chord:
+//! Fritsch and Carlson, *Monotone piecewise cubic interpolation*, 1980. Without that, a parabola through a quick and a
+//! slow chord shoots far beyond the slow one.) At the first and the last time the slope is 0, as the curve stays at these
+//! values before and after.
 
 /// What leads from one value to the next.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Curve {
     /// Straight lines.
     Linear,
-    /// A smooth curve that rises and falls only where the values do.
+    /// A smooth curve, each of whose numbers rises and falls only where the values do.
     Monotone,
-    /// A smooth curve that overshoots where it turns.
+    /// A smooth curve that runs on around corners.
     CatmullRom,
 }
 
 /// The value at time `t` of the curve through `values` at `times`, as many of them, which increase. NaN if there are
 /// none.
-pub fn interpolate(curve: Curve, times: &[f64], values: &[f64], t: f64) -> f64 {
+pub fn interpolate<const N: usize>(curve: Curve, times: &[f64], values: &[[f64; N]], t: f64) -> [f64; N] {
     let after = times.partition_point(|&time| time <= t);
-    let (Some(&first), Some(&last)) = (values.first(), values.last()) else { return f64::NAN };
+    let (Some(&first), Some(&last)) = (values.first(), values.last()) else { return [f64::NAN; N] };
     if after == 0 {
         return first;
     }
@@ -39,26 +41,38 @@ pub fn interpolate(curve: Curve, times: &[f64], values: &[f64], t: f64) -> f64 {
     let u = (t - times[i]) / step;
     let [a, b] = [values[i], values[after]];
     if curve == Curve::Linear {
-        return a + u * (b - a);
+        return std::array::from_fn(|axis| a[axis] + u * (b[axis] - a[axis]));
     }
-    let [p, q] = [i, after].map(|k| step * slope(curve, times, values, k));
-    let bend = u * (1.0 - u);
-    a + u * u * (3.0 - 2.0 * u) * (b - a) + bend * ((1.0 - u) * p - u * q)
+    let [p, q] = [i, after].map(|k| slope(curve, times, values, k));
+    let bend = step * u * (1.0 - u);
+    std::array::from_fn(|axis| {
+        a[axis] + u * u * (3.0 - 2.0 * u) * (b[axis] - a[axis]) + bend * ((1.0 - u) * p[axis] - u * q[axis])
+    })
 }
 
 /// The slope of a smooth curve at the `k`-th time.
-fn slope(curve: Curve, times: &[f64], values: &[f64], k: usize) -> f64 {
+fn slope<const N: usize>(curve: Curve, times: &[f64], values: &[[f64; N]], k: usize) -> [f64; N] {
     if k == 0 || k + 1 == times.len() {
-        return 0.0;
+        return [0.0; N];
     }
     let steps = [times[k] - times[k - 1], times[k + 1] - times[k]];
-    let chords = [(values[k] - values[k - 1]) / steps[0], (values[k + 1] - values[k]) / steps[1]];
+    let chord = |i: usize| -> [f64; N] {
+        std::array::from_fn(|axis| (values[k + i][axis] - values[k + i - 1][axis]) / steps[i])
+    };
+    let [before, after] = [chord(0), chord(1)];
     let whole = steps[0] + steps[1];
-    match curve {
-        Curve::Monotone if chords[0] * chords[1] <= 0.0 => 0.0,
-        Curve::Monotone => 3.0 * whole / ((whole + steps[1]) / chords[0] + (whole + steps[0]) / chords[1]),
-        _ => (steps[1] * chords[0] + steps[0] * chords[1]) / whole,
+    if curve == Curve::Monotone {
+        return std::array::from_fn(|axis| match (before[axis], after[axis]) {
+            (a, b) if a * b <= 0.0 => 0.0,
+            (a, b) => 3.0 * whole / ((whole + steps[1]) / a + (whole + steps[0]) / b),
+        });
     }
+    let parabola: [f64; N] =
+        std::array::from_fn(|axis| (steps[1] * before[axis] + steps[0] * after[axis]) / whole);
+    let length = |v: &[f64; N]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let most = 3.0 * length(&before).min(length(&after));
+    let shorter = if length(&parabola) > most { most / length(&parabola) } else { 1.0 };
+    parabola.map(|c| shorter * c)
 }
 
 #[cfg(test)]
@@ -68,6 +82,11 @@ mod tests {
     const TIMES: [f64; 5] = [0.0, 1.0, 1.5, 4.0, 6.0];
     const VALUES: [f64; 5] = [1.0, 3.0, 3.5, -2.0, -2.0];
     const ALL: [Curve; 3] = [Curve::Linear, Curve::Monotone, Curve::CatmullRom];
+
+    fn interpolate(curve: Curve, times: &[f64], values: &[f64], t: f64) -> f64 {
+        let values: Vec<[f64; 1]> = values.iter().map(|v| [*v]).collect();
+        super::interpolate(curve, times, &values, t)[0]
+    }
 
     #[test]
     fn values_are_met_and_kept_outside() {
@@ -121,6 +140,35 @@ mod tests {
                 assert!((interpolate(curve, &TIMES, &line, t) - (2.0 * t - 1.0)).abs() < 1e-12);
             }
             assert!((interpolate(Curve::CatmullRom, &TIMES, &parabola, t) - t * t).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_slows_down_or_rests_does_not_run_on() {
+        // Quick, slow, at rest, and quick again.
+        let times = [0.0, 1.0, 11.0, 12.0, 13.0];
+        let along = [0.0, 10.0, 11.0, 11.0, 30.0];
+        let direction = [0.36, -0.48, 0.8];
+        let values = along.map(|s| direction.map(|d| s * d));
+        let mut last = 0.0;
+        for i in 0..=1300 {
+            let p = super::interpolate(Curve::CatmullRom, &times, &values, f64::from(i) / 100.0);
+            let s: f64 = (0..3).map(|axis| p[axis] * direction[axis]).sum();
+            assert!(s >= last - 1e-12, "{i}: {s} after {last}");
+            assert!(!(1100..=1200).contains(&i) || (s - 11.0).abs() < 1e-12, "{i}: {s}");
+            last = s;
+        }
+    }
+
+    #[test]
+    fn catmull_rom_is_the_same_in_rotated_coordinates() {
+        let path = [[0.0, 0.0], [3.0, 1.0], [3.1, 1.0], [-2.0, 4.0], [0.0, 0.0]];
+        let turned = path.map(|[x, y]| [0.6 * x - 0.8 * y, 0.8 * x + 0.6 * y]);
+        for i in 0..=600 {
+            let at =
+                |path: &[[f64; 2]]| super::interpolate(Curve::CatmullRom, &TIMES, path, f64::from(i) / 100.0);
+            let ([x, y], [u, v]) = (at(&path), at(&turned));
+            assert!((0.6 * x - 0.8 * y - u).abs() + (0.8 * x + 0.6 * y - v).abs() < 1e-12);
         }
     }
 }

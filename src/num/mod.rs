@@ -22,8 +22,8 @@
 //! one jet for what is a whole expression to the others, such as a sum of octaves.
 //!
 //! Beside the numbers stand what several modules compute with: hashes, fingerprints ([`Digest`]), B-splines
-//! ([`cubic`], [`quadratic`]), the same as densities to sample ([`BSpline`]), curves through keyframes ([`interpolate`]), the
-//! Fourier transform ([`transform`]) and the code of colours ([`srgb`]).
+//! ([`cubic`], [`quadratic`]), the same as densities to sample ([`BSpline`]), curves through keyframes ([`interpolate`]), points
+//! that fill a square evenly ([`sequence`]), the Fourier transform ([`transform`]) and the code of colours ([`srgb`]).
 
 mod affine;
 mod bspline;
@@ -44,6 +44,7 @@ mod parabola;
 mod pointwise;
 mod real;
 mod reduced;
+pub mod sequence;
 mod simd;
 mod slope;
 mod smoothing;

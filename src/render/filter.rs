@@ -121,9 +121,9 @@ impl Shutter {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sequence::point;
     use super::*;
     use crate::num::mix;
+    use crate::num::sequence::point;
     use std::f64::consts::PI;
 
     fn points(count: u32) -> impl Iterator<Item = [f64; 2]> {

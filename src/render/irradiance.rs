@@ -326,7 +326,7 @@ fn blend<'a>(patch: &Patch, near: impl Iterator<Item = (&'a Record, f64)>) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::sequence;
+    use crate::num::sequence;
 
     /// What comes to a surface from above, by a formula.
     fn arriving(normal: DVec3, light: impl Fn(DVec3) -> DVec3) -> Arriving {

@@ -50,7 +50,6 @@ mod reflect;
 mod sample;
 mod save;
 mod saved;
-pub mod sequence;
 mod settings;
 mod stars;
 mod stats;

@@ -264,8 +264,8 @@ impl<'a> Reflector<'a> {
 mod tests {
     use super::super::light::Disc;
     use super::super::material::{Frame, uniform_hemisphere};
-    use super::super::sequence::point;
     use super::*;
+    use crate::num::sequence::point;
     use crate::scene::{Light, Sun};
     use std::f64::consts::{PI, TAU};
 

@@ -3,8 +3,8 @@
 //! Every such number is a hash of the pixel, the sample, a purpose and the seed. So a picture does
 //! not depend on the order in which its pixels are made.
 
-use super::{Filter, View, sequence};
-use crate::num::{mix, morton2, uniform};
+use super::{Filter, View};
+use crate::num::{mix, morton2, sequence, uniform};
 use glam::DVec3;
 
 /// What a number is for; numbers for different purposes are independent.
@@ -97,30 +97,13 @@ impl Sample {
         mix(mix(self.seed) ^ self.pixel)
     }
 
-    /// The moment that it is taken at, out of so many. All moments have their turn, before any has its second one; in which
-    /// order is another matter in each pixel, so that no pattern shows.
+    /// The moment that it is taken at, out of so many. All moments have their turn, before any has its second one, and however
+    /// few samples of a pixel are taken, they are spread over all the time; which comes first is another matter in each pixel,
+    /// so that no pattern shows.
     pub fn moment(&self, count: usize) -> usize {
         let (round, turn) = (self.index as usize / count, self.index as usize % count);
-        permuted(turn, count, mix(self.key() ^ round as u64))
-    }
-}
-
-/// Where `i` comes to in a permutation of the numbers below `count`. Steps that shuffle the numbers below a power of two are
-/// repeated until they lead below `count` again, which keeps them one to one (Kensler 2013).
-fn permuted(i: usize, count: usize, key: u64) -> usize {
-    let mask = count.next_power_of_two() as u64 - 1;
-    let bits = mask.count_ones().max(1);
-    let mut i = i as u64;
-    loop {
-        for round in 0..3 {
-            // Each is one to one below the power of two: adding, multiplying by what is odd, and mixing high bits into low ones.
-            i = i.wrapping_add(key >> (16 * round)) & mask;
-            i = i.wrapping_mul(key >> (8 * round) | 1) & mask;
-            i ^= i >> bits.div_ceil(2);
-        }
-        if (i as usize) < count {
-            return i as usize;
-        }
+        let first = mix(self.key() ^ round as u64) as usize % count;
+        (first + turn * sequence::stride(count)) % count
     }
 }
 
@@ -155,7 +138,15 @@ mod tests {
                 turns.sort();
                 assert!(turns.iter().copied().eq(0..count), "{count}");
             }
-            assert!(count < 7 || order(0, 0) != order(1, 0) && order(0, 0) != order(0, 1));
+            let orders: std::collections::BTreeSet<_> = (0..20).map(|x| order(x, x % 3)).collect();
+            assert!(orders.len() > count.min(20) / 2, "{count}");
+            for few in 2..count.min(20) {
+                let mut turns = order(4, 1)[..few].to_vec();
+                turns.sort();
+                turns.push(turns[0] + count);
+                let gap = turns.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
+                assert!((gap as f64) < 1.0 + 2.0 * count as f64 / few as f64, "{count} {few}: {turns:?}");
+            }
         }
     }
 

@@ -131,7 +131,7 @@ impl Reflectance for Dust {
 mod tests {
     use super::super::tests::{albedo, tilted};
     use super::*;
-    use crate::render::sequence::point;
+    use crate::num::sequence::point;
 
     #[test]
     fn the_full_moon_is_flat() {

@@ -1,8 +1,8 @@
 //! The laws that every reflectance obeys, over random directions with fixed seeds.
 
 use super::*;
+use crate::num::sequence::point;
 use crate::num::{mix, uniform};
-use crate::render::sequence::point;
 use frame::around_z;
 use std::f64::consts::TAU;
 

@@ -8,14 +8,16 @@ use crate::script::value::{Scalar, Value, Vec3, number};
 use rhai::{Array, Dynamic};
 
 pub(super) fn register(lib: &mut Library<'_>) {
-    let sentence = "The number or vector that goes through given ones at given times, in seconds: its value at the time of the picture. Before the first and after the last time it stays what it is there. It moves smoothly, and comes to rest at both ends: numbers never overshoot (monotone cubics), vectors run on through their points (Catmull-Rom).";
+    let sentence = "The value that goes through given ones at given times, in seconds: a number, a pair, a vector or a colour, as it is at the time of the picture. Before the first and after the last time it stays what it is there. It moves smoothly, and comes to rest at both ends and between equal values: numbers and colours given as texts never overshoot (monotone cubics), pairs and vectors run on around corners (Catmull-Rom).";
     let example = "keyframes([[0.0, 4.0], [2.5, 1.5], [4.0, 2.0]])";
-    lib.def("keyframes(frames)", sentence, example, |c| evaluate(c, Path { smooth: true, geometric: false }));
-    let sentence = "The same with options: smooth (true unless given, else straight from one to the next) and geometric (in equal times by equal factors, for zooms; numbers must be positive).";
+    lib.def("keyframes(frames)", sentence, example, |c| evaluate(c, Path::default()));
+    let sentence = "The same with options: smooth (true unless given, else straight from one to the next), overshoot (pairs and vectors only; false keeps each coordinate between its values before and after, as colours want), and geometric (in equal times by equal factors, for zooms; numbers must be positive).";
     let example = "orbit(#{ distance: keyframes([[0.0, 3.0], [5.0, 1.01]], #{ geometric: true }) })";
     lib.def("keyframes(frames, options)", sentence, example, |c| {
         let mut o = Options::new(c, 1)?;
-        let path = Path { smooth: o.flag("smooth", true)?, geometric: o.flag("geometric", false)? };
+        let overshoot = o.get("overshoot").map(|_| o.flag("overshoot", true)).transpose()?;
+        let path =
+            Path { smooth: o.flag("smooth", true)?, geometric: o.flag("geometric", false)?, overshoot };
         o.finish()?;
         evaluate(c, path)
     });
@@ -26,6 +28,24 @@ pub(super) fn register(lib: &mut Library<'_>) {
 struct Path {
     smooth: bool,
     geometric: bool,
+    /// Whether coordinates may leave the range of their values, if that is said.
+    overshoot: Option<bool>,
+}
+
+impl Default for Path {
+    fn default() -> Path {
+        Path { smooth: true, geometric: false, overshoot: None }
+    }
+}
+
+/// What a keyframe holds.
+#[derive(Clone, Copy)]
+enum Held {
+    Number(f64),
+    Pair([f64; 2]),
+    Vector([f64; 3]),
+    /// A colour that was given as a text.
+    Color([f64; 3]),
 }
 
 fn evaluate(c: &Call<'_>, path: Path) -> Outcome<Dynamic> {
@@ -33,65 +53,120 @@ fn evaluate(c: &Call<'_>, path: Path) -> Outcome<Dynamic> {
     let list = c.args[0].read_lock::<Array>().map(|a| a.clone()).filter(|a| !a.is_empty());
     let list = list.ok_or_else(|| c.wrong(0, wanted))?;
     let frames = list.iter().enumerate().map(|(i, v)| frame(c, i, v)).collect::<Outcome<Vec<_>>>()?;
-    let (times, values): (Vec<f64>, Vec<Value>) = frames.into_iter().unzip();
+    let (times, values): (Vec<f64>, Vec<Held>) = frames.into_iter().unzip();
     if let Some(i) = times.windows(2).position(|pair| pair[0] >= pair[1]) {
         let message =
             format!("keyframe {} is at {}, but the one before at {}", i + 1, times[i + 1], times[i]);
         return Err(Fault::new(message).hint("times must increase"));
     }
-    let numbers: Option<Vec<f64>> = values.iter().map(as_number).collect();
-    if let Some(numbers) = numbers {
-        return path.number(c, &times, &numbers).map(Dynamic::from_float);
+    if let Some(numbers) = all(&values, Held::number) {
+        return path.number(c, &times, numbers).map(Dynamic::from_float);
     }
-    let vectors: Option<Vec<[f64; 3]>> = values.iter().map(as_vector).collect();
-    let vectors = vectors.ok_or_else(|| {
-        Fault::new("the values of keyframes must be all numbers, or all vectors of numbers")
-    })?;
     if path.geometric {
         let fault = Fault::new("only numbers can change geometrically, not vectors").key("geometric");
         return Err(fault.hint("let the distance of an orbit change so, or the length of an offset"));
     }
-    let curve = if path.smooth { Curve::CatmullRom } else { Curve::Linear };
-    Ok(Dynamic::from(Vec3(std::array::from_fn(|axis| {
-        let along: Vec<f64> = vectors.iter().map(|v| v[axis]).collect();
-        interpolate(curve, &times, &along, c.host.time)
-    }))))
+    if let Some(pairs) = all(&values, Held::pair) {
+        let pair = interpolate(path.curve(&values), &times, &pairs, c.host.time);
+        return Ok(pair.map(Dynamic::from_float).to_vec().into());
+    }
+    let vectors = all(&values, Held::vector).ok_or_else(|| {
+        Fault::new("the values of keyframes must be all numbers, all pairs, or all vectors of numbers")
+    })?;
+    Ok(Dynamic::from(Vec3(interpolate(path.curve(&values), &times, &vectors, c.host.time))))
+}
+
+/// What all values are, if they are of one kind.
+fn all<T>(values: &[Held], kind: impl Fn(Held) -> Option<T>) -> Option<Vec<T>> {
+    values.iter().copied().map(kind).collect()
 }
 
 /// A time and the value then.
-fn frame(c: &Call<'_>, i: usize, v: &Dynamic) -> Outcome<(f64, Value)> {
-    let wrong =
-        || Fault::new(format!("keyframe {i} must be a time and a value, [time, value], not {}", describe(v)));
-    let pair = v.read_lock::<Array>().map(|a| a.clone()).filter(|a| a.len() == 2).ok_or_else(wrong)?;
-    let time = number(&pair[0]).filter(|t| t.is_finite()).ok_or_else(wrong)?;
-    let value = Value::of(c.host, &pair[1])?.ok_or_else(wrong)?;
-    Ok((time, value))
+fn frame(c: &Call<'_>, i: usize, v: &Dynamic) -> Outcome<(f64, Held)> {
+    let pair = v.read_lock::<Array>().map(|a| a.clone()).filter(|a| a.len() == 2).ok_or_else(|| {
+        Fault::new(format!("keyframe {i} must be a time and a value, [time, value], not {}", describe(v)))
+    })?;
+    let time = number(&pair[0]).filter(|t| t.is_finite()).ok_or_else(|| {
+        Fault::new(format!("the time of keyframe {i} must be a number, not {}", describe(&pair[0])))
+    })?;
+    let held = Held::of(c, &pair[1])?.filter(Held::is_finite).ok_or_else(|| {
+        let given = describe(&pair[1]);
+        let kinds = "a number, a pair, a vector or a colour";
+        Fault::new(format!("the value of keyframe {i} must be {kinds}, all of it finite, not {given}"))
+    })?;
+    Ok((time, held))
 }
 
-fn as_number(v: &Value) -> Option<f64> {
-    match v {
-        Value::Scalar(Scalar::Number(c), _) if c.is_finite() => Some(*c),
-        _ => None,
+impl Held {
+    fn of(c: &Call<'_>, v: &Dynamic) -> Outcome<Option<Held>> {
+        if v.is_string() {
+            return Ok(c.constant_color(v)?.map(|color| Held::Color(color.to_array())));
+        }
+        let pair: Option<[f64; 2]> = v.read_lock::<Array>().and_then(|list| match &list[..] {
+            [a, b] => Some([number(a)?, number(b)?]),
+            _ => None,
+        });
+        if let Some(pair) = pair {
+            return Ok(Some(Held::Pair(pair)));
+        }
+        Ok(match Value::of(c.host, v)? {
+            Some(Value::Scalar(Scalar::Number(c), _)) => Some(Held::Number(c)),
+            Some(Value::Vector(parts)) => {
+                let [x, y, z] = parts.map(|part| part.number());
+                x.zip(y).zip(z).map(|((x, y), z)| Held::Vector([x, y, z]))
+            }
+            _ => None,
+        })
+    }
+
+    fn is_finite(&self) -> bool {
+        match self {
+            Held::Number(c) => c.is_finite(),
+            Held::Pair(pair) => pair.iter().all(|c| c.is_finite()),
+            Held::Vector(v) | Held::Color(v) => v.iter().all(|c| c.is_finite()),
+        }
+    }
+
+    fn number(self) -> Option<f64> {
+        if let Held::Number(c) = self { Some(c) } else { None }
+    }
+
+    fn pair(self) -> Option<[f64; 2]> {
+        if let Held::Pair(pair) = self { Some(pair) } else { None }
+    }
+
+    fn vector(self) -> Option<[f64; 3]> {
+        if let Held::Vector(v) | Held::Color(v) = self { Some(v) } else { None }
     }
 }
 
-fn as_vector(v: &Value) -> Option<[f64; 3]> {
-    let Value::Vector([x, y, z]) = v else { return None };
-    let parts = [x.number()?, y.number()?, z.number()?];
-    parts.iter().all(|c| c.is_finite()).then_some(parts)
-}
-
 impl Path {
-    fn number(self, c: &Call<'_>, times: &[f64], values: &[f64]) -> Outcome<f64> {
+    fn number(self, c: &Call<'_>, times: &[f64], values: Vec<f64>) -> Outcome<f64> {
+        if self.overshoot == Some(true) {
+            return Err(Fault::new("numbers never overshoot").key("overshoot"));
+        }
         let curve = if self.smooth { Curve::Monotone } else { Curve::Linear };
+        let at = |values: Vec<f64>| {
+            let values: Vec<[f64; 1]> = values.into_iter().map(|v| [v]).collect();
+            interpolate(curve, times, &values, c.host.time)[0]
+        };
         if !self.geometric {
-            return Ok(interpolate(curve, times, values, c.host.time));
+            return Ok(at(values));
         }
         if let Some(i) = values.iter().position(|v| *v <= 0.0) {
             let message = format!("keyframe {i} is {}, which no factor leads to", values[i]);
             return Err(Fault::new(message).hint("with geometric: true all values must be positive"));
         }
-        let logs: Vec<f64> = values.iter().map(|v| libm::log(*v)).collect();
-        Ok(libm::exp(interpolate(curve, times, &logs, c.host.time)))
+        Ok(libm::exp(at(values.into_iter().map(libm::log).collect())))
+    }
+
+    /// What leads from one to the next of pairs or vectors.
+    fn curve(self, values: &[Held]) -> Curve {
+        let are_colors = values.iter().any(|held| matches!(held, Held::Color(_)));
+        match self.overshoot.unwrap_or(!are_colors) {
+            _ if !self.smooth => Curve::Linear,
+            true => Curve::CatmullRom,
+            false => Curve::Monotone,
+        }
     }
 }

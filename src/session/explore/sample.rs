@@ -1,26 +1,13 @@
-//! Points that fill a cube of any dimension evenly, however many of them are taken: Kronecker's sequence.
+//! Points that fill a cube of any dimension evenly, however many of them are taken.
 //!
-//! Each coordinate goes on by a number of its own and starts over at 1. These numbers have to be as far from fractions
-//! as can be, in all dimensions together. In one that is the golden ratio; Roberts (2018, *The unreasonable
-//! effectiveness of quasirandom sequences*) takes powers of `1/g` where `g^(d + 1) = g + 1`, of which the golden ratio
-//! is the first case. Where the sequence starts depends on the seed.
+//! Two axes after the other share a [sequence] of the square of their own. So of any power of two points each axis has one
+//! in every part as wide, and each of these pairs in every box as large; other pairs are independent of one another,
+//! however many there are.
 
-use crate::num::{mix, uniform};
+use crate::num::sequence;
 
 /// A point of a sequence.
 pub fn point(dimensions: usize, index: u64, seed: u64) -> Vec<f64> {
-    let ratio = 1.0 / root(dimensions);
-    let mut step = 1.0;
-    let coordinate = |axis: usize| {
-        step *= ratio;
-        let place = uniform(mix(seed ^ mix(axis as u64))) + index as f64 * step;
-        place - place.floor()
-    };
-    (0..dimensions).map(coordinate).collect()
-}
-
-/// The `g > 1` with `g^(d + 1) = g + 1`: the equation itself leads there from anywhere near.
-fn root(dimensions: usize) -> f64 {
-    let power = 1.0 / (dimensions as f64 + 1.0);
-    (0..64).fold(1.5, |g, _| libm::pow(g + 1.0, power))
+    let pairs = (0..dimensions.div_ceil(2)).flat_map(|pair| sequence::point(seed, index as u32, pair as u32));
+    pairs.take(dimensions).collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::cast::{CastStats, Hit, Ray};
 use crate::field::{Stopped, Watch};
-use crate::num::Interval;
+use crate::num::{Interval, sequence};
 use crate::session::stage::Taken;
 use glam::DVec3;
 use std::time::{Duration, Instant};
@@ -14,9 +14,6 @@ const WITHIN: u32 = 4;
 /// After so long as many points will do as have been found, if there are this many.
 const PATIENCE: Duration = Duration::from_millis(1500);
 const ENOUGH: usize = 64;
-
-/// Bundles follow one another by about this share of all, so that the first few are all over the picture, too.
-const GOLDEN: f64 = 0.618_033_988_75;
 
 /// A point of the solid that the picture shows.
 #[derive(Clone, Copy, Debug)]
@@ -65,12 +62,10 @@ pub(super) fn look(taken: &mut Taken, watch: &Watch<'_>) -> Result<Look, Stopped
     Ok(look)
 }
 
-/// All entries of a list, each far from the one before.
+/// All entries of a list, so that the first few are all over it, too.
 fn scattered<T>(list: &[T]) -> impl Iterator<Item = &T> {
     let count = list.len();
-    let is_coprime = |step: &usize| !(2..=*step).any(|d| step.is_multiple_of(d) && count.is_multiple_of(d));
-    let about = ((GOLDEN * count as f64) as usize).max(1);
-    let step = (about..=count.max(1)).find(is_coprime).unwrap_or(1);
+    let step = sequence::stride(count);
     (0..count).map(move |i| &list[i * step % count])
 }
 

@@ -61,6 +61,22 @@ fn scramble(x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
+/// How far apart the numbers below `count` are when they are taken one after the other, starting over at `count`, so that
+/// all have their turn and few are spread evenly: its golden section, or the next number without a common divisor.
+pub fn stride(count: usize) -> usize {
+    let golden = ((GOLDEN * count as f64) as usize).max(1);
+    (golden..=count).find(|&step| divisor(step, count) == 1).unwrap_or(1)
+}
+
+/// The greatest common divisor.
+fn divisor(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { divisor(b, a % b) }
+}
+
+/// The golden section: of all numbers the farthest from fractions, so that its multiples, less their whole parts, fill the
+/// unit interval evenly.
+const GOLDEN: f64 = 0.618_033_988_75;
+
 #[cfg(test)]
 mod tests {
     use super::*;
