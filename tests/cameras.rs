@@ -322,6 +322,25 @@ fn keyframes_lead_a_camera() {
     assert!((distance("#{}", 5.0) - 10.0).abs() < 1e-9);
 }
 
+/// Where numbers are wanted, functions of time are what they are at the time of the picture.
+#[test]
+fn functions_of_time_are_numbers_then() {
+    let at = |value: &str, time: f64| {
+        camera(&format!("look_at(#{{ eye: {value}, target: [0, 0, 100] }})"), time).eye
+    };
+    assert_eq!(at("[radians(90.0 * time), to_float(3.0 * time), 1.0]", 2.0), DVec3::new(PI, 6.0, 1.0));
+    let shrunk = "{ let ball = sphere(1.0).scaled(1.0 + time); [ball.at([0, 0, 0]), 0.0, 0.0] }";
+    assert_eq!(at(shrunk, 1.5), DVec3::new(-2.5, 0.0, 0.0));
+    let turned = "{ let f = x.rotated([0, 1.0 - time, time], 90.0); [f.at([1, 2, 3]), 0.0, 0.0] }";
+    assert!((at(turned, 0.0).x + 3.0).abs() < 1e-12 && (at(turned, 1.0).x - 2.0).abs() < 1e-12);
+    let bounds = |time: f64| {
+        let script = "scene(#{ surface: sphere(1.0), bounds: 2.0 + time })";
+        let scene = compile(&Request { time, ..Request::text(script) }).scene.expect("a scene");
+        scene.bounds.expect("bounds").max
+    };
+    assert_eq!([bounds(0.0), bounds(3.0)], [DVec3::splat(2.0), DVec3::splat(5.0)]);
+}
+
 #[test]
 fn keyframes_of_pairs_and_colours() {
     let at = |value: &str, time: f64| {

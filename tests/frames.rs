@@ -381,6 +381,26 @@ fn killed_at_ten_moments_and_resumed_the_frames_are_the_same() {
     }
 }
 
+#[test]
+fn frames_that_cannot_be_made_do_not_stop_the_others() {
+    let bench = rock();
+    let script = |when: &str| {
+        format!("let t = time.at([0, 0, 0]); if {when} {{ throw `late: ${{t}}` }} sphere(1.0 + 0.1 * time)")
+    };
+    bench.write("b.rhai", script("t > 0.25 && t < 0.45"));
+    let render = "render b.rhai --frames 0-6 --fps 10 --size 32x24 --samples 1";
+    let said = stderr(&bench.run(render).code(1));
+    has(&said, &["frame 3, at 0.3 s:", "late: 0.3", "frame 4, at 0.4 s:", "late: 0.4"]);
+    has(&said, &["2 of 7 frames cannot be made (3, 4)", "5 of 7 frames are finished"]);
+    assert_eq!(frames(&bench).len(), 5);
+    // What is wrong at all times is not found out again and again.
+    bench.write("b.rhai", script("t >= 0.0"));
+    let said = stderr(&bench.run(render).code(1));
+    has(&said, &["3 of 7 frames cannot be made (0, 1, 2); the others were not tried"]);
+    bench.write("b.rhai", script("t > 9.0"));
+    has(&stderr(&bench.run(render).success()), &["7 frames in"]);
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_the_finished_frames_and_says_how_to_go_on() {

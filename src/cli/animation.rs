@@ -19,6 +19,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+/// If so many frames cannot be made, and none was before, no others are tried: the script is wrong at any time.
+const HOPELESS: usize = 3;
+
+/// Numbers of frames that a message says.
+const LISTED: usize = 8;
+
 /// How often a frame that another process makes is looked after.
 const POLL: Duration = Duration::from_millis(100);
 
@@ -50,6 +56,8 @@ enum Fate {
     Elsewhere,
     /// It is not there, since the job was stopped.
     Stopped,
+    /// It cannot be made, as was said.
+    Failed,
 }
 
 /// What is known of a frame before it is made.
@@ -70,6 +78,8 @@ struct Run<'a> {
     /// Frames to make, and how many of them are there by now.
     wanted: usize,
     done: usize,
+    /// Those that cannot be made.
+    failed: Vec<u32>,
 }
 
 /// Makes all frames.
@@ -80,12 +90,15 @@ pub fn run(animation: Animation<'_>) -> Outcome {
     let interrupt =
         Interrupt::listen(move || bar.say("stopping; finished frames are kept (Ctrl-C again quits at once)"));
     let all = animation.frames.numbers().count();
-    let mut run =
-        Run { animation, progress, flag: interrupt.flag(), said: BTreeSet::new(), wanted: 0, done: 0 };
+    let (flag, said, failed) = (interrupt.flag(), BTreeSet::new(), Vec::new());
+    let mut run = Run { animation, progress, flag, said, wanted: 0, done: 0, failed };
     let made = run.all();
     run.progress.finish();
     let made = made?;
     let there = all - (run.wanted - run.done);
+    if !run.failed.is_empty() && !run.flag.load(Ordering::Relaxed) {
+        return Err(run.failure(there, all));
+    }
     if there < all {
         let message = format!("stopped; {there} of {} are finished", plural(all as u64, "frame"));
         return Err(Failure::error(message, "the same command goes on with the others"));
@@ -105,7 +118,10 @@ impl Run<'_> {
             match self.frame(number, false)? {
                 Fate::Made => made += 1,
                 Fate::Elsewhere => elsewhere.push(number),
-                Fate::There | Fate::Stopped => {}
+                Fate::There | Fate::Stopped | Fate::Failed => {}
+            }
+            if self.done == 0 && self.failed.len() == HOPELESS {
+                break;
             }
         }
         for number in elsewhere {
@@ -168,7 +184,7 @@ impl Run<'_> {
     /// Makes a frame; if another process does, waits for it or goes away.
     fn frame(&mut self, number: u32, waits: bool) -> Result<Fate, Failure> {
         let path = self.animation.pattern.path(number);
-        self.progress.rename(&format!("{} ({} of {})", path.display(), self.done + 1, self.wanted));
+        self.progress.rename(&format!("{} ({} of {})", path.display(), self.tried() + 1, self.wanted));
         let _claim = loop {
             if self.flag.load(Ordering::Relaxed) {
                 return Ok(Fate::Stopped);
@@ -183,10 +199,12 @@ impl Run<'_> {
             Finding::Finished => Fate::There,
             Finding::Wanted(_) => self.make(number, &path)?,
         };
-        if !matches!(fate, Fate::Stopped) {
-            self.done += 1;
-            self.progress.set(self.done as f64 / self.wanted as f64);
+        match fate {
+            Fate::Stopped => return Ok(fate),
+            Fate::Failed => self.failed.push(number),
+            _ => self.done += 1,
         }
+        self.progress.set(self.tried() as f64 / self.wanted as f64);
         Ok(fate)
     }
 
@@ -197,9 +215,9 @@ impl Run<'_> {
         if stopped(self) {
             return Ok(Fate::Stopped);
         }
-        self.say(&loaded, &loaded.diagnostics, &loaded.output);
-        let Some(scene) = loaded.scene.clone() else { return Err(self.failed(number)) };
-        let (progress, done, wanted) = (&self.progress, self.done as f64, self.wanted as f64);
+        self.say(number, &loaded, &loaded.diagnostics, &loaded.output);
+        let Some(scene) = loaded.scene.clone() else { return Ok(Fate::Failed) };
+        let (progress, done, wanted) = (&self.progress, self.tried() as f64, self.wanted as f64);
         let step =
             |p: render::Progress| progress.set((done + p.done as f64 / p.total.max(1) as f64) / wanted);
         let job = Job { progress: &step, ..Job::unwatched(&self.flag) };
@@ -207,38 +225,54 @@ impl Run<'_> {
         match session.render(&scene, order, &job, &self.flag) {
             Ok(Picture { finished: false, .. }) => Ok(Fate::Stopped),
             Ok(picture) => {
-                self.say(&loaded, &picture.warnings, &[]);
+                self.say(number, &loaded, &picture.warnings, &[]);
                 self.animation.work.save_to(path, &loaded, &scene, &picture)?;
                 Ok(Fate::Made)
             }
             Err(_) if stopped(self) => Ok(Fate::Stopped),
             Err(error) => {
-                self.say(&loaded, &[*error], &[]);
-                Err(self.failed(number))
+                self.say(number, &loaded, &[*error], &[]);
+                Ok(Fate::Failed)
             }
         }
     }
 
-    /// Says what was not said of another frame.
-    fn say(&mut self, loaded: &Loaded, diagnostics: &[Diagnostic], output: &[String]) {
+    /// Frames that are there by now, or cannot be made.
+    fn tried(&self) -> usize {
+        self.done + self.failed.len()
+    }
+
+    /// Says of a frame what was not said of another one.
+    fn say(&mut self, number: u32, loaded: &Loaded, diagnostics: &[Diagnostic], output: &[String]) {
         let Run { progress, said, animation, .. } = self;
         progress.aside(|| {
             for line in output.iter().filter(|line| said.insert(format!("print {line}"))) {
                 out(line);
             }
-            for diagnostic in diagnostics {
-                let text = diag::render(diagnostic, &loaded.sources, false);
-                if said.insert(text) {
-                    animation.terminal.diagnostic(diagnostic, &loaded.sources);
-                }
+            let is_new = |d: &&Diagnostic| said.insert(diag::render(d, &loaded.sources, false));
+            let new: Vec<&Diagnostic> = diagnostics.iter().filter(is_new).collect();
+            if !new.is_empty() {
+                err(format!("frame {number}, at {} s:", animation.time(number)));
+            }
+            for diagnostic in new {
+                animation.terminal.diagnostic(diagnostic, &loaded.sources);
             }
         });
     }
 
-    /// The error of a frame whose diagnostics are out.
-    fn failed(&self, number: u32) -> Failure {
-        let message = format!("frame {number}, at {} s, cannot be made", self.animation.time(number));
-        Failure::error(message, "frames that are finished are kept; the same command goes on with the others")
+    /// That frames cannot be made, whose diagnostics are out.
+    fn failure(&self, there: usize, all: usize) -> Failure {
+        let mut numbers: Vec<String> = self.failed.iter().take(LISTED).map(u32::to_string).collect();
+        if self.failed.len() > LISTED {
+            numbers.push(format!("{} more", self.failed.len() - LISTED));
+        }
+        let frames = plural(all as u64, "frame");
+        let untried = self.wanted - self.tried();
+        let others = if untried > 0 { "; the others were not tried" } else { "" };
+        let message =
+            format!("{} of {frames} cannot be made ({}){others}", self.failed.len(), numbers.join(", "));
+        let hint = format!("{there} of {frames} are finished; the same command goes on with the others");
+        Failure::error(message, hint)
     }
 
     /// Says what there is now, and how to go on.

@@ -178,6 +178,11 @@ impl Host {
         Ok(Evaluator::<T>::new(self.tape(node)?).eval(at).clone())
     }
 
+    /// What an expression that does not depend on the place is at the time of the run; nothing if it does.
+    pub fn now(&self, node: NodeId) -> Outcome<Option<f64>> {
+        if self.places(node).is_empty() { self.eval(node, &[0.0; 3]).map(Some) } else { Ok(None) }
+    }
+
     /// An expression as a function, with memory of its own: a clone for each thread.
     pub fn sampler(
         &self,

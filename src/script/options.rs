@@ -55,10 +55,10 @@ impl<'a, 'b> Options<'a, 'b> {
     pub fn still(&self, key: &str, wanted: &str, given: &Dynamic) -> Outcome<Dynamic> {
         let now = |node: NodeId| {
             let host = self.call.host;
-            let places = host.places(node);
-            if places.is_empty() {
-                return host.eval(node, &[0.0; 3]);
+            if let Some(now) = host.now(node)? {
+                return Ok(now);
             }
+            let places = host.places(node);
             let message = format!(
                 "`{key}` of `{}` must be {wanted}, not a field of {}",
                 self.call.name,

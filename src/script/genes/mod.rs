@@ -1,8 +1,9 @@
 //! Genes of a script: the pieces of its text that can be exchanged for others, so that what comes of it is a script too.
 //!
 //! Numbers, the names of functions, `+` and `-`, and subtrees: calls with their methods, products and sums. What is in
-//! texts and comments is none, nor what belongs to parameters, imports, heads of functions and loops, and assignments to
-//! something. What a subtree is, a field or a noise, is found out by a run of the script in which each says so itself.
+//! texts and comments is none, nor what belongs to parameters, cameras, film and imports, to heads of functions and loops, and
+//! to assignments to something. What a subtree is, a field or a noise, is found out by a run of the script in which each says
+//! so itself.
 
 mod kin;
 mod reader;
@@ -222,7 +223,7 @@ let parts = [];
 for i in 0..2 { parts.push(lump(1.5).translated([i, 0.25, 0])); }
 let n = [1, 2].map(|v| v * 2);
 parts[0] = min(parts[0], box(r));
-scene(#{ surface: union(parts) - relief + \"7\".len() / 1e3 })";
+scene(#{ surface: union(parts) - relief + \"7\".len() / 1e3, film: film(#{ width: 640 }), camera: orbit(#{ fov: 21.0 }) })";
 
     fn words(genes: &Genes, is: impl Fn(&Gene) -> bool) -> Vec<&str> {
         genes.all.iter().filter(|g| is(g)).map(|g| genes.words(g)).collect()

@@ -9,6 +9,10 @@ use std::ops::Range;
 /// Where the gene of an import stands that names a module of the standard library.
 const STD: &str = "std/";
 
+/// Functions whose calls stay as they are: parameters have values of their own, and how a solid is photographed does not make
+/// it another one.
+const APART: [&str; 8] = ["param", "preset", "film", "orbit", "look_at", "panorama", "cube_map", "walk"];
+
 /// A text in tokens.
 pub struct Reader<'a> {
     text: &'a str,
@@ -128,7 +132,7 @@ impl<'a> Reader<'a> {
                     self.declare(i + 1..end);
                     self.leave_out(i..end);
                 }
-                "param" | "preset" if self.at(i + 1) == "(" && self.before(i) != "." => {
+                name if APART.contains(&name) && self.at(i + 1) == "(" && self.before(i) != "." => {
                     let end = self.after(i + 1).unwrap_or(i);
                     self.leave_out(i..end);
                 }

@@ -252,7 +252,13 @@ fn compare(c: &Call<'_>, name: &str) -> Outcome<Dynamic> {
     let given = [&c.args[0], &c.args[1]];
     let kinds = given.map(crate::script::value::type_name);
     if let Some(kind) = kinds.iter().find(|k| matches!(**k, "Field" | "VectorField" | "Noise")) {
-        return Err(Fault::new(format!("a {kind} cannot be compared with `{name}`"))
+        let fault = Fault::new(format!("a {kind} cannot be compared with `{name}`"));
+        let is_still =
+            |v: &&Dynamic| v.read_lock::<Field>().is_some_and(|f| c.host.places(f.node).is_empty());
+        if given.iter().any(is_still) {
+            return Err(fault.hint("the number that a function of time is in this picture: to_float(time)"));
+        }
+        return Err(fault
             .label("has no value until the picture is drawn")
             .hint("an expression has a different value at every point, so no comparison holds for all of them")
             .hint("to choose between expressions write min, max, step(edge, x) or mix(a, b, t); to compare at one point write f.at(p)"));

@@ -41,7 +41,7 @@ use super::host::Host;
 use super::modules::Resolver;
 use super::noises::Source;
 use super::options::describe;
-use super::value::{Field, Value, number};
+use super::value::{Field, Scalar, Value, number};
 use crate::diag::Place;
 use crate::num::Interval;
 use glam::DVec3;
@@ -236,9 +236,14 @@ impl Call<'_> {
         Value::of(self.host, &self.args[i])?.ok_or_else(|| self.wrong(i, wanted))
     }
 
-    /// A finite number.
+    /// A finite number; a function of time alone is what it is at the time of the run.
     pub fn number(&self, i: usize) -> Outcome<f64> {
-        let v = number(&self.args[i]).ok_or_else(|| self.wrong(i, "a number"))?;
+        let given = &self.args[i];
+        let now = match given.read_lock::<Field>() {
+            Some(field) => self.host.now(field.node)?,
+            None => number(given),
+        };
+        let v = now.ok_or_else(|| self.wrong(i, "a number"))?;
         if v.is_finite() { Ok(v) } else { Err(self.wrong(i, "a finite number")) }
     }
 
@@ -275,7 +280,7 @@ impl Call<'_> {
         }
     }
 
-    /// A vector of numbers.
+    /// A vector of numbers, or of functions of time alone, which are what they are at the time of the run.
     pub fn vec3(&self, i: usize) -> Outcome<DVec3> {
         let wanted = "a vector of numbers such as vec3(0, 1, 0) or [0, 1, 0]";
         self.vec3_of(&self.args[i])?.ok_or_else(|| self.wrong(i, wanted))
@@ -284,12 +289,20 @@ impl Call<'_> {
     /// The vector of numbers that a value is, if it is one.
     pub fn vec3_of(&self, v: &Dynamic) -> Outcome<Option<DVec3>> {
         Ok(match Value::of(self.host, v)? {
-            Some(Value::Vector([a, b, c])) => match (a.number(), b.number(), c.number()) {
+            Some(Value::Vector([a, b, c])) => match (self.now(&a)?, self.now(&b)?, self.now(&c)?) {
                 (Some(a), Some(b), Some(c)) => Some(DVec3::new(a, b, c)),
                 _ => None,
             },
             _ => None,
         })
+    }
+
+    /// The number that a part of a vector is.
+    fn now(&self, part: &Scalar) -> Outcome<Option<f64>> {
+        match part {
+            Scalar::Field(node) => self.host.now(*node),
+            _ => Ok(part.number()),
+        }
     }
 
     /// A noise.

@@ -88,7 +88,7 @@ fn units(lib: &mut Library<'_>) {
     lib.def("degrees(radians)", "An angle in degrees, as options take it.", "degrees(atan2(1, 1))", |c| {
         Ok(c.number(0)?.to_degrees().into())
     });
-    lib.def("to_float(a)", "A whole number as one with a fraction.", "to_float(1) / 2", |c| {
+    lib.def("to_float(a)", "A whole number as one with a fraction; a function of time alone as the number that it is in this picture.", "to_float(1) / 2", |c| {
         Ok(c.number(0)?.into())
     });
     lib.def("to_int(a)", "A number without its fraction.", "to_int(2.7)", |c| {

@@ -103,14 +103,21 @@ fn build(c: &Call<'_>) -> Outcome<Dynamic> {
         moon: o.given("moon", "moon(#{ ... })")?,
         sea: o.given("sea", "sea(#{ ... })")?,
         film: o.typed("film", "film(#{ ... })", default.film)?,
-        bounds: o.get("bounds").map(|v| bounds(c, &v)).transpose()?,
+        bounds: bounds(c, &mut o)?,
         ..default
     };
     o.finish()?;
     Ok(Dynamic::from(scene))
 }
 
-pub(super) fn bounds(c: &Call<'_>, v: &Dynamic) -> Outcome<Aabb> {
+/// The option of this name.
+pub(super) fn bounds(c: &Call<'_>, o: &mut Options<'_, '_>) -> Outcome<Option<Aabb>> {
+    let Some(given) = o.get("bounds") else { return Ok(None) };
+    let given = o.still("bounds", "half the size of a cube, or two corners [min, max]", &given)?;
+    boxed(c, &given).map(Some)
+}
+
+fn boxed(c: &Call<'_>, v: &Dynamic) -> Outcome<Aabb> {
     let wrong = || {
         Fault::new("`bounds` of `scene` must be half the size of a cube, or two corners [min, max]")
             .key("bounds")

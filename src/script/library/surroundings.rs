@@ -81,7 +81,7 @@ fn moon(c: &Call<'_>) -> Outcome<Dynamic> {
     let elevation = o.number("elevation", -90.0..=90.0, 30.0)?;
     let size = o.number("size", 1e-6..=90.0, 0.52)?;
     let distance = o.number("distance", 1e-9..=1e12, 60.0)?;
-    let given = o.get("bounds").map(|v| bounds(c, &v)).transpose()?;
+    let given = bounds(c, &mut o)?;
     o.finish()?;
     Ok(Dynamic::from(MoonValue {
         surface,
