@@ -348,6 +348,16 @@ fn keyframes_of_pairs_and_colours() {
     };
     let pair = "{ let p = keyframes([[0, [1, 2]], [2, [3, 6]]]); [p[0], p[1], 0.0] }";
     assert_eq!(at(pair, 1.0), DVec3::new(2.0, 4.0, 0.0));
+    // Over and over, without a corner where they begin again.
+    let round =
+        "keyframes([[1, [0, 0, 1]], [2, [1, 0, 0]], [4, [0, 1, 1]], [5, [0, 0, 1]]], #{ repeat: true })";
+    for time in [1.0, 2.3, 4.9] {
+        assert!(at(round, time).distance(at(round, time + 4.0)) < 1e-12);
+        assert!(at(round, time).distance(at(round, time - 8.0)) < 1e-12);
+    }
+    let h = 1e-6;
+    let [before, after] = [-h, h].map(|h| (at(round, 5.0 + h) - at(round, 5.0)) / h);
+    assert!(before.distance(after) < 1e-4 && after.length() > 0.1, "{before} {after}");
     // Of colours none is less than nothing, as texts and as vectors that say so.
     let [texts, vectors] = [
         r##"keyframes([[0, "#ff0000"], [1, "#00ff00"], [2, "#0000ff"]])"##,

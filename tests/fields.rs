@@ -5,7 +5,7 @@ mod common;
 use common::Build;
 use glam::DVec3;
 use orogen::expr::NodeId;
-use orogen::field::{Extent, extent, lipschitz_outside};
+use orogen::field::{Extent, FAR, Field, around, extent, lipschitz_outside};
 use orogen::num::Interval;
 use orogen::op::{self, Op};
 use orogen::scene::{Aabb, Spacing};
@@ -71,7 +71,7 @@ fn enclosures_converge_with_the_square_of_the_box() {
     let mut b = Build::default();
     let f = common::three_octaves(&mut b);
     let mut field = b.field(f);
-    let excess = |field: &mut orogen::field::Field, r: f64| {
+    let excess = |field: &mut Field, r: f64| {
         let x = [1.0, 0.3, -0.2].map(|c| Interval::around(c, r));
         let range = field.range(&x);
         let mut rng = StdRng::seed_from_u64(9);
@@ -296,4 +296,117 @@ fn detail_is_limited_where_maps_come_to() {
         }
         assert!(seen > 0.02, "{a}: some octaves have faded ({seen})");
     }
+}
+
+/// A minimum under all that grows with it, and where it is read twice, or by what falls with it.
+#[test]
+fn a_minimum_is_the_least_of_its_operands() {
+    let mut rng = StdRng::seed_from_u64(41);
+    let mut b = Build::default();
+    let ball = |b: &mut Build, rng: &mut StdRng| {
+        b.sphere(std::array::from_fn(|_| rng.random_range(-1.0..1.0)), rng.random_range(0.05..0.4))
+    };
+    let mut most = 0;
+    for round in 0..60 {
+        let mut rest: Vec<NodeId> = (0..40).map(|_| ball(&mut b, &mut rng)).collect();
+        while rest.len() > 1 {
+            let [left, right] = [0, 1].map(|_| rest.swap_remove(rng.random_range(0..rest.len())));
+            let either = b.min(left, right);
+            let noise = b.noise(round, 3.0);
+            rest.push(match rng.random_range(0..40) {
+                0 => b.shifted(either, 0.01),
+                1 => b.scaled(1.1, either),
+                2 => b.add(noise, either),
+                3 => b.sub(either, noise),
+                4 => b.max(noise, either),
+                5 => b.scaled(-1.0, either),
+                6 => b.sub(noise, either),
+                // Two that are read twice.
+                7 => b.op(Op::Mul(op::Mul), &[either, either]),
+                8 => {
+                    let other = b.neg(either);
+                    b.max(either, other)
+                }
+                _ => either,
+            });
+        }
+        let tape = b.field(rest[0]).tape().clone();
+        let operands = tape.operands();
+        most = most.max(operands.len());
+        assert!(operands.iter().map(|o| o.work()).sum::<u64>() <= 2 * tape.work());
+        let mut whole = Evaluator::<f64>::new(tape.clone());
+        let mut parts: Vec<_> = operands.into_iter().map(Evaluator::<f64>::new).collect();
+        for _ in 0..100 {
+            let p: [f64; 3] = std::array::from_fn(|_| rng.random_range(-1.5..1.5));
+            let least = parts.iter_mut().map(|part| *part.eval(&p)).fold(f64::INFINITY, f64::min);
+            assert_eq!(*whole.eval(&p), least, "{round}");
+        }
+    }
+    assert!(most > 30, "{most}");
+}
+
+#[test]
+fn what_operands_have_in_common_is_not_evaluated_for_each() {
+    let mut b = Build::default();
+    let shared = common::three_octaves(&mut b);
+    let balls: Vec<NodeId> = (0..64).map(|i| b.sphere([0.1 * f64::from(i), 0.0, 0.0], 0.3)).collect();
+    let union = balls.into_iter().reduce(|a, c| b.min(a, c)).unwrap();
+    let rough = b.add(union, shared);
+    let tape = b.field(rough).tape().clone();
+    let operands = tape.operands();
+    assert!((2..64).contains(&operands.len()), "{}", operands.len());
+    assert!(operands.iter().map(|o| o.work()).sum::<u64>() <= 2 * tape.work());
+}
+
+/// Of many small parts, which are loosely enclosed in large cells, the box is found, and that there are no more.
+#[test]
+fn the_box_of_many_parts_fits() {
+    let script = "let parts = [sphere(1.0)];
+        for i in 0..300 {
+            let y = 1.0 - 2.0 * (i + 0.5) / 300.0;
+            parts.push(pyramid(4, 0.05, 0.05).translated([0, 1.02, 0]).rotated([1, 0, 0], degrees(acos(y)))
+                .rotated([0, 1, 0], 137.50776 * i));
+        }
+        union(parts)";
+    let compiled = compile(&Request::text(script.to_owned()));
+    let scene = compiled.scene.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics));
+    let mut field = Field::new(&scene.graph, scene.surface.field);
+    let Extent::Within(found) = extent(&field, &Aabb::cube(2.0)) else { panic!("a bounded solid") };
+    let mut rng = StdRng::seed_from_u64(43);
+    for _ in 0..20_000 {
+        let p = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.2..1.2)));
+        assert!(
+            field.value(p) > 0.0 || p.cmpge(found.min).all() && p.cmple(found.max).all(),
+            "{p} {found:?}"
+        );
+    }
+    // The tips are 1.045 from the centre.
+    assert!(Aabb::cube(1.065).holds(&found), "{found:?}");
+    assert_eq!(around(&field, &Aabb::cube(2.0), FAR, &|| false).clear, FAR);
+}
+
+/// The search ends at what it knows to be solid, and that is not taken for more: something small far out is in the box.
+#[test]
+fn what_sticks_out_is_in_the_box() {
+    let mut rng = StdRng::seed_from_u64(44);
+    let mut loose = 0;
+    for _ in 0..100 {
+        let mut b = Build::default();
+        let balls: Vec<([f64; 3], f64)> = (0..rng.random_range(1..30))
+            .map(|_| {
+                (std::array::from_fn(|_| rng.random_range(-1.5..1.5)), 0.4 * rng.random_range(0.1..1.0_f64))
+            })
+            .collect();
+        let fields: Vec<NodeId> = balls.iter().map(|(c, r)| b.sphere(*c, *r)).collect();
+        let union = fields.into_iter().reduce(|a, c| b.min(a, c)).unwrap();
+        let all = balls.iter().map(|(c, r)| Aabb { min: DVec3::from(*c) - *r, max: DVec3::from(*c) + *r });
+        let all = all.reduce(|a, c| a.hull(&c)).unwrap();
+        let Extent::Within(found) = extent(&b.field(union), &Aabb::cube(2.0)) else {
+            panic!("a bounded solid")
+        };
+        assert!(found.holds(&all), "{found:?} {all:?}");
+        let excess = (all.min - found.min).max(found.max - all.max).max_element();
+        loose += u32::from(excess > 0.01 * all.diagonal());
+    }
+    assert!(loose == 0, "{loose}");
 }

@@ -354,25 +354,32 @@ fn auto(
     typical: &[Vec<Ray>],
     cancel: &AtomicBool,
 ) -> Box<dyn Caster> {
-    let mut beams: Box<dyn Caster> = Box::new(Beams::new(cells.clone()));
+    let beams = || Box::new(Beams::new(cells.clone()));
     let lipschitz = lipschitz_until(field, region, &|| cancel.load(Ordering::Relaxed));
-    let Some(lipschitz) = lipschitz.filter(|&bound| bound > 0.0 && bound < STEEP) else { return beams };
-    let mut balls = spheres(lipschitz, RELAXATION, cells);
+    let Some(lipschitz) = lipschitz.filter(|&bound| bound > 0.0 && bound < STEEP) else { return beams() };
     let (at_points, along_pieces) = costs(cells.tape().census());
-    let enough = cells.tape().work() as f64 * PATIENCE / along_pieces;
+    // Each prunes for itself what it needs: small steps need many tapes.
+    let fresh = || Arc::new(Cells::new(cells.tape().clone(), &region.intervals()));
+    let taken = |own: &Cells, spent: f64, each: f64| {
+        spent / cells.tape().work() as f64 * each + PRUNING * own.prunings().instructions as f64
+    };
     let mut most = Vec::new();
-    trial(&mut *beams, typical, cancel, |_, spent| {
-        most.push(along_pieces * spent / at_points);
-        spent >= enough
+    let own = fresh();
+    trial(&mut Beams::new(own.clone()), typical, cancel, |_, spent| {
+        most.push(taken(&own, spent, along_pieces));
+        most.last().is_some_and(|spent| *spent >= PATIENCE)
     });
-    let Some(&all) = most.last() else { return beams };
+    let Some(&all) = most.last() else { return beams() };
+    let own = fresh();
     let is_lost = |i: usize, spent: f64| {
+        let spent = taken(&own, spent, at_points);
         let is_hopeless = most[i] >= TELLING * all && spent > HOPELESS * most[i];
         is_hopeless || spent >= all
     };
-    if trial(&mut *balls, &typical[..most.len()], cancel, is_lost) {
-        return beams;
+    if trial(&mut *spheres(lipschitz, RELAXATION, &own), &typical[..most.len()], cancel, is_lost) {
+        return beams();
     }
+    let balls = spheres(lipschitz, RELAXATION, cells);
     // Balls that take so long to find are worth sharing.
     let is_carried = cells.is_defined() && cells.tape().census().carried > 0;
     let shared = if is_carried { octree(field, region, cells, cancel) } else { None };
@@ -389,6 +396,9 @@ fn costs(census: Census) -> (f64, f64) {
     let along = 80.0 + 2.0 * sums + 15.0 * functions + 35.0 * octaves + 2500.0 * scattered;
     (15.0 + 2.0 * (sums + functions) + 10.0 * octaves + 170.0 * scattered, along)
 }
+
+/// What it costs to prune a tape, for each instruction that is left; likewise, in scenes of some hundred parts.
+const PRUNING: f64 = 100.0;
 
 /// Lipschitz bound above which sphere tracing is not worth a trial.
 const STEEP: f64 = 1e4;

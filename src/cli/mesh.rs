@@ -7,6 +7,7 @@ use crate::diag::Diagnostic;
 use crate::exchange::mesh::{self as file, Format};
 use crate::field::Watch;
 use crate::mesh::{self, Deviation, FINEST, Fineness, Meshed};
+use crate::scene::Scene;
 use crate::session::topology::LeftOut;
 use crate::session::{self, Solidified};
 use crate::shape::{Census, creased};
@@ -90,7 +91,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     // What is said of the mesh is said of the file.
     let made = if format.is_single() { rounded(made) } else { made };
     let Solidified { meshed, left_out, warnings, .. } = &made;
-    for warning in warnings.iter().cloned().chain(doubts(left_out)).chain(coarse(meshed)) {
+    for warning in
+        warnings.iter().cloned().chain(doubts(left_out)).chain(coarse(meshed)).chain(endless(&scene, &made))
+    {
         terminal.diagnostic(&warning, &loaded.sources);
     }
     if meshed.mesh.triangles.is_empty() {
@@ -117,6 +120,14 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
 fn rounded(made: Solidified) -> Solidified {
     let mesh = mesh::rounded(&made.meshed.mesh);
     Solidified { meshed: Meshed { mesh, ..made.meshed }, ..made }
+}
+
+/// That what is beyond the box in which the solid was found is missing, if there is anything.
+fn endless(scene: &Scene, made: &Solidified) -> Option<Diagnostic> {
+    (scene.bounds.is_none() && !made.is_whole).then(|| {
+        Diagnostic::warning("the solid may go on beyond the mesh, which ends at bounds that were found but not proven")
+            .hint("`orogen check` says which; give others: scene(#{ surface: ..., bounds: 2.0 }) is a cube from -2 to 2")
+    })
 }
 
 /// That the mesh is far too coarse: most of what it should show may be missing.

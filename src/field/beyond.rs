@@ -7,6 +7,7 @@
 use super::Field;
 use super::region::{Halt, Part, exclude, octants};
 use crate::scene::Aabb;
+use crate::tape::Evaluator;
 use glam::DVec3;
 
 /// How many times as large as the one before the cubes are.
@@ -36,8 +37,7 @@ pub fn around(field: &Field, region: &Aabb, far: f64, halt: Halt<'_>) -> Around 
     while clear < far.min(FAR) && !halt() {
         let half = f64::max(LEAST, GROWTH * clear);
         let outer = Aabb::cube(half).hull(&inner);
-        let slabs = between(&inner, &outer).map(|cell| Part { cell, tape: field.tape().clone() });
-        let left = exclude(field, slabs.collect(), halt);
+        let left = exclude(field, &between(&inner, &outer), halt);
         if !left.is_empty() {
             return Around { clear, met: inside(field, &left) };
         }
@@ -48,13 +48,16 @@ pub fn around(field: &Field, region: &Aabb, far: f64, halt: Halt<'_>) -> Around 
 
 /// A point of the solid among the middles of the octants of parts of space.
 fn inside(field: &Field, parts: &[Part]) -> Option<DVec3> {
-    let mut field = field.clone();
-    let middles = parts.iter().flat_map(|part| octants(&part.cell)).map(|cell| 0.5 * (cell.min + cell.max));
-    middles.into_iter().find(|&p| field.value(p) <= 0.0)
+    let mut values = Evaluator::<f64>::new(field.tape().clone());
+    parts.iter().find_map(|part| {
+        let mut middles = octants(&part.cell).map(|cell| 0.5 * (cell.min + cell.max));
+        values.turn_to(&part.tape);
+        middles.find(|p| *values.eval(&p.to_array()) <= 0.0)
+    })
 }
 
 /// What of one box is outside of another in it, as boxes, two at most on each axis.
-fn between(inner: &Aabb, outer: &Aabb) -> impl Iterator<Item = Aabb> {
+fn between(inner: &Aabb, outer: &Aabb) -> Vec<Aabb> {
     let mut rest = *outer;
     let mut slabs = Vec::new();
     for axis in 0..3 {
@@ -63,7 +66,8 @@ fn between(inner: &Aabb, outer: &Aabb) -> impl Iterator<Item = Aabb> {
         (rest.min[axis], rest.max[axis]) = (inner.min[axis], inner.max[axis]);
         slabs.extend([below, above]);
     }
-    slabs.into_iter().filter(|slab| slab.min.cmplt(slab.max).all())
+    slabs.retain(|slab| slab.min.cmplt(slab.max).all());
+    slabs
 }
 
 #[cfg(test)]
@@ -91,7 +95,7 @@ mod tests {
         let [inner, outer] =
             [Aabb { min: DVec3::new(-1.0, 0.0, -3.0), max: DVec3::new(2.0, 1.0, 3.0) }, Aabb::cube(3.0)];
         let volume = |b: &Aabb| (b.max - b.min).element_product();
-        let slabs: Vec<Aabb> = between(&inner, &outer).collect();
+        let slabs = between(&inner, &outer);
         // Of the six one on either side of z is empty.
         assert_eq!(slabs.len(), 4);
         assert_eq!(slabs.iter().map(volume).sum::<f64>(), volume(&outer) - volume(&inner));

@@ -26,10 +26,18 @@ pub(super) struct Part {
 impl Part {
     /// The eight halves.
     fn octants(&self) -> impl Iterator<Item = Part> + use<> {
-        let shorter = self.tape.has_choices().then(|| Arc::new(self.tape.prune(&self.cell.intervals())));
+        let shorter = is_pruned(&self.tape).then(|| Arc::new(self.tape.prune(&self.cell.intervals())));
         let tape = shorter.unwrap_or_else(|| self.tape.clone());
         octants(&self.cell).map(move |cell| Part { cell, tape: tape.clone() })
     }
+}
+
+/// Instructions of a tape that is as quickly evaluated for all octants as it is pruned.
+const SHORT: usize = 128;
+
+/// Whether octants have tapes of their own.
+fn is_pruned(tape: &Tape) -> bool {
+    tape.len() > SHORT && tape.has_choices()
 }
 
 /// The value of a field, or what is known of it.
@@ -62,17 +70,28 @@ pub enum Extent {
     Open(Aabb),
 }
 
-/// Cells that a search may look at before it settles for what it has,
-const CELLS: usize = 4096;
+/// Cells that a search may look at, and those for each operand where there are many, before it settles for what it has,
+const CELLS: usize = 1 << 12;
 
-/// and [work](Tape::work) that it may do for the next of its steps. Fields of at most a few thousand operations
-/// get all of their cells.
-const WORK: u64 = 1 << 24;
+/// and the work that may be done for the next step: fields of at most a few thousand operations get most of their cells.
+const WORK: u64 = 1 << 28;
+
+/// How much [work](Tape::work) it is to cut up a part, of one whose octants have tapes of their own mostly to prune it.
+fn cost(part: &Part) -> u64 {
+    let each = if is_pruned(&part.tape) { PRUNING } else { 1 };
+    OCTANTS as u64 * each * part.tape.work()
+}
+
+/// To prune a tape is as much work as so many evaluations, for each octant.
+const PRUNING: u64 = 16;
 
 /// Whether cutting all of these once more would be too much.
-fn is_last<'a>(parts: impl ExactSizeIterator<Item = &'a Part>) -> bool {
-    8 * parts.len() > CELLS || 8 * parts.map(|part| part.tape.work()).sum::<u64>() > WORK
+fn is_last<'a>(parts: impl ExactSizeIterator<Item = &'a Part>, most: usize) -> bool {
+    OCTANTS * parts.len() > most || parts.map(cost).sum::<u64>() > WORK
 }
+
+/// How much larger than it has to be a box may be, of its diagonal.
+const CLOSE: f64 = 4e-3;
 
 /// Finds a box around the solid `f <= 0` in `region`, by excluding cells where `f > 0` is certain.
 pub fn extent(field: &Field, region: &Aabb) -> Extent {
@@ -81,45 +100,112 @@ pub fn extent(field: &Field, region: &Aabb) -> Extent {
 
 /// The same, but nothing more is excluded when `halt` says so.
 pub fn extent_until(field: &Field, region: &Aabb, halt: Halt<'_>) -> Extent {
-    let parts = exclude(field, vec![Part { cell: *region, tape: field.tape().clone() }], halt);
-    let Some(found) = parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b)) else {
-        return Extent::Empty;
-    };
+    let Some(found) = hull(field, region, halt) else { return Extent::Empty };
     // A little air, so that rays start outside of a solid that fills its cells.
     let margin = 1e-3 * found.diagonal();
     let grown = Aabb { min: found.min - margin, max: found.max + margin };
-    let touches = found.min.cmple(region.min).any() || found.max.cmpge(region.max).any();
-    if touches {
+    if touches(&found, region) {
         Extent::Open(Aabb { min: grown.min.max(region.min), max: grown.max.min(region.max) })
     } else {
         Extent::Within(grown)
     }
 }
 
+/// Whether a box is not all inside of another.
+fn touches(inner: &Aabb, outer: &Aabb) -> bool {
+    inner.min.cmple(outer.min).any() || inner.max.cmpge(outer.max).any()
+}
+
+/// A box around all of the solid in a region; none if it is proven that there is nothing.
+///
+/// It holds whatever is known to be solid, so of the cells that may be, only those that stick out of a box around such
+/// points can make it larger, and only they are cut up. What goes on beyond the region is not looked at more closely.
+fn hull(field: &Field, region: &Aabb, halt: Halt<'_>) -> Option<Aabb> {
+    let mut values = Evaluator::<Many<f64, OCTANTS>>::new(field.tape().clone());
+    let mut known: Option<Aabb> = None;
+    let mut parts = parts_of(field, &[*region]);
+    // There are few cells at the rim.
+    let most = CELLS * parts.len().max(4);
+    loop {
+        parts = all_possible(field, &parts, halt);
+        for p in batches(&parts).flat_map(|batch| solid(&mut values, batch, region)) {
+            let point = Aabb { min: p, max: p };
+            known = Some(known.map_or(point, |known| known.hull(&point)));
+        }
+        parts.retain(|part| known.is_none_or(|known| !known.holds(&part.cell)));
+        let all = parts.iter().map(|part| part.cell).chain(known).reduce(|a, b| a.hull(&b))?;
+        let is_known = known.is_some_and(|known| {
+            let excess = (known.min - all.min).max(all.max - known.max).max_element();
+            excess <= CLOSE * all.diagonal() || touches(&known, region)
+        });
+        if halt() || is_known || is_small(&all, region) || is_last(parts.iter(), most) {
+            return Some(all);
+        }
+        parts = cut_up(&parts);
+    }
+}
+
+/// Those points of parts with one tape that are in the solid, of a point of each: of one at the edge of the region one
+/// there, else its middle.
+fn solid(values: &mut Evaluator<Many<f64, OCTANTS>>, batch: &[Part], region: &Aabb) -> Vec<DVec3> {
+    let point = |part: &Part| {
+        let Aabb { min, max } = part.cell;
+        let inner = DVec3::select(max.cmpge(region.max), max, 0.5 * (min + max));
+        DVec3::select(min.cmple(region.min), min, inner)
+    };
+    let points: Vec<DVec3> = batch.iter().map(point).collect();
+    let at = |axis: usize| Many(std::array::from_fn(|lane| points[lane.min(points.len() - 1)][axis]));
+    let found = eval(values, &batch[0], &std::array::from_fn(at)).0;
+    points.into_iter().zip(found).filter(|(_, f)| *f <= 0.0).map(|(p, _)| p).collect()
+}
+
 /// Cuts up parts of space and leaves out those where it is certain that `f > 0`. Nothing more is left out when `halt`
 /// says so.
-pub(super) fn exclude(field: &Field, mut parts: Vec<Part>, halt: Halt<'_>) -> Vec<Part> {
-    let ranges = || Evaluator::<Many<Interval, OCTANTS>>::new(field.tape().clone());
-    let mut own = ranges();
+pub(super) fn exclude(field: &Field, cells: &[Aabb], halt: Halt<'_>) -> Vec<Part> {
+    let mut parts = parts_of(field, cells);
     let hull = |parts: &[Part]| parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b));
-    let least = 1e-9 * hull(&parts).map_or(0.0, |all| all.diagonal());
+    let Some(region) = hull(&parts) else { return parts };
+    let most = CELLS.max(CELLS / OCTANTS * parts.len());
     loop {
-        let asked: Vec<&[Part]> = batches(&parts).collect();
-        parts = if asked.len() < FEW {
-            asked.into_iter().flat_map(|batch| possible(&mut own, batch, halt)).collect()
-        } else {
-            let ask = |own: &mut Evaluator<_>, batch: &&[Part]| possible(own, batch, halt);
-            asked.par_iter().with_min_len(FEW / 4).map_init(ranges, ask).flatten_iter().collect()
-        };
-        let is_small = hull(&parts).is_none_or(|rest| rest.diagonal() < least);
-        if halt() || is_small || is_last(parts.iter()) {
+        parts = all_possible(field, &parts, halt);
+        let is_done = hull(&parts).is_none_or(|rest| is_small(&rest, &region));
+        if halt() || is_done || is_last(parts.iter(), most) {
             return parts;
         }
-        parts = if parts.len() < FEW {
-            parts.iter().flat_map(Part::octants).collect()
-        } else {
-            parts.par_iter().flat_map_iter(Part::octants).collect()
-        };
+        parts = cut_up(&parts);
+    }
+}
+
+/// Cells, for each of a field's operands.
+fn parts_of(field: &Field, cells: &[Aabb]) -> Vec<Part> {
+    let of = |tape: Arc<Tape>| cells.iter().map(move |cell| Part { cell: *cell, tape: tape.clone() });
+    field.tape().operands().into_iter().flat_map(of).collect()
+}
+
+/// Whether it is not worth while to look closer at what is left of a region.
+fn is_small(rest: &Aabb, region: &Aabb) -> bool {
+    rest.diagonal() < 1e-9 * region.diagonal()
+}
+
+/// The octants of parts.
+fn cut_up(parts: &[Part]) -> Vec<Part> {
+    if parts.len() < FEW {
+        parts.iter().flat_map(Part::octants).collect()
+    } else {
+        parts.par_iter().flat_map_iter(Part::octants).collect()
+    }
+}
+
+/// Those of parts where `f <= 0` may be.
+fn all_possible(field: &Field, parts: &[Part], halt: Halt<'_>) -> Vec<Part> {
+    let ranges = || Evaluator::<Many<Interval, OCTANTS>>::new(field.tape().clone());
+    let asked: Vec<&[Part]> = batches(parts).collect();
+    if asked.len() < FEW {
+        let mut own = ranges();
+        asked.into_iter().flat_map(|batch| possible(&mut own, batch, halt)).collect()
+    } else {
+        let ask = |own: &mut Evaluator<_>, batch: &&[Part]| possible(own, batch, halt);
+        asked.par_iter().with_min_len(FEW / 4).map_init(ranges, ask).flatten_iter().collect()
     }
 }
 
@@ -158,7 +244,7 @@ pub fn lipschitz_until(field: &Field, region: &Aabb, halt: Halt<'_>) -> Option<f
     let mut bound: f64 = 0.0;
     let mut parts = vec![Part { cell: *region, tape: field.tape().clone() }];
     for level in 0.. {
-        let last = is_last(parts.iter());
+        let last = is_last(parts.iter(), CELLS);
         let mut steep = Vec::new();
         for same in batches(&parts) {
             if halt() {

@@ -60,7 +60,7 @@ pub(super) fn bounds_until(scene: &Scene, field: &Field, halt: Halt<'_>) -> Aabb
 /// A box that was found.
 struct Found {
     region: Aabb,
-    /// The cube that it was found in, if nothing else is as far away as anything is looked for.
+    /// A cube in which there is nothing else, if that is as large as anything is looked for in.
     cube: Option<Aabb>,
 }
 
@@ -80,7 +80,7 @@ fn find(scene: &Scene, field: &Field, halt: Halt<'_>) -> Found {
         let Extent::Within(region) = field::extent_until(field, &cube, halt) else { continue };
         let around = field::around(field, &cube, FARTHEST, halt);
         if around.clear >= FARTHEST {
-            return Found { region, cube: Some(cube) };
+            return Found { region, cube: Some(Aabb::cube(around.clear)) };
         }
         // Where it takes too long to prove that there is nothing else, and nothing was met, there is likely nothing.
         if around.clear >= sight || around.met.is_none() {

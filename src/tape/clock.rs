@@ -22,16 +22,26 @@ pub fn seconds<T: Number>(tape: &Arc<Tape>, at: &[T; 3]) -> Vec<f64> {
     evaluator.eval(at);
     let of = |(i, instr): (usize, &Instr)| match instr {
         Instr::Const(_) | Instr::Coordinate(_) => 0.0,
-        _ => time(&mut evaluator, i, at),
+        _ => time(|| evaluator.again(i, black_box(at))),
     };
     tape.code().iter().enumerate().map(of).collect()
 }
 
-fn time<T: Number>(evaluator: &mut Evaluator<T>, i: usize, at: &[T; 3]) -> f64 {
+/// Seconds that a whole evaluation takes, by machine code if there is any: less than its instructions one by one.
+pub fn duration<T: Number>(tape: &Arc<Tape>, at: &[T; 3]) -> f64 {
+    tape.translate();
+    let mut evaluator = Evaluator::new(tape.clone());
+    time(|| {
+        evaluator.eval(black_box(at));
+    })
+}
+
+/// Seconds that something takes.
+fn time(mut once: impl FnMut()) -> f64 {
     let mut count = 1;
     let mut run = |count: u32| {
         let start = Instant::now();
-        (0..count).for_each(|_| evaluator.again(i, black_box(at)));
+        (0..count).for_each(|_| once());
         start.elapsed()
     };
     let mut shortest = run(count);

@@ -9,7 +9,7 @@ use crate::noise::{Fractal, Noise};
 use crate::num::{Class, Kernel};
 use crate::op::{self, Op};
 use crate::shape::Shape;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, OnceLock};
 
 /// One instruction; slots are numbered by the instructions that write them.
@@ -104,16 +104,19 @@ impl Tape {
     /// any that are left read as zero.
     pub fn new(graph: &Graph, roots: &[NodeId]) -> Tape {
         let mut slot: HashMap<NodeId, u32> = HashMap::new();
-        let mut code = Vec::new();
-        let origins = graph.reachable_here(roots);
-        for &id in &origins {
+        let (mut code, mut origins, mut even) = (Vec::new(), Vec::new(), HashSet::new());
+        for id in graph.reachable_here(roots) {
             let at = |a: &NodeId| slot[a];
-            code.push(match graph.node(id) {
+            if is_even(graph, id, &even) {
+                even.insert(id);
+            }
+            let last = match graph.node(id) {
                 Node::Const(bits) => Instr::Const(f64::from_bits(*bits)),
                 Node::Input(Input::X) => Instr::Coordinate(0),
                 Node::Input(Input::Y) => Instr::Coordinate(1),
                 Node::Input(Input::Z) => Instr::Coordinate(2),
                 Node::Input(Input::Time | Input::Footprint) => Instr::Const(0.0),
+                Node::Op(Op::Dot(_), args) if even.contains(&id) => weighted_sum(graph, args, at, &mut code),
                 Node::Op(op, args) => lower_op(graph, *op, args, at),
                 Node::Noise(noise, p) => Instr::Noise(Arc::new(*noise), [at(&p[0]), at(&p[1]), at(&p[2])]),
                 Node::Grid(grid, p) => Instr::Grid(grid.clone(), [at(&p[0]), at(&p[1]), at(&p[2])]),
@@ -127,7 +130,9 @@ impl Tape {
                     let further = [limited.then(|| at(footprint)), hurst.as_ref().map(at)];
                     Instr::Fractal(fractal.clone(), p, further)
                 }
-            });
+            };
+            code.push(last);
+            origins.resize(code.len(), id);
             slot.insert(id, code.len() as u32 - 1);
         }
         let outputs = roots.iter().map(|r| slot[r]).collect();
@@ -262,6 +267,46 @@ impl Tape {
 }
 
 /// Sums and products with a number, which every kind of number does natively.
+/// Whether an expression changes evenly from place to place, given which of its arguments do: it is a sum of multiples of the
+/// coordinates and a number.
+fn is_even(graph: &Graph, id: NodeId, even: &HashSet<NodeId>) -> bool {
+    let is_number = |a: &NodeId| graph.as_const(*a).is_some();
+    match graph.node(id) {
+        Node::Const(_) | Node::Input(_) => true,
+        Node::Op(Op::Add(_) | Op::Sub(_) | Op::Neg(_), args) => args.iter().all(|a| even.contains(a)),
+        Node::Op(Op::Mul(_), args) => args.iter().all(|a| even.contains(a)) && args.iter().any(is_number),
+        Node::Op(Op::Dot(_), args) => {
+            args.iter().all(|a| even.contains(a)) && args.chunks(3).any(|half| half.iter().all(is_number))
+        }
+        _ => false,
+    }
+}
+
+/// A product of even expressions with three numbers, as products and sums, which all kinds of number have of their own: the
+/// last instruction of these, after the others. The bits are the same, but for the sign of a zero.
+fn weighted_sum(graph: &Graph, args: &[NodeId], at: impl Fn(&NodeId) -> u32, code: &mut Vec<Instr>) -> Instr {
+    let (of, weights) = args.split_at(3);
+    let weight = |a: &NodeId| graph.as_const(*a);
+    let (of, weights) =
+        if weights.iter().all(|a| weight(a).is_some()) { (of, weights) } else { (weights, of) };
+    let terms = of.iter().zip(weights.iter().filter_map(weight)).filter(|(_, weight)| *weight != 0.0);
+    let mut last = Instr::Const(0.0);
+    let push = |code: &mut Vec<Instr>, instr: Instr| {
+        code.push(instr);
+        code.len() as u32 - 1
+    };
+    for (i, (a, weight)) in terms.enumerate() {
+        let term = Instr::Scale(at(a), weight);
+        last = if i == 0 {
+            term
+        } else {
+            let [sum, term] = [last, term].map(|instr| push(code, instr));
+            Instr::Op(Op::Add(op::Add), [sum, term, 0, 0, 0, 0])
+        };
+    }
+    last
+}
+
 fn lower_op(graph: &Graph, op: Op, args: &[NodeId], at: impl Fn(&NodeId) -> u32) -> Instr {
     let number = |i: usize| graph.as_const(args[i]);
     match op {

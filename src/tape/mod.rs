@@ -5,7 +5,7 @@
 //! ([`Many`](crate::num::Many)) an instruction works on many points and its dispatch disappears.
 //! Over a region, [`Tape::prune`] drops what cannot matter there; [`Cells`] do so for all parts of a
 //! region as they are asked for. Tapes that are evaluated often on batches of plain numbers become machine
-//! code ([`native`]). What each instruction takes is told by the clock ([`seconds`]).
+//! code ([`native`]). What each instruction takes is told by the clock ([`seconds`]), and what all of them do ([`duration`]).
 
 mod cells;
 mod clock;
@@ -14,10 +14,11 @@ mod inner;
 mod lower;
 #[cfg_attr(not(target_arch = "x86_64"), path = "native/elsewhere.rs")]
 mod native;
+mod operands;
 mod prune;
 
 pub use cells::{Cells, Prunings};
-pub use clock::seconds;
+pub use clock::{duration, seconds};
 pub use eval::Evaluator;
 pub use inner::{Flowed, Inner};
 pub use lower::{Census, Instr, Tape};

@@ -38,6 +38,32 @@ impl Tape {
         })
     }
 
+    /// The tape after what becomes of its instructions, which is asked from the last to the first, and only of those that
+    /// something that stays reads.
+    pub(super) fn decided(&self, fate: impl Fn(usize) -> Fate) -> Tape {
+        let mut fates = vec![Fate::Goes; self.code.len()];
+        let stays = |fates: &mut [Fate], slot: u32| {
+            let fate = &mut fates[slot as usize];
+            if matches!(fate, Fate::Goes) {
+                *fate = Fate::Stays;
+            }
+        };
+        self.outputs.iter().for_each(|&o| stays(&mut fates, o));
+        for slot in (0..self.code.len()).rev() {
+            if matches!(fates[slot], Fate::Goes) {
+                continue;
+            }
+            let fate = fate(slot);
+            match &fate {
+                Fate::Stays | Fate::Rests(_) => self.code[slot].each_arg(|a| stays(&mut fates, a)),
+                Fate::Is(a) => stays(&mut fates, *a),
+                Fate::Goes | Fate::Number(_) => {}
+            }
+            fates[slot] = fate;
+        }
+        self.with(&fates)
+    }
+
     /// The code after its fate.
     fn with(&self, fates: &[Fate]) -> Tape {
         let mut moved = vec![u32::MAX; self.code.len()];
@@ -81,39 +107,16 @@ impl Bounded {
 
     /// The tape with everything dropped that cannot matter in the region. Equals the full tape there, bit for bit but
     /// for the sign of a zero.
-    ///
-    /// Instructions are looked at from the last to the first, and only those that something that stays reads: of a
-    /// solid that lies elsewhere, none is.
     pub fn pruned(&self) -> Tape {
         let tape = self.0.tape();
         let facts = Facts::new(&tape.code, &self.0);
-        let mut fates = vec![Fate::Goes; tape.code.len()];
-        let stays = |fates: &mut [Fate], slot: u32| {
-            let fate = &mut fates[slot as usize];
-            if matches!(fate, Fate::Goes) {
-                *fate = Fate::Stays;
-            }
-        };
-        tape.outputs.iter().for_each(|&o| stays(&mut fates, o));
-        for slot in (0..tape.code.len()).rev() {
-            if matches!(fates[slot], Fate::Goes) {
-                continue;
-            }
-            let fate = facts.fate(slot);
-            match &fate {
-                Fate::Stays | Fate::Rests(_) => tape.code[slot].each_arg(|a| stays(&mut fates, a)),
-                Fate::Is(a) => stays(&mut fates, *a),
-                Fate::Goes | Fate::Number(_) => {}
-            }
-            fates[slot] = fate;
-        }
-        tape.with(&fates)
+        tape.decided(|slot| facts.fate(slot))
     }
 }
 
 /// What becomes of an instruction.
 #[derive(Clone)]
-enum Fate {
+pub(super) enum Fate {
     /// Nothing reads it.
     Goes,
     Stays,

@@ -11,13 +11,13 @@ pub(super) fn register(lib: &mut Library<'_>) {
     let sentence = "The value that goes through given ones at given times, in seconds: a number, a pair, a vector or a colour, as it is at the time of the picture. Before the first and after the last time it stays what it is there. It moves smoothly, and comes to rest at both ends and between equal values: numbers and colours given as texts never overshoot (monotone cubics), pairs and vectors run on around corners (Catmull-Rom).";
     let example = "keyframes([[0.0, 4.0], [2.5, 1.5], [4.0, 2.0]])";
     lib.def("keyframes(frames)", sentence, example, |c| evaluate(c, Path::default()));
-    let sentence = "The same with options: smooth (true unless given, else straight from one to the next), overshoot (pairs and vectors only; false keeps each coordinate between its values before and after, as colours want), and geometric (in equal times by equal factors, for zooms; numbers must be positive).";
+    let sentence = "The same with options: smooth (true unless given, else straight from one to the next), overshoot (pairs and vectors only; false keeps each coordinate between its values before and after, as colours want), geometric (in equal times by equal factors, for zooms; numbers must be positive), and repeat (over and over, without a rest; the last value has to be the first).";
     let example = "orbit(#{ distance: keyframes([[0.0, 3.0], [5.0, 1.01]], #{ geometric: true }) })";
     lib.def("keyframes(frames, options)", sentence, example, |c| {
         let mut o = Options::new(c, 1)?;
         let overshoot = o.get("overshoot").map(|_| o.flag("overshoot", true)).transpose()?;
-        let path =
-            Path { smooth: o.flag("smooth", true)?, geometric: o.flag("geometric", false)?, overshoot };
+        let (smooth, geometric) = (o.flag("smooth", true)?, o.flag("geometric", false)?);
+        let path = Path { smooth, geometric, overshoot, repeat: o.flag("repeat", false)? };
         o.finish()?;
         evaluate(c, path)
     });
@@ -30,16 +30,17 @@ struct Path {
     geometric: bool,
     /// Whether coordinates may leave the range of their values, if that is said.
     overshoot: Option<bool>,
+    repeat: bool,
 }
 
 impl Default for Path {
     fn default() -> Path {
-        Path { smooth: true, geometric: false, overshoot: None }
+        Path { smooth: true, geometric: false, overshoot: None, repeat: false }
     }
 }
 
 /// What a keyframe holds.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Held {
     Number(f64),
     Pair([f64; 2]),
@@ -59,21 +60,26 @@ fn evaluate(c: &Call<'_>, path: Path) -> Outcome<Dynamic> {
             format!("keyframe {} is at {}, but the one before at {}", i + 1, times[i + 1], times[i]);
         return Err(Fault::new(message).hint("times must increase"));
     }
-    if let Some(numbers) = all(&values, Held::number) {
-        return path.number(c, &times, numbers).map(Dynamic::from_float);
+    let now = c.host.time;
+    if path.repeat { path.at(round(times, values, now)?) } else { path.at((times, values, now)) }
+}
+
+/// Keyframes and a time among them, of those that are repeated for ever: one before and one after, so that the curve begins
+/// as it ends.
+fn round(mut times: Vec<f64>, mut values: Vec<Held>, now: f64) -> Outcome<(Vec<f64>, Vec<Held>, f64)> {
+    let last = times.len() - 1;
+    if last == 0 || values[0] != values[last] {
+        let fault =
+            Fault::new("keyframes that repeat must end with the value that they begin with").key("repeat");
+        return Err(fault.hint("what turns on and on needs no keyframes: azimuth: 90.0 * time"));
     }
-    if path.geometric {
-        let fault = Fault::new("only numbers can change geometrically, not vectors").key("geometric");
-        return Err(fault.hint("let the distance of an orbit change so, or the length of an offset"));
-    }
-    if let Some(pairs) = all(&values, Held::pair) {
-        let pair = interpolate(path.curve(&values), &times, &pairs, c.host.time);
-        return Ok(pair.map(Dynamic::from_float).to_vec().into());
-    }
-    let vectors = all(&values, Held::vector).ok_or_else(|| {
-        Fault::new("the values of keyframes must be all numbers, all pairs, or all vectors of numbers")
-    })?;
-    Ok(Dynamic::from(Vec3(interpolate(path.curve(&values), &times, &vectors, c.host.time))))
+    let period = times[last] - times[0];
+    let now = times[0] + (now - times[0]).rem_euclid(period);
+    times.push(times[1] + period);
+    values.push(values[1]);
+    times.insert(0, times[last - 1] - period);
+    values.insert(0, values[last - 1]);
+    Ok((times, values, now))
 }
 
 /// What all values are, if they are of one kind.
@@ -141,21 +147,40 @@ impl Held {
 }
 
 impl Path {
-    fn number(self, c: &Call<'_>, times: &[f64], values: Vec<f64>) -> Outcome<f64> {
+    /// The value at a time.
+    fn at(self, (times, values, now): (Vec<f64>, Vec<Held>, f64)) -> Outcome<Dynamic> {
+        if let Some(numbers) = all(&values, Held::number) {
+            return self.number(&times, numbers, now).map(Dynamic::from_float);
+        }
+        if self.geometric {
+            let fault = Fault::new("only numbers can change geometrically, not vectors").key("geometric");
+            return Err(fault.hint("let the distance of an orbit change so, or the length of an offset"));
+        }
+        if let Some(pairs) = all(&values, Held::pair) {
+            let pair = interpolate(self.curve(&values), &times, &pairs, now);
+            return Ok(pair.map(Dynamic::from_float).to_vec().into());
+        }
+        let vectors = all(&values, Held::vector).ok_or_else(|| {
+            Fault::new("the values of keyframes must be all numbers, all pairs, or all vectors of numbers")
+        })?;
+        Ok(Dynamic::from(Vec3(interpolate(self.curve(&values), &times, &vectors, now))))
+    }
+
+    fn number(self, times: &[f64], values: Vec<f64>, now: f64) -> Outcome<f64> {
         if self.overshoot == Some(true) {
             return Err(Fault::new("numbers never overshoot").key("overshoot"));
         }
         let curve = if self.smooth { Curve::Monotone } else { Curve::Linear };
         let at = |values: Vec<f64>| {
             let values: Vec<[f64; 1]> = values.into_iter().map(|v| [v]).collect();
-            interpolate(curve, times, &values, c.host.time)[0]
+            interpolate(curve, times, &values, now)[0]
         };
         if !self.geometric {
             return Ok(at(values));
         }
-        if let Some(i) = values.iter().position(|v| *v <= 0.0) {
-            let message = format!("keyframe {i} is {}, which no factor leads to", values[i]);
-            return Err(Fault::new(message).hint("with geometric: true all values must be positive"));
+        if let Some(value) = values.iter().find(|v| **v <= 0.0) {
+            let fault = Fault::new(format!("a keyframe is {value}, which no factor leads to"));
+            return Err(fault.hint("with geometric: true all values must be positive"));
         }
         Ok(libm::exp(at(values.into_iter().map(libm::log).collect())))
     }

@@ -88,14 +88,26 @@ impl Times {
         }
     }
 
+    /// Adds what a code takes for a batch by machine code, which is shared out as it would be without.
+    fn charge_natively<T: Number>(&mut self, tape: &Arc<Tape>, at: &[T; 3]) {
+        let mut one_by_one = Times::default();
+        one_by_one.charge(tape, at, 1.0);
+        self.add_all(&one_by_one, tape::duration(tape, at));
+    }
+
     /// Shares out what a flow takes among what it carries.
     fn add_flow(&mut self, node: NodeId, inner: &Times, seconds: f64) {
-        let total = inner.total();
-        if total > 0.0 {
-            inner.sorted().into_iter().for_each(|(node, part)| self.add(node, seconds * part / total));
+        if inner.total() > 0.0 {
+            self.add_all(inner, seconds);
         } else {
             self.add(node, seconds);
         }
+    }
+
+    /// Shares out seconds among what takes some.
+    fn add_all(&mut self, parts: &Times, seconds: f64) {
+        let total = parts.total();
+        parts.sorted().into_iter().for_each(|(node, part)| self.add(node, seconds * part / total));
     }
 
     /// The times of lines.
@@ -188,11 +200,11 @@ pub(super) fn of_shading(shown: &Prepared, seen: &[Sight]) -> Option<Times> {
         let points = spread(part).map(|sight| sight.p);
         let at = |axis: usize| Many(points.map(|p: DVec3| p[axis]));
         for tape in [&shown.color, &shown.looks].into_iter().flatten() {
-            times.charge(tape, &[at(0), at(1), at(2)], 1.0);
+            times.charge_natively(tape, &[at(0), at(1), at(2)]);
         }
         if let Some(bump) = &shown.bump {
             let at = |axis: usize| Many(points.map(|p: DVec3| Dual::coordinate(p[axis], axis)));
-            times.charge(bump, &[at(0), at(1), at(2)], 1.0);
+            times.charge_natively(bump, &[at(0), at(1), at(2)]);
         }
         times.points += LANES as f64;
     }
