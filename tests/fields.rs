@@ -358,6 +358,41 @@ fn what_operands_have_in_common_is_not_evaluated_for_each() {
     assert!(operands.iter().map(|o| o.work()).sum::<u64>() <= 2 * tape.work());
 }
 
+/// Where the place goes evenly; elsewhere the bound of a slope is better of the whole product.
+#[test]
+fn products_of_the_place_with_numbers_are_sums() {
+    let mut rng = StdRng::seed_from_u64(42);
+    let mut b = Build::default();
+    let dots = |tape: &Tape| tape.code().iter().filter(|i| matches!(i, Instr::Op(Op::Dot(_), _))).count();
+    for round in 0..200 {
+        let weights: [f64; 3] = std::array::from_fn(|_| match rng.random_range(0..4) {
+            0 => 0.0,
+            1 => 1.0,
+            _ => rng.random_range(-2.0..2.0),
+        });
+        let [x, y, z] = b.p();
+        let turned = b.sub(x, z);
+        let place = [b.scaled(0.8, turned), y, b.shifted(z, 0.3)];
+        let numbers = weights.map(|weight| b.num(weight));
+        let [left, right] = if round % 2 == 0 { [place, numbers] } else { [numbers, place] };
+        let dot = b.op(Op::Dot(op::Dot), &[left, right].concat());
+        let tape = b.field(dot).tape().clone();
+        assert_eq!(dots(&tape), 0);
+        let mut field = Field::of_tape(&tape);
+        for _ in 0..20 {
+            let p: [f64; 3] = std::array::from_fn(|_| rng.random_range(-9.0..9.0));
+            let [a, c, d] = [(p[0] - p[2]) * 0.8, p[1], p[2] + 0.3];
+            let want = a * weights[0] + c * weights[1] + d * weights[2];
+            assert_eq!(field.value(DVec3::from_array(p)), want, "{weights:?} at {p:?}");
+        }
+    }
+    let [x, y, z] = b.p();
+    let length = b.op(Op::Length(op::Length), &[x, y, z]);
+    let numbers = [0.1, 0.2, 0.3].map(|weight| b.num(weight));
+    let bent = b.op(Op::Dot(op::Dot), &[&[length, y, z][..], &numbers].concat());
+    assert_eq!(dots(b.field(bent).tape()), 1);
+}
+
 /// Of many small parts, which are loosely enclosed in large cells, the box is found, and that there are no more.
 #[test]
 fn the_box_of_many_parts_fits() {

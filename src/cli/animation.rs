@@ -19,9 +19,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// If so many frames cannot be made, and none was before, no others are tried: the script is wrong at any time.
-const HOPELESS: usize = 3;
-
 /// Numbers of frames that a message says.
 const LISTED: usize = 8;
 
@@ -119,9 +116,6 @@ impl Run<'_> {
                 Fate::Made => made += 1,
                 Fate::Elsewhere => elsewhere.push(number),
                 Fate::There | Fate::Stopped | Fate::Failed => {}
-            }
-            if self.done == 0 && self.failed.len() == HOPELESS {
-                break;
             }
         }
         for number in elsewhere {
@@ -262,17 +256,17 @@ impl Run<'_> {
 
     /// That frames cannot be made, whose diagnostics are out.
     fn failure(&self, there: usize, all: usize) -> Failure {
-        let mut numbers: Vec<String> = self.failed.iter().take(LISTED).map(u32::to_string).collect();
-        if self.failed.len() > LISTED {
-            numbers.push(format!("{} more", self.failed.len() - LISTED));
+        let failed: BTreeSet<u32> = self.failed.iter().copied().collect();
+        let mut numbers: Vec<String> = failed.iter().take(LISTED).map(u32::to_string).collect();
+        if failed.len() > LISTED {
+            numbers.push(format!("{} more", failed.len() - LISTED));
         }
         let frames = plural(all as u64, "frame");
-        let untried = self.wanted - self.tried();
-        let others = if untried > 0 { "; the others were not tried" } else { "" };
-        let message =
-            format!("{} of {frames} cannot be made ({}){others}", self.failed.len(), numbers.join(", "));
-        let hint = format!("{there} of {frames} are finished; the same command goes on with the others");
-        Failure::error(message, hint)
+        let message = format!("{} of {frames} cannot be made ({})", failed.len(), numbers.join(", "));
+        Failure::error(
+            message,
+            format!("{there} of {frames} are finished; the same command tries the others again"),
+        )
     }
 
     /// Says what there is now, and how to go on.

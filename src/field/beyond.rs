@@ -46,15 +46,21 @@ pub fn around(field: &Field, region: &Aabb, far: f64, halt: Halt<'_>) -> Around 
     Around { clear, met: None }
 }
 
-/// A point of the solid among the middles of the octants of parts of space.
+/// A point of the solid among the middles of the octants of parts of space. Where one operand says so, another may have no
+/// value.
 fn inside(field: &Field, parts: &[Part]) -> Option<DVec3> {
+    let mut field = field.clone();
     let mut values = Evaluator::<f64>::new(field.tape().clone());
-    parts.iter().find_map(|part| {
+    let likely = parts.iter().filter_map(|part| {
         let mut middles = octants(&part.cell).map(|cell| 0.5 * (cell.min + cell.max));
         values.turn_to(&part.tape);
         middles.find(|p| *values.eval(&p.to_array()) <= 0.0)
-    })
+    });
+    likely.take(ASKED).find(|p| field.value(*p) <= 0.0)
 }
+
+/// Points at which all of a field is asked.
+const ASKED: usize = 64;
 
 /// What of one box is outside of another in it, as boxes, two at most on each axis.
 fn between(inner: &Aabb, outer: &Aabb) -> Vec<Aabb> {

@@ -73,21 +73,24 @@ pub enum Extent {
 /// Cells that a search may look at, and those for each operand where there are many, before it settles for what it has,
 const CELLS: usize = 1 << 12;
 
+/// all cells that are kept at a time,
+const MOST: usize = 1 << 18;
+
 /// and the work that may be done for the next step: fields of at most a few thousand operations get most of their cells.
 const WORK: u64 = 1 << 28;
 
-/// How much [work](Tape::work) it is to cut up a part, of one whose octants have tapes of their own mostly to prune it.
+/// How much [work](Tape::work) it is to cut up a part: what is long is pruned, or full of noises.
 fn cost(part: &Part) -> u64 {
-    let each = if is_pruned(&part.tape) { PRUNING } else { 1 };
-    OCTANTS as u64 * each * part.tape.work()
+    let each = if part.tape.len() > SHORT { LONG } else { 1 };
+    part.tape.work().saturating_mul(OCTANTS as u64 * each)
 }
 
-/// To prune a tape is as much work as so many evaluations, for each octant.
-const PRUNING: u64 = 16;
+/// As how many evaluations it counts to cut up a part with a long tape.
+const LONG: u64 = 16;
 
 /// Whether cutting all of these once more would be too much.
 fn is_last<'a>(parts: impl ExactSizeIterator<Item = &'a Part>, most: usize) -> bool {
-    OCTANTS * parts.len() > most || parts.map(cost).sum::<u64>() > WORK
+    OCTANTS * parts.len() > most.min(MOST) || parts.map(cost).fold(0, u64::saturating_add) > WORK
 }
 
 /// How much larger than it has to be a box may be, of its diagonal.
@@ -118,7 +121,7 @@ fn touches(inner: &Aabb, outer: &Aabb) -> bool {
 
 /// A box around all of the solid in a region; none if it is proven that there is nothing.
 ///
-/// It holds whatever is known to be solid, so of the cells that may be, only those that stick out of a box around such
+/// It is to hold points that are known to be solid, so of the cells that may be, only those that stick out of a box around such
 /// points can make it larger, and only they are cut up. What goes on beyond the region is not looked at more closely.
 fn hull(field: &Field, region: &Aabb, halt: Halt<'_>) -> Option<Aabb> {
     let mut values = Evaluator::<Many<f64, OCTANTS>>::new(field.tape().clone());
@@ -145,8 +148,8 @@ fn hull(field: &Field, region: &Aabb, halt: Halt<'_>) -> Option<Aabb> {
     }
 }
 
-/// Those points of parts with one tape that are in the solid, of a point of each: of one at the edge of the region one
-/// there, else its middle.
+/// Those points of parts with one tape that are in the solid, or would be if all of it had a value there, of a point of each:
+/// of one at the edge of the region one there, else its middle.
 fn solid(values: &mut Evaluator<Many<f64, OCTANTS>>, batch: &[Part], region: &Aabb) -> Vec<DVec3> {
     let point = |part: &Part| {
         let Aabb { min, max } = part.cell;

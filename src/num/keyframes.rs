@@ -6,7 +6,7 @@
 //! | curve | slope at a time | the curve |
 //! |---|---|---|
 //! | [`Curve::Monotone`] | of each number the weighted harmonic mean of the slopes of the chords on either side; 0 where these differ in sign | never leaves the range of two neighbouring values |
-//! | [`Curve::CatmullRom`] | that of the parabola through the value and its neighbours, at most 3 times as long as the shorter slope of the chords on either side | runs on through a value; the same in rotated coordinates; on a line, never turns between two values |
+//! | [`Curve::CatmullRom`] | that of the parabola through the value and its neighbours, at most 3 times as long as the shorter slope of the chords on either side | runs on through a value; the same in rotated coordinates; does not turn between two values on a line, unless the values turn there |
 //!
 //! (Fritsch and Butland, *A method for constructing local monotone piecewise cubic interpolants*, 1984, with
 //! the weights of Brodlie; Catmull and Rom, *A class of local interpolating splines*, 1974, for times that

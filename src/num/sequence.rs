@@ -61,16 +61,15 @@ fn scramble(x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// How far apart the numbers below `count` are when they are taken one after the other, starting over at `count`, so that
-/// all have their turn and few are spread evenly: its golden section, or the next number without a common divisor.
-pub fn stride(count: usize) -> usize {
-    let golden = ((GOLDEN * count as f64) as usize).max(1);
-    (golden..=count).find(|&step| divisor(step, count) == 1).unwrap_or(1)
-}
-
-/// The greatest common divisor.
-fn divisor(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { divisor(b, a % b) }
+/// The numbers below `count` in an order in which any first few are spread evenly: that of the multiples of the golden
+/// section, by where they come to in the unit interval.
+pub fn order(count: usize) -> Vec<usize> {
+    let place = |i: usize| (i as f64 * GOLDEN).fract();
+    let mut sorted: Vec<usize> = (0..count).collect();
+    sorted.sort_by(|a, b| place(*a).total_cmp(&place(*b)));
+    let mut order = vec![0; count];
+    sorted.into_iter().enumerate().for_each(|(rank, i)| order[i] = rank);
+    order
 }
 
 /// The golden section: of all numbers the farthest from fractions, so that its multiples, less their whole parts, fill the

@@ -13,6 +13,7 @@ use super::tile::places;
 use super::water::Water;
 use super::{Filter, Job, Pixel, Prepared, Rect, Stats, light, stars};
 use crate::cast::{Caster, Reach};
+use crate::num::sequence;
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -89,6 +90,8 @@ pub(super) struct Worker<'a> {
     pub(super) stats: Stats,
     sums: Vec<Sum>,
     samples: Vec<Sample>,
+    /// In which moments have their turn.
+    order: Vec<usize>,
     paths: Paths,
     /// Light that is shared, at each moment.
     irradiance: Vec<Option<Irradiance>>,
@@ -108,6 +111,7 @@ impl<'a> Worker<'a> {
             stats: Stats::default(),
             sums: Vec::new(),
             samples: Vec::new(),
+            order: sequence::order(shots.len()),
             paths: Paths::default(),
             irradiance: gathered.iter().map(|gathered| gathered.clone().map(Irradiance::new)).collect(),
             passing: Vec::new(),
@@ -229,7 +233,7 @@ impl<'a> Worker<'a> {
             let in_tile = (row * rect.width + column) as usize;
             for sample in range.clone() {
                 let one = Sample::new([x, y], sample, seed, in_tile);
-                if one.moment(self.seers.len()) == moment {
+                if one.moment(&self.order) == moment {
                     self.samples.push(one.placed(&self.filter));
                 }
             }

@@ -205,13 +205,11 @@ impl Cells {
     fn cut(&self, own: &Own, left: Tape) -> Own {
         self.pruned.fetch_add(1, Ordering::Relaxed);
         self.kept.fetch_add(left.len() as u64, Ordering::Relaxed);
-        // One that is no less work is the same.
-        let (tape, work) = match left.work() {
-            less if less < own.work => (Arc::new(left), less),
-            _ => (own.tape.clone(), own.work),
-        };
-        let gains = work as f64 <= GAIN * own.work as f64;
-        Own::new(tape, work, if gains { 0 } else { own.vain + 1 })
+        // One that is hardly less work is not worth its memory.
+        match left.work() {
+            less if less as f64 <= GAIN * own.work as f64 => Own::new(Arc::new(left), less, 0),
+            _ => Own::new(own.tape.clone(), own.work, own.vain + 1),
+        }
     }
 }
 

@@ -165,7 +165,7 @@ impl Tape {
         &self.code
     }
 
-    /// The node that each instruction computes, of the graph that the tape was made from.
+    /// The node that each instruction computes, of the graph that the tape was made from; where several do, the last.
     pub fn origins(&self) -> &[NodeId] {
         &self.origins
     }
@@ -266,7 +266,6 @@ impl Tape {
     }
 }
 
-/// Sums and products with a number, which every kind of number does natively.
 /// Whether an expression changes evenly from place to place, given which of its arguments do: it is a sum of multiples of the
 /// coordinates and a number.
 fn is_even(graph: &Graph, id: NodeId, even: &HashSet<NodeId>) -> bool {
@@ -283,7 +282,7 @@ fn is_even(graph: &Graph, id: NodeId, even: &HashSet<NodeId>) -> bool {
 }
 
 /// A product of even expressions with three numbers, as products and sums, which all kinds of number have of their own: the
-/// last instruction of these, after the others. The bits are the same, but for the sign of a zero.
+/// last instruction of these, after the others. The bits are the same where all terms are finite, but for the sign of a zero.
 fn weighted_sum(graph: &Graph, args: &[NodeId], at: impl Fn(&NodeId) -> u32, code: &mut Vec<Instr>) -> Instr {
     let (of, weights) = args.split_at(3);
     let weight = |a: &NodeId| graph.as_const(*a);
@@ -307,6 +306,7 @@ fn weighted_sum(graph: &Graph, args: &[NodeId], at: impl Fn(&NodeId) -> u32, cod
     last
 }
 
+/// Sums and products with a number, which every kind of number does natively, and what remains.
 fn lower_op(graph: &Graph, op: Op, args: &[NodeId], at: impl Fn(&NodeId) -> u32) -> Instr {
     let number = |i: usize| graph.as_const(args[i]);
     match op {

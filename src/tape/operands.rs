@@ -24,9 +24,11 @@ impl Tape {
         let mut work = self.work();
         while let Some(tape) = rest.pop_front() {
             let halves = tape.halves().map(|halves| halves.map(Arc::new));
-            let parted = halves.as_ref().map(|[a, b]| work - tape.work() + a.work() + b.work());
+            let parted = halves
+                .as_ref()
+                .map(|[a, b]| (work - tape.work()).saturating_add(a.work()).saturating_add(b.work()));
             match (halves, parted) {
-                (Some(halves), Some(parted)) if parted <= MOST * self.work() => {
+                (Some(halves), Some(parted)) if parted <= self.work().saturating_mul(MOST) => {
                     work = parted;
                     rest.extend(halves);
                 }
@@ -97,11 +99,11 @@ impl Tape {
         }
     }
 
-    /// The tape with some of its minima replaced by one of their arguments.
+    /// The tape with some of its minima, from the last to the first, replaced by one of their arguments.
     fn keeping(&self, sides: &[(u32, u32)]) -> Tape {
         self.decided(|slot| {
-            let side = sides.iter().find(|(minimum, _)| *minimum as usize == slot);
-            side.map_or(Fate::Stays, |(_, side)| Fate::Is(*side))
+            let found = sides.binary_search_by(|(minimum, _)| slot.cmp(&(*minimum as usize)));
+            found.map_or(Fate::Stays, |i| Fate::Is(sides[i].1))
         })
     }
 }

@@ -142,7 +142,9 @@ fn page(entries: &[Entry], thumbnails: &[Thumbnail<'_>]) -> String {
         "# Reference\n\n\
          Every function of the scripting language. `orogen doc` writes this page; in the REPL,\n\
          `:help NAME` shows a part of it. Functions of `std/shapes` and `std/csg` are always there; those\n\
-         of other `std/...` modules need an import, such as `import \"std/fractal\" as fractal;`.\n\n",
+         of other `std/...` modules need an import, such as `import \"std/fractal\" as fractal;`.\n\n\
+         Besides, `x`, `y` and `z` are the coordinates of the place as fields, and `p` is all three; `time` is the time\n\
+         of the picture or of its frame in seconds, a field that is the same everywhere; `PI` and `TAU` are numbers.\n\n",
     );
     for group in &groups {
         page += &format!("- [{group}](#{})\n", anchor(group));

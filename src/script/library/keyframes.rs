@@ -60,6 +60,7 @@ fn evaluate(c: &Call<'_>, path: Path) -> Outcome<Dynamic> {
             format!("keyframe {} is at {}, but the one before at {}", i + 1, times[i + 1], times[i]);
         return Err(Fault::new(message).hint("times must increase"));
     }
+    path.check(&values)?;
     let now = c.host.time;
     if path.repeat { path.at(round(times, values, now)?) } else { path.at((times, values, now)) }
 }
@@ -68,7 +69,7 @@ fn evaluate(c: &Call<'_>, path: Path) -> Outcome<Dynamic> {
 /// as it ends.
 fn round(mut times: Vec<f64>, mut values: Vec<Held>, now: f64) -> Outcome<(Vec<f64>, Vec<Held>, f64)> {
     let last = times.len() - 1;
-    if last == 0 || values[0] != values[last] {
+    if last == 0 || !values[0].equals(values[last]) {
         let fault =
             Fault::new("keyframes that repeat must end with the value that they begin with").key("repeat");
         return Err(fault.hint("what turns on and on needs no keyframes: azimuth: 90.0 * time"));
@@ -89,16 +90,19 @@ fn all<T>(values: &[Held], kind: impl Fn(Held) -> Option<T>) -> Option<Vec<T>> {
 
 /// A time and the value then.
 fn frame(c: &Call<'_>, i: usize, v: &Dynamic) -> Outcome<(f64, Held)> {
+    let hint = "write [0.0, 4.0], [0.0, [1, 2, 3]] or [0.0, \"#ff8800\"]";
     let pair = v.read_lock::<Array>().map(|a| a.clone()).filter(|a| a.len() == 2).ok_or_else(|| {
         Fault::new(format!("keyframe {i} must be a time and a value, [time, value], not {}", describe(v)))
     })?;
     let time = number(&pair[0]).filter(|t| t.is_finite()).ok_or_else(|| {
-        Fault::new(format!("the time of keyframe {i} must be a number, not {}", describe(&pair[0])))
+        let message = format!("the time of keyframe {i} must be a number, not {}", describe(&pair[0]));
+        Fault::new(message).hint(hint)
     })?;
     let held = Held::of(c, &pair[1])?.filter(Held::is_finite).ok_or_else(|| {
         let given = describe(&pair[1]);
         let kinds = "a number, a pair, a vector or a colour";
-        Fault::new(format!("the value of keyframe {i} must be {kinds}, all of it finite, not {given}"))
+        let message = format!("the value of keyframe {i} must be {kinds}, all of it finite, not {given}");
+        Fault::new(message).hint(hint)
     })?;
     Ok((time, held))
 }
@@ -115,14 +119,10 @@ impl Held {
         if let Some(pair) = pair {
             return Ok(Some(Held::Pair(pair)));
         }
-        Ok(match Value::of(c.host, v)? {
-            Some(Value::Scalar(Scalar::Number(c), _)) => Some(Held::Number(c)),
-            Some(Value::Vector(parts)) => {
-                let [x, y, z] = parts.map(|part| part.number());
-                x.zip(y).zip(z).map(|((x, y), z)| Held::Vector([x, y, z]))
-            }
-            _ => None,
-        })
+        if let Some(Value::Scalar(Scalar::Number(c), _)) = Value::of(c.host, v)? {
+            return Ok(Some(Held::Number(c)));
+        }
+        Ok(c.vec3_of(v)?.map(|v| Held::Vector(v.to_array())))
     }
 
     fn is_finite(&self) -> bool {
@@ -141,20 +141,47 @@ impl Held {
         if let Held::Pair(pair) = self { Some(pair) } else { None }
     }
 
+    /// Whether both are the same, be it as a colour or as a vector.
+    fn equals(self, other: Held) -> bool {
+        self == other || self.vector().is_some_and(|v| other.vector() == Some(v))
+    }
+
     fn vector(self) -> Option<[f64; 3]> {
         if let Held::Vector(v) | Held::Color(v) = self { Some(v) } else { None }
     }
 }
 
 impl Path {
+    /// Refuses what the options do not go with.
+    fn check(self, values: &[Held]) -> Outcome<()> {
+        let Some(numbers) = all(values, Held::number) else {
+            if self.geometric {
+                let fault = Fault::new("only numbers can change geometrically, not vectors").key("geometric");
+                return Err(fault.hint("let the distance of an orbit change so, or the length of an offset"));
+            }
+            return match self.overshoot {
+                Some(true) if !self.smooth => {
+                    Err(Fault::new("straight lines never overshoot").key("overshoot"))
+                }
+                _ => Ok(()),
+            };
+        };
+        if self.overshoot == Some(true) {
+            return Err(Fault::new("numbers never overshoot").key("overshoot"));
+        }
+        match numbers.iter().position(|v| *v <= 0.0) {
+            Some(i) if self.geometric => {
+                let fault = Fault::new(format!("keyframe {i} is {}, which no factor leads to", numbers[i]));
+                Err(fault.hint("with geometric: true all values must be positive"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The value at a time.
     fn at(self, (times, values, now): (Vec<f64>, Vec<Held>, f64)) -> Outcome<Dynamic> {
         if let Some(numbers) = all(&values, Held::number) {
-            return self.number(&times, numbers, now).map(Dynamic::from_float);
-        }
-        if self.geometric {
-            let fault = Fault::new("only numbers can change geometrically, not vectors").key("geometric");
-            return Err(fault.hint("let the distance of an orbit change so, or the length of an offset"));
+            return Ok(Dynamic::from_float(self.number(&times, numbers, now)));
         }
         if let Some(pairs) = all(&values, Held::pair) {
             let pair = interpolate(self.curve(&values), &times, &pairs, now);
@@ -166,23 +193,13 @@ impl Path {
         Ok(Dynamic::from(Vec3(interpolate(self.curve(&values), &times, &vectors, now))))
     }
 
-    fn number(self, times: &[f64], values: Vec<f64>, now: f64) -> Outcome<f64> {
-        if self.overshoot == Some(true) {
-            return Err(Fault::new("numbers never overshoot").key("overshoot"));
-        }
+    fn number(self, times: &[f64], values: Vec<f64>, now: f64) -> f64 {
         let curve = if self.smooth { Curve::Monotone } else { Curve::Linear };
         let at = |values: Vec<f64>| {
             let values: Vec<[f64; 1]> = values.into_iter().map(|v| [v]).collect();
             interpolate(curve, times, &values, now)[0]
         };
-        if !self.geometric {
-            return Ok(at(values));
-        }
-        if let Some(value) = values.iter().find(|v| **v <= 0.0) {
-            let fault = Fault::new(format!("a keyframe is {value}, which no factor leads to"));
-            return Err(fault.hint("with geometric: true all values must be positive"));
-        }
-        Ok(libm::exp(at(values.into_iter().map(libm::log).collect())))
+        if self.geometric { libm::exp(at(values.into_iter().map(libm::log).collect())) } else { at(values) }
     }
 
     /// What leads from one to the next of pairs or vectors.

@@ -224,7 +224,7 @@ fn width(found: &Found<'_>, a: NodeId, b: Option<NodeId>) -> f64 {
     let tape = &found.shown.tape;
     // Numbers are part of other instructions.
     let number = |node: NodeId| found.shown.graph.as_const(node).unwrap_or(0.0);
-    let slot = |node: NodeId| tape.origins().iter().position(|origin| *origin == node).map(|i| i as u32);
+    let slot = |node: NodeId| tape.origins().iter().rposition(|origin| *origin == node).map(|i| i as u32);
     let sides = [Some(a), b].map(|side| side.map_or((None, 0.0), |node| (slot(node), number(node))));
     let mut values = Evaluator::<f64>::keeping_all(tape.clone());
     let size = |sight: &Sight| {

@@ -64,9 +64,7 @@ pub(super) fn look(taken: &mut Taken, watch: &Watch<'_>) -> Result<Look, Stopped
 
 /// All entries of a list, so that the first few are all over it, too.
 fn scattered<T>(list: &[T]) -> impl Iterator<Item = &T> {
-    let count = list.len();
-    let step = sequence::stride(count);
-    (0..count).map(move |i| &list[i * step % count])
+    sequence::order(list.len()).into_iter().map(|i| &list[i])
 }
 
 /// Neighbouring lines of sight, here and there in the picture.
