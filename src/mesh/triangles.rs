@@ -102,13 +102,12 @@ impl Weaver<'_> {
         for (i, (quad, far)) in self.quads.iter().zip(far.chunks_exact(2)).enumerate() {
             let [a, b, c, d] = corners(quad);
             let both = [[[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]];
-            // On a flat piece neither is nearer but by rounding, and at its end one may be no triangle but a line.
+            let shares = both.map(|halves| lesser_share(halves, &points));
+            // On a flat piece neither is nearer but by rounding. A half that is a line has three corners along an edge of the
+            // solid: then the quadrangle is flat, and the other halves show just the same.
             let is_even = (far[0] - far[1]).abs() <= EVEN * self.lattice.step;
-            let is_first = if is_even {
-                least_area(both[0], &points) >= least_area(both[1], &points)
-            } else {
-                far[0] <= far[1]
-            };
+            let has_line = shares.iter().any(|share| share.abs() < LINE);
+            let is_first = if is_even || has_line { shares[0] >= shares[1] } else { far[0] <= far[1] };
             let halves = if is_first { both[0] } else { both[1] };
             // Where opposite corners are one the halves are one another's reverse.
             let is_folded = a == c || b == d;
@@ -148,15 +147,18 @@ pub fn farthest(lattice: &Lattice, tolerance: f64) -> f64 {
     2.0 * lattice.step.max(tolerance)
 }
 
-/// The smaller part of a quadrangle's area that a half of it has, below zero where one is turned over.
-fn least_area(halves: [[u32; 3]; 2], points: &[DVec3]) -> f64 {
+/// The share of a quadrangle's area that the smaller half of it has, below zero where one is turned over.
+fn lesser_share(halves: [[u32; 3]; 2], points: &[DVec3]) -> f64 {
     let areas = halves.map(|half| {
         let [a, b, c] = half.map(|i| points[i as usize]);
         (b - a).cross(c - a)
     });
     let whole = areas[0] + areas[1];
-    areas[0].dot(whole).min(areas[1].dot(whole))
+    areas[0].dot(whole).min(areas[1].dot(whole)) / whole.length_squared()
 }
+
+/// A half with less of the area is a line.
+const LINE: f64 = 1e-6;
 
 /// Places in a triangle whose distance from the surface is looked at, besides its corners.
 const SAMPLES: usize = 4;

@@ -92,32 +92,6 @@ fn the_first_generation_is_the_script_and_a_sample_of_everything() {
     assert_eq!(cells.len(), 25);
 }
 
-/// However many parameters there are, each is varied in all of its range, and no two of them go together.
-#[test]
-fn many_parameters_are_varied_one_by_one() {
-    let params: Vec<Param> = (0..400).map(|i| param(&format!("p{i}"), 0.5, (0.0, 1.0), false)).collect();
-    let gallery = Gallery::new(Space::new(&params, &BTreeMap::new()), 25, 7);
-    let varied: Vec<Vec<f64>> =
-        gallery.specimens[1..].iter().map(|s| s.values.iter().map(number).collect()).collect();
-    let along = |axis: usize| varied.iter().map(move |values| values[axis]);
-    for axis in 0..400 {
-        let mut quarters = [0; 4];
-        along(axis).for_each(|place| quarters[((4.0 * place) as usize).min(3)] += 1);
-        assert!(quarters.iter().all(|n| (4..=8).contains(n)), "{axis}: {quarters:?}");
-    }
-    let correlation = |a: usize, b: usize| {
-        let sum: f64 = along(a).zip(along(b)).map(|(x, y)| 12.0 * (x - 0.5) * (y - 0.5)).sum();
-        sum / varied.len() as f64
-    };
-    let squares = (1..400).flat_map(|a| (0..a).map(move |b| (a, b))).map(|(a, b)| {
-        let c = correlation(a, b);
-        c * c
-    });
-    // By chance it is one over how many there are; but of any two in turn each half of every axis has one.
-    let mean = squares.sum::<f64>() / (200.0 * 399.0);
-    assert!(mean < 2.0 / varied.len() as f64, "{mean}");
-}
-
 #[test]
 fn the_same_choices_lead_to_the_same_specimens() {
     let run = |seed: u64| {
