@@ -243,6 +243,14 @@ fn meshes_go_out_and_come_in() {
         &["there is no solid", "negative is inside"],
     );
     assert!(!bench.path("none.stl").exists());
+    // Where the bounds are found but not proven, part of the solid may be missing.
+    assert!(!said.contains("Warning"), "{said}");
+    bench.write("plane.rhai", "y");
+    let said = stderr(&bench.run("mesh plane.rhai -o plane.stl --resolution 8").success());
+    has(&said, &["the solid may go on beyond the mesh", "bounds: 2.0"]);
+    bench.write("plane.rhai", "scene(#{ surface: y, bounds: 2.0 })");
+    let said = stderr(&bench.run("mesh plane.rhai -o plane.stl --resolution 8").success());
+    assert!(!said.contains("Warning"), "{said}");
 }
 
 #[test]
