@@ -32,12 +32,13 @@ pub struct Around {
 /// Looks for a solid `f <= 0` around a region, in cubes around the origin, the last of which has at least half the edge
 /// `far`, [`FAR`] at most. No more is looked at when `halt` says so.
 pub fn around(field: &Field, region: &Aabb, far: f64, halt: Halt<'_>) -> Around {
+    let operands = field.tape().operands();
     let mut inner = *region;
     let mut clear = 0.0;
     while clear < far.min(FAR) && !halt() {
         let half = f64::max(LEAST, GROWTH * clear);
         let outer = Aabb::cube(half).hull(&inner);
-        let left = exclude(field, &between(&inner, &outer), halt);
+        let left = exclude(field, &operands, &between(&inner, &outer), halt);
         if !left.is_empty() {
             return Around { clear, met: inside(field, &left) };
         }

@@ -126,7 +126,7 @@ fn touches(inner: &Aabb, outer: &Aabb) -> bool {
 fn hull(field: &Field, region: &Aabb, halt: Halt<'_>) -> Option<Aabb> {
     let mut values = Evaluator::<Many<f64, OCTANTS>>::new(field.tape().clone());
     let mut known: Option<Aabb> = None;
-    let mut parts = parts_of(field, &[*region]);
+    let mut parts = parts_of(&field.tape().operands(), &[*region]);
     // There are few cells at the rim.
     let most = CELLS * parts.len().max(4);
     loop {
@@ -162,10 +162,10 @@ fn solid(values: &mut Evaluator<Many<f64, OCTANTS>>, batch: &[Part], region: &Aa
     points.into_iter().zip(found).filter(|(_, f)| *f <= 0.0).map(|(p, _)| p).collect()
 }
 
-/// Cuts up parts of space and leaves out those where it is certain that `f > 0`. Nothing more is left out when `halt`
-/// says so.
-pub(super) fn exclude(field: &Field, cells: &[Aabb], halt: Halt<'_>) -> Vec<Part> {
-    let mut parts = parts_of(field, cells);
+/// Cuts up cells, for each [operand](Tape::operands) of a field, and leaves out those parts where it is certain that
+/// `f > 0`. Nothing more is left out when `halt` says so.
+pub(super) fn exclude(field: &Field, operands: &[Arc<Tape>], cells: &[Aabb], halt: Halt<'_>) -> Vec<Part> {
+    let mut parts = parts_of(operands, cells);
     let hull = |parts: &[Part]| parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b));
     let Some(region) = hull(&parts) else { return parts };
     let most = CELLS.max(CELLS / OCTANTS * parts.len());
@@ -179,10 +179,12 @@ pub(super) fn exclude(field: &Field, cells: &[Aabb], halt: Halt<'_>) -> Vec<Part
     }
 }
 
-/// Cells, for each of a field's operands.
-fn parts_of(field: &Field, cells: &[Aabb]) -> Vec<Part> {
-    let of = |tape: Arc<Tape>| cells.iter().map(move |cell| Part { cell: *cell, tape: tape.clone() });
-    field.tape().operands().into_iter().flat_map(of).collect()
+/// Cells, for each operand.
+fn parts_of(operands: &[Arc<Tape>], cells: &[Aabb]) -> Vec<Part> {
+    let of = |tape: &Arc<Tape>| {
+        cells.iter().map(|cell| Part { cell: *cell, tape: tape.clone() }).collect::<Vec<_>>()
+    };
+    operands.iter().flat_map(of).collect()
 }
 
 /// Whether it is not worth while to look closer at what is left of a region.
