@@ -229,7 +229,7 @@ fn timeline(name: &str) {
         first.lock().expect("a time").get_or_insert_with(|| start.elapsed());
         told.lock().expect("times").insert(tile.side, start.elapsed());
     };
-    let tile = |_: &Rect, _: &[Pixel]| {
+    let tile = |_: &Rect, _: &[Pixel], _: [f32; 3]| {
         first.lock().expect("a time").get_or_insert_with(|| start.elapsed());
     };
     let job = Job { rough: Some(&rough), tile: &tile, ..Job::unwatched(&cancel) };

@@ -25,8 +25,9 @@ pub struct Job<'a> {
     pub cancel: &'a AtomicBool,
     /// Told after every tile.
     pub progress: &'a (dyn Fn(Progress) + Sync),
-    /// Given every finished tile, with its pixels row by row; it may reach beyond the window that is rendered.
-    pub tile: &'a (dyn Fn(&Rect, &[Pixel]) + Sync),
+    /// Given every finished tile, with its pixels row by row and the light behind everything; it may reach beyond the
+    /// window that is rendered.
+    pub tile: &'a (dyn Fn(&Rect, &[Pixel], [f32; 3]) + Sync),
     /// Given every rough tile of a picture that [refines](super::refine()). Smaller ones follow larger ones, finished ones
     /// follow both, and none is told of after one that is better. None are made where nobody wants them.
     pub rough: Option<&'a (dyn Fn(&Rough) + Sync)>,
@@ -35,7 +36,7 @@ pub struct Job<'a> {
 impl<'a> Job<'a> {
     /// A job that nobody watches.
     pub fn unwatched(cancel: &'a AtomicBool) -> Self {
-        Job { cancel, progress: &|_| (), tile: &|_, _| (), rough: None }
+        Job { cancel, progress: &|_| (), tile: &|_, _, _| (), rough: None }
     }
 }
 
@@ -99,7 +100,7 @@ impl<'a> Film<'a> {
         self.picture.tiles += 1;
         self.picture.finished = self.picture.tiles as usize == self.total;
         self.numbers(rect).for_each(|i| self.finished[i] = true);
-        (job.tile)(rect, pixels);
+        (job.tile)(rect, pixels, self.picture.background);
         (job.progress)(Progress { done: self.picture.tiles as usize, total: self.total });
     }
 

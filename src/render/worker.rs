@@ -53,6 +53,13 @@ impl<'a> Shot<'a> {
     }
 }
 
+/// The light behind everything, as the shutter sees it: that of the first moment, where it stays, to the last bit.
+pub(super) fn backdrop(shots: &[Shot<'_>]) -> DVec3 {
+    let Some(first) = shots.first().map(|shot| shot.scene.sky.background) else { return DVec3::ZERO };
+    let change: DVec3 = shots.iter().map(|shot| shot.scene.sky.background - first).sum();
+    first + change / shots.len() as f64
+}
+
 /// What a thread needs to see a shot.
 pub(super) struct Seer<'a> {
     pub scene: &'a Prepared,
@@ -86,6 +93,8 @@ impl<'a> Seer<'a> {
 pub(super) struct Worker<'a> {
     /// One for each moment.
     seers: Vec<Seer<'a>>,
+    /// The light behind everything.
+    background: DVec3,
     filter: Filter,
     pub(super) stats: Stats,
     sums: Vec<Sum>,
@@ -107,6 +116,7 @@ impl<'a> Worker<'a> {
         let settings = &shots[0].scene.settings;
         Worker {
             seers: shots.iter().map(Seer::new).collect(),
+            background: backdrop(shots),
             filter: settings.filter(),
             stats: Stats::default(),
             sums: Vec::new(),
@@ -194,7 +204,7 @@ impl<'a> Worker<'a> {
                 };
                 outcome.put_beyond(light::beyond(lights, direction) + stars);
             }
-            self.sums[sample.in_tile].add(outcome, seer.scene.sky.background);
+            self.sums[sample.in_tile].add(outcome, self.background);
         }
         Some(())
     }

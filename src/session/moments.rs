@@ -87,6 +87,7 @@ impl Session {
 mod tests {
     use super::*;
     use crate::field::Field;
+    use crate::render::{Pixel, Rect, Rough};
     use crate::world::Memory;
 
     fn moments(film: &str, samples: u32) -> Vec<f64> {
@@ -109,6 +110,24 @@ mod tests {
         }
         assert_eq!(moments("shutter: 0.4", 1000).len(), MOST as usize);
         assert_eq!(moments("samples: 4", 4), [0.0]);
+    }
+
+    #[test]
+    fn behind_everything_is_the_mean_of_what_was_there() {
+        let text = "scene(#{ surface: sphere(0.5), sky: sky(#{ background: vec3(time, 0.5, 1.0 - time) }),
+            film: film(#{ shutter: 0.4, width: 16, height: 12 }) })";
+        let world = Arc::new(Memory([("a.rhai".into(), text.into())].into()));
+        let mut session = Session::new("a.rhai", world);
+        session.set(Default::default(), 0.2);
+        let cancel = Arc::default();
+        let scene = session.load(&cancel).scene.clone().unwrap();
+        let order = Order { samples: Some(4), ..Order::default() };
+        let told = |background: [f32; 3]| assert_eq!(background, [0.4, 0.5, 0.6]);
+        let (tile, rough) =
+            (|_: &Rect, _: &[Pixel], behind: [f32; 3]| told(behind), |rough: &Rough| told(rough.background));
+        let job = Job { tile: &tile, rough: Some(&rough), ..Job::unwatched(&cancel) };
+        let picture = session.refine(&scene, &order, &job, (&Steering::default(), &cancel)).unwrap();
+        told(picture.background);
     }
 
     #[test]

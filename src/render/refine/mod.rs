@@ -26,7 +26,7 @@ mod snapshots;
 
 use super::irradiance::Gathered;
 use super::job::{Film, finish};
-use super::worker::{Shot, Worker};
+use super::worker::{Shot, Worker, backdrop};
 use super::{Job, Picture, Pixel, Rect, RenderError, Stats};
 use queue::{Queue, Work};
 use rayon::prelude::*;
@@ -45,6 +45,8 @@ pub struct Rough {
     pub side: u32,
     /// What it shows: nothing but background, or a moon, where the depth is infinite.
     pub pixel: Pixel,
+    /// The light behind everything.
+    pub background: [f32; 3],
 }
 
 /// How somebody who watches steers what is refined first, and how far before the finished tiles are due.
@@ -115,7 +117,7 @@ pub(super) fn develop(
 ) -> Result<Picture, RenderError> {
     let scene = shots.first().ok_or(RenderError::Samples(0))?.scene;
     let start = Instant::now();
-    let mut picture = Picture::reserved(&scene.settings, scene.sky.background.as_vec3().to_array())?;
+    let mut picture = Picture::reserved(&scene.settings, backdrop(shots).as_vec3().to_array())?;
     let queue = Queue::new(&picture, rayon::current_num_threads());
     let film = Mutex::new(Film::new(&mut picture, queue.finished_tiles()));
     let scout = Scout::new(shots, steering.finest);

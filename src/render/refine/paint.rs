@@ -62,7 +62,7 @@ impl Scout<'_> {
     }
 
     /// A tile that shows nothing but what is behind everything.
-    pub fn background(&self, rect: &Rect, level: usize) -> Rough {
+    pub fn nothing(&self, rect: &Rect, level: usize) -> Rough {
         self.rough(rect, level, |_| None)
     }
 
@@ -94,11 +94,12 @@ impl Scout<'_> {
                 }
                 Some((sight, patch)) => moment.met(rect, patch, sight.what == What::Sea),
             };
-            sum.add(&outcome, moment.scene.sky.background);
+            sum.add(&outcome, self.background);
         }
         // Nothing was sampled.
         let pixel = Pixel { samples: 0.0, ..sum.resolve() };
-        Rough { rect: *rect, side: Steering::SIDES[level], pixel }
+        let background = self.background.as_vec3().to_array();
+        Rough { rect: *rect, side: Steering::SIDES[level], pixel, background }
     }
 }
 

@@ -8,12 +8,13 @@
 use super::super::job::Film;
 use super::super::surface::Surface;
 use super::super::view::Lines;
-use super::super::worker::Shot;
+use super::super::worker::{Shot, backdrop};
 use super::super::{Job, Prepared, Rect};
 use super::paint::Moment;
 use super::queue::{Queue, Strand, Tile};
 use super::{Rough, Steering, locked};
 use crate::cast::{Bundle, CastStats, Reach};
+use glam::DVec3;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
@@ -40,6 +41,8 @@ pub(super) struct Sight<'a> {
 pub(super) struct Scout<'a> {
     pub sights: Vec<Sight<'a>>,
     pub moments: Vec<Moment<'a>>,
+    /// The light behind everything.
+    pub background: DVec3,
     /// Pixels beyond its edges from which a tile gathers light.
     around: f64,
     /// Side of the smallest tiles, in pixels.
@@ -78,7 +81,8 @@ impl<'a> Scout<'a> {
             }
         }
         let around = (shots.first()?.scene.settings.filter().reach() - 0.5).max(0.0);
-        Some(Scout { sights, moments, around, finest, stats: CastStats::default(), tiles: 0 })
+        let (stats, background) = (CastStats::default(), backdrop(shots));
+        Some(Scout { sights, moments, background, around, finest, stats, tiles: 0 })
     }
 
     /// Another one, for another thread.
@@ -119,7 +123,7 @@ impl<'a> Scout<'a> {
         let Some(rect) = square.intersection(&self.whole()) else { return };
         let strands = self.strands(&rect, of);
         match strands {
-            Some(strands) if strands.is_empty() => painted.push(self.background(&rect, level)),
+            Some(strands) if strands.is_empty() => painted.push(self.nothing(&rect, level)),
             strands => tiles.push(Tile { rect, level, strands }),
         }
     }

@@ -31,7 +31,7 @@ pub(super) fn sketch(
     let (width, height) = order.size.unwrap_or((scene.film.width, scene.film.height));
     let board = Board::new(Rect::whole(width, height), Instant::now() + patience, stop);
     let rough = |tile: &Rough| board.rough(tile);
-    let tile = |rect: &Rect, pixels: &[Pixel]| board.finished(rect, pixels);
+    let tile = |rect: &Rect, pixels: &[Pixel], _: [f32; 3]| board.finished(rect, pixels);
     let job = Job { tile: &tile, rough: Some(&rough), ..Job::unwatched(stop) };
     let picture = session.refine(scene, order, &job, (&Steering::down_to(FINEST), stop))?;
     Ok(if picture.finished { Some(picture) } else { board.picture(picture) })

@@ -319,10 +319,12 @@ impl Studio {
         let shared = self.shared.clone();
         let progress = |p: Progress| shared.progress(p.done as f64 / p.total.max(1) as f64, &told);
         let rough = |tile: &Rough| {
+            let look = Look { background: tile.background, ..look };
             shared.canvas().fill(&tile.rect, layer, &look, &tile.pixel);
             shared.is_seen(task, tile.side <= RECOGNISABLE, false);
         };
-        let tile = |rect: &Rect, pixels: &[Pixel]| {
+        let tile = |rect: &Rect, pixels: &[Pixel], background: [f32; 3]| {
+            let look = Look { background, ..look };
             let at = |x: u32, y: u32| pixels[((y - rect.y) * rect.width + x - rect.x) as usize];
             shared.canvas().paint(rect, layer, &look, at);
             shared.is_seen(task, true, true);
