@@ -153,12 +153,13 @@ impl Function<1> for Ramp {
     }
     #[inline(always)]
     fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
-        let one = R::of(1.0);
+        let (zero, half, one) = (R::of(0.0), R::of(0.5), R::of(1.0));
         if let Ramp::Exponential = self {
             return [one / (one + (-x).exp())];
         }
-        let [_, slope, _] = self.bite(hat(x));
-        [x.if_less(R::of(0.0), slope, one - slope)]
+        // Either side alone moves, while the other is 1/2: written down as an expression, the slope has no jump.
+        let side = |x: R| self.bite((one + x).max(zero).min(one))[1];
+        [side(x) + (half - side(-x))]
     }
     #[inline(always)]
     fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
