@@ -707,6 +707,39 @@ fn check_says_what_a_script_describes() {
 }
 
 #[test]
+fn check_says_what_is_wrong_with_a_solid() {
+    let bench = Bench::new(&[]);
+    let checked = |text: &str, code: i32| {
+        bench.write("a.rhai", text);
+        let run = bench.run("check a.rhai").code(code);
+        (stdout(&run), stderr(&run))
+    };
+    let (described, said) = checked("length(p) + 0.1", 0);
+    has(&described, &["none: there is no solid"]);
+    has(
+        &said,
+        &[
+            "Warning: there is no solid: the field is positive everywhere",
+            "a.rhai:1:11",
+            "negative is inside",
+        ],
+    );
+    let (described, said) = checked("scene(#{ surface: sphere(1.0), bounds: [[3, 3, 3], [4, 4, 4]] })", 0);
+    has(&described, &["(3.0000, 3.0000, 3.0000) to", "there is nothing within"]);
+    has(&said, &["Warning: there is no solid within the bounds"]);
+    let (described, said) = checked("sphere(1.0) + 0.2 * sqrt(x)", 0);
+    has(&described, &["found from the field"]);
+    has(&said, &["Warning: the field is undefined (NaN or infinite) in about"]);
+    let (described, said) = checked("sqrt(-1.0 - x * x)", 1);
+    assert_eq!(described, "");
+    has(&said, &["Error: the field is undefined (NaN or infinite) at every point", "square root"]);
+    // However small, five digits of it.
+    let (described, said) = checked("sphere(0.001) / 1000.0", 0);
+    has(&described, &["(-0.0010106, "]);
+    assert_eq!(said, "");
+}
+
+#[test]
 fn what_scripts_print_is_seen() {
     let bench = Bench::new(&[("a.rhai", "print(\"hello\"); sphere(1.0)")]);
     assert!(stdout(&bench.run("check a.rhai").success()).contains("hello"));

@@ -38,19 +38,23 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let interrupt = Interrupt::listen(|| {});
     let loaded = session.load(&interrupt.flag());
     let scene = work::report(&loaded, terminal).ok_or(Failure::Reported)?;
-    out(describe(&scene, terminal));
+    let solid = Field::new(&scene.graph, scene.surface.field);
+    let whereabouts = session::locate(&scene, &solid);
+    let doubts = session::doubts(&scene, &solid, &whereabouts.region)
+        .map_err(|error| work::failure(error, &loaded, terminal))?;
+    doubts.warnings.iter().for_each(|doubt| terminal.diagnostic(doubt, &loaded.sources));
+    out(describe(&scene, &solid, &bounds(&scene, &whereabouts, doubts.is_empty), terminal));
     Ok(())
 }
 
 /// The summary of a scene, with a name in front of each line.
-fn describe(scene: &Scene, terminal: &Terminal) -> String {
+fn describe(scene: &Scene, solid: &Field, bounds: &str, terminal: &Terminal) -> String {
     let field = scene.surface.field;
     let nodes = scene.graph.reachable(&[field]).len() as u64;
-    let solid = Field::new(&scene.graph, field);
     let mut lines = vec![
         ("parameters", parameters(scene, &" ".repeat(12)).unwrap_or_else(|| "none".into())),
         ("surface", format!("{}; {} nodes", smoothness(scene.graph.class(field)), count(nodes))),
-        ("bounds", bounds(scene, &solid)),
+        ("bounds", bounds.to_owned()),
         (
             "picture",
             format!(
@@ -98,14 +102,18 @@ fn smoothness(class: Class) -> &'static str {
     }
 }
 
-fn bounds(scene: &Scene, solid: &Field) -> String {
-    let Whereabouts { region: Aabb { min, max }, is_whole } = session::locate(scene, solid);
+fn bounds(scene: &Scene, whereabouts: &Whereabouts, is_empty: bool) -> String {
+    let Whereabouts { region: Aabb { min, max }, is_whole } = *whereabouts;
     let origin = match (scene.bounds, is_whole) {
+        (Some(_), _) if is_empty => "given by the script; there is nothing within",
+        (None, _) if is_empty => return "none: there is no solid".to_owned(),
         (Some(_), true) => "given by the script",
         (Some(_), false) => "given by the script; the solid may go on beyond",
         (None, true) => "found from the field",
         (None, false) => "found from the field; the solid may go on beyond",
     };
-    let corner = |p: DVec3| format!("({:.4}, {:.4}, {:.4})", p.x, p.y, p.z);
+    // Five digits of how large it is, or more.
+    let digits = (4.0 - libm::log10((max - min).max_element()).floor()).clamp(4.0, 300.0) as usize;
+    let corner = |p: DVec3| format!("({:.digits$}, {:.digits$}, {:.digits$})", p.x, p.y, p.z);
     format!("{} to {}, {origin}", corner(min), corner(max))
 }

@@ -5,6 +5,7 @@
 //! gradient norm that [`Slope`] arithmetic admits there, made tighter by cutting the region up.
 
 mod beyond;
+mod glance;
 mod line;
 mod moments;
 mod region;
@@ -13,6 +14,7 @@ mod terms;
 mod watch;
 
 pub use beyond::{Around, FAR, around};
+pub use glance::Glance;
 pub use line::{Unknown, first_inside};
 pub use moments::{Moments, Survey, survey};
 pub use region::{Extent, Halt, extent, extent_until, lipschitz_outside, lipschitz_until};

@@ -132,10 +132,12 @@ fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {
     let mut warnings = scene.warnings.clone();
     warnings.extend(scene.air.as_ref().and_then(|air| elsewhere(air, picture)));
     if picture.empty && picture.finished && picture.is_whole() {
-        warnings.push(if scene.probe.inside == 0 {
-            Diagnostic::warning(
-                "there is no solid within the bounds: the field is positive wherever it was tried",
-            )
+        let glance = &scene.probe.glance;
+        warnings.push(if glance.inside == 0 {
+            let or = if glance.undefined > 0 { " or undefined" } else { "" };
+            Diagnostic::warning(format!(
+                "there is no solid within the bounds: the field is positive{or} wherever it was tried"
+            ))
             .hint("check the sign of the field (negative is inside), or widen the bounds")
         } else {
             Diagnostic::warning("the camera does not see the solid").hint(

@@ -15,6 +15,7 @@
 //! none of them changed, and a watcher knows what to watch. Commands, previews and tests all make
 //! their pictures through it.
 
+mod doubts;
 pub mod explore;
 pub mod heights;
 mod ledger;
@@ -32,6 +33,7 @@ mod stage;
 pub mod topology;
 mod whereabouts;
 
+pub use doubts::{Doubts, doubts};
 pub use ledger::Line;
 pub use plane::{Plane, along};
 pub use preview::{COARSENESS, preview};

@@ -1,7 +1,7 @@
 //! From a scene to a mesh of it: finds the region, limits detail to the mesh's, and clips what goes on for ever.
 
 use super::topology::{LeftOut, Sieve};
-use super::{stage, whereabouts};
+use super::{doubts, stage, whereabouts};
 use crate::diag::Diagnostic;
 use crate::expr::{Graph, NodeId, TooLarge};
 use crate::field::Watch;
@@ -39,22 +39,33 @@ pub fn polygonise(
     fineness: &Fineness,
     watch: &Watch<'_>,
 ) -> Result<Solidified, Box<Diagnostic>> {
-    let (limited, solid, is_whole) = solid(scene, fineness)?;
+    let Found { limited, solid, is_whole, odd } = find(scene, fineness, watch)?;
     let [begun, done] = if scene.surface.keep.is_some() { CORRECTION } else { [0.0, 1.0] };
     let sieve = watch.part(0.0, begun, |watch| Sieve::of(&limited, scene, watch))?;
     let made = watch.part(begun, done, |watch| mesh::polygonise(&solid, fineness, watch));
-    let (mut left_out, mut warnings) = (LeftOut::default(), Vec::new());
+    let (mut left_out, mut warnings) = (LeftOut::default(), Vec::from_iter(odd));
     let mut meshed = made.map_err(|_: Stopped| stage::stopped())?;
     if let Some(sieve) = sieve {
         left_out = watch.part(done, 1.0, |watch| sieve.leave_out(&mut meshed, &solid.tape, watch))?;
-        warnings = sieve.warnings();
+        warnings.extend(sieve.warnings());
     }
     Ok(Solidified { meshed, is_whole, left_out, warnings })
 }
 
-/// The solid of a scene, in the box that the scene gives or that is found around it; the scene with as much detail; and
-/// whether it is proven that nothing of the solid is out of the box.
-fn solid(scene: &Scene, fineness: &Fineness) -> Result<(Scene, Solid, bool), Box<Diagnostic>> {
+/// What meshes are made of.
+struct Found {
+    /// The scene, with as much detail as meshes show.
+    limited: Scene,
+    /// Its solid, in the box that the scene gives or that is found around it.
+    solid: Solid,
+    /// Whether it is proven that nothing of the solid is out of the box.
+    is_whole: bool,
+    /// Where its field has no value.
+    odd: Option<Diagnostic>,
+}
+
+/// The solid of a scene.
+fn find(scene: &Scene, fineness: &Fineness, watch: &Watch<'_>) -> Result<Found, Box<Diagnostic>> {
     let too_large = |e: TooLarge| Box::new(Diagnostic::error(e.to_string()));
     let whole = scene.surface.field;
     let found = whereabouts::region(scene, &Field::new(&scene.graph, whole));
@@ -68,6 +79,7 @@ fn solid(scene: &Scene, fineness: &Fineness) -> Result<(Scene, Solid, bool), Box
         Scene { graph: graph.clone(), surface: Surface { field, ..scene.surface.clone() }, ..scene.clone() };
     let grown = Aabb { min: found.min - 0.01 * size, max: found.max + 0.01 * size };
     let shown = Field::new(&graph, field);
+    let odd = doubts::gaps(&limited, &shown, &found, &|| watch.check().is_err())?;
     // With less detail it may reach farther, or have parts elsewhere.
     let all = whereabouts::locate(&limited, &shown);
     let (region, is_whole) = match field::extent(&shown, &grown) {
@@ -78,18 +90,11 @@ fn solid(scene: &Scene, fineness: &Fineness) -> Result<(Scene, Solid, bool), Box
             field = clipped(Arc::make_mut(&mut graph), field, &found).map_err(too_large)?;
             (found, false)
         }
-        Extent::Empty => {
-            let place = graph.place(whole).cloned();
-            let error = Diagnostic::error("there is no solid within the bounds: the field is positive there")
-                .at(place);
-            return Err(Box::new(error.hint(
-                "negative is inside; check the sign of the field, or give other `bounds` of the scene",
-            )));
-        }
+        Extent::Empty => return Err(Box::new(doubts::missing(&limited, &shown, &|| watch.check().is_err()))),
     };
     let tape = Arc::new(Tape::new(&graph, &[field]));
     let color = (roots.len() > 1).then(|| Arc::new(Tape::new(&graph, &roots[1..])));
-    Ok((limited, Solid { tape, color, region }, is_whole))
+    Ok(Found { limited, solid: Solid { tape, color, region }, is_whole, odd })
 }
 
 /// What of a solid is in a box.
