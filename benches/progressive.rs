@@ -11,7 +11,7 @@
 
 use orogen::cast::{Bundle, CastStats, Frame, Hit, Kind, Ray, Reach, caster, reach};
 use orogen::field::Field;
-use orogen::render::{Job, Pixel, Prepared, Rect, Rough, Settings, Steering, prepare};
+use orogen::render::{Fine, Job, Prepared, Rect, Rough, Settings, Steering, prepare};
 use orogen::scene::{Aabb, Scene};
 use orogen::script::{Request, Script, compile};
 use orogen::session::{self, Order, Session};
@@ -229,7 +229,7 @@ fn timeline(name: &str) {
         first.lock().expect("a time").get_or_insert_with(|| start.elapsed());
         told.lock().expect("times").insert(tile.side, start.elapsed());
     };
-    let tile = |_: &Rect, _: &[Pixel], _: [f32; 3]| {
+    let tile = |_: &Fine<'_>| {
         first.lock().expect("a time").get_or_insert_with(|| start.elapsed());
     };
     let job = Job { rough: Some(&rough), tile: &tile, ..Job::unwatched(&cancel) };

@@ -7,7 +7,7 @@ use common::Build;
 use glam::DVec3;
 use orogen::cast::{Bundle, CastStats, Frame, Hit, Kind, Ray, Tolerance, caster, reach};
 use orogen::expr::NodeId;
-use orogen::render::{Job, Picture, Pixel, Rect, Rough, Snapshots, Steering, tiles};
+use orogen::render::{Fine, Job, Picture, Pixel, Rect, Rough, Snapshots, Steering, tiles};
 use orogen::scene::{Aabb, Scene};
 use orogen::script::{Request, compile};
 use orogen::session::{self, Order, Session};
@@ -223,7 +223,7 @@ fn the_region_of_interest_is_finished_first() {
     steering.focus(Some(region));
     let told = Mutex::new(Vec::new());
     let rough = |tile: &Rough| told.lock().unwrap().push((tile.rect, Some(tile.side)));
-    let finished = |rect: &Rect, _: &[Pixel], _: [f32; 3]| told.lock().unwrap().push((*rect, None));
+    let finished = |tile: &Fine<'_>| told.lock().unwrap().push((tile.rect, None));
     let cancel = AtomicBool::new(false);
     let job = Job { rough: Some(&rough), tile: &finished, ..Job::unwatched(&cancel) };
     let order = Order { threads: NonZeroUsize::new(1), ..Order::default() };
@@ -271,7 +271,7 @@ fn no_tile_is_painted_over_by_a_worse_one() {
         steering.focus(Some(Rect { x: rect.x, y: rect.y, width: 1, height: 1 }));
     };
     let rough = |tile: &Rough| paint(&tile.rect, tile.side);
-    let finished = |rect: &Rect, _: &[Pixel], _: [f32; 3]| paint(rect, 0);
+    let finished = |tile: &Fine<'_>| paint(&tile.rect, 0);
     let cancel = AtomicBool::new(false);
     let job = Job { rough: Some(&rough), tile: &finished, ..Job::unwatched(&cancel) };
     for threads in [1, 4] {

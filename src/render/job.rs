@@ -18,6 +18,24 @@ pub struct Progress {
     pub total: usize,
 }
 
+/// A finished tile.
+#[derive(Clone, Copy, Debug)]
+pub struct Fine<'a> {
+    /// Where it is; it may reach beyond the window that is rendered.
+    pub rect: Rect,
+    /// Its pixels, row by row.
+    pub pixels: &'a [Pixel],
+    /// The light behind everything.
+    pub background: [f32; 3],
+}
+
+impl Fine<'_> {
+    /// The pixel at a column and a row of the picture, within the tile.
+    pub fn pixel(&self, x: u32, y: u32) -> Pixel {
+        self.pixels[((y - self.rect.y) * self.rect.width + x - self.rect.x) as usize]
+    }
+}
+
 /// Who watches a job, and can stop it. The functions are called from any thread, one at a time.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
@@ -25,9 +43,8 @@ pub struct Job<'a> {
     pub cancel: &'a AtomicBool,
     /// Told after every tile.
     pub progress: &'a (dyn Fn(Progress) + Sync),
-    /// Given every finished tile, with its pixels row by row and the light behind everything; it may reach beyond the
-    /// window that is rendered.
-    pub tile: &'a (dyn Fn(&Rect, &[Pixel], [f32; 3]) + Sync),
+    /// Given every finished tile.
+    pub tile: &'a (dyn Fn(&Fine<'_>) + Sync),
     /// Given every rough tile of a picture that [refines](super::refine()). Smaller ones follow larger ones, finished ones
     /// follow both, and none is told of after one that is better. None are made where nobody wants them.
     pub rough: Option<&'a (dyn Fn(&Rough) + Sync)>,
@@ -36,7 +53,7 @@ pub struct Job<'a> {
 impl<'a> Job<'a> {
     /// A job that nobody watches.
     pub fn unwatched(cancel: &'a AtomicBool) -> Self {
-        Job { cancel, progress: &|_| (), tile: &|_, _, _| (), rough: None }
+        Job { cancel, progress: &|_| (), tile: &|_| (), rough: None }
     }
 }
 
@@ -100,7 +117,7 @@ impl<'a> Film<'a> {
         self.picture.tiles += 1;
         self.picture.finished = self.picture.tiles as usize == self.total;
         self.numbers(rect).for_each(|i| self.finished[i] = true);
-        (job.tile)(rect, pixels, self.picture.background);
+        (job.tile)(&Fine { rect: *rect, pixels, background: self.picture.background });
         (job.progress)(Progress { done: self.picture.tiles as usize, total: self.total });
     }
 

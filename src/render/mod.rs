@@ -70,7 +70,7 @@ pub use denoise::denoise;
 pub use error::{CameraError, RenderError};
 pub use filter::{Filter, OrderError, Shutter};
 pub use heatmap::Heatmap;
-pub use job::{Job, Progress, render, render_moments};
+pub use job::{Fine, Job, Progress, render, render_moments};
 pub use layer::{Layer, Look};
 pub use merge::{MergeError, merge};
 pub use overlay::Overlay;

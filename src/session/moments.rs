@@ -87,7 +87,7 @@ impl Session {
 mod tests {
     use super::*;
     use crate::field::Field;
-    use crate::render::{Pixel, Rect, Rough};
+    use crate::render::{Fine, Rough};
     use crate::world::Memory;
 
     fn moments(film: &str, samples: u32) -> Vec<f64> {
@@ -123,8 +123,7 @@ mod tests {
         let scene = session.load(&cancel).scene.clone().unwrap();
         let order = Order { samples: Some(4), ..Order::default() };
         let told = |background: [f32; 3]| assert_eq!(background, [0.4, 0.5, 0.6]);
-        let (tile, rough) =
-            (|_: &Rect, _: &[Pixel], behind: [f32; 3]| told(behind), |rough: &Rough| told(rough.background));
+        let (tile, rough) = (|fine: &Fine<'_>| told(fine.background), |rough: &Rough| told(rough.background));
         let job = Job { tile: &tile, rough: Some(&rough), ..Job::unwatched(&cancel) };
         let picture = session.refine(&scene, &order, &job, (&Steering::default(), &cancel)).unwrap();
         told(picture.background);

@@ -292,7 +292,7 @@ fn a_cancelled_job_gives_what_there_is() {
 fn tiles_arrive_with_their_pixels() {
     let scene = prepared(&ball());
     let film = std::sync::Mutex::new(vec![Pixel::EMPTY; 48 * 40]);
-    let tile = |rect: &Rect, pixels: &[Pixel], _: [f32; 3]| {
+    let tile = |Fine { rect, pixels, .. }: &Fine<'_>| {
         let mut film = film.lock().unwrap();
         for (i, pixel) in pixels.iter().enumerate() {
             let (x, y) =

@@ -7,7 +7,7 @@
 
 use super::Subject;
 use crate::diag::Diagnostic;
-use crate::render::{Job, Picture, Pixel, Rect, Rough, Steering};
+use crate::render::{Fine, Job, Picture, Pixel, Rect, Rough, Steering};
 use crate::scene::Scene;
 use crate::session::{Order, Session};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,7 +31,7 @@ pub(super) fn sketch(
     let (width, height) = order.size.unwrap_or((scene.film.width, scene.film.height));
     let board = Board::new(Rect::whole(width, height), Instant::now() + patience, stop);
     let rough = |tile: &Rough| board.rough(tile);
-    let tile = |rect: &Rect, pixels: &[Pixel], _: [f32; 3]| board.finished(rect, pixels);
+    let tile = |tile: &Fine<'_>| board.finished(tile);
     let job = Job { tile: &tile, rough: Some(&rough), ..Job::unwatched(stop) };
     let picture = session.refine(scene, order, &job, (&Steering::down_to(FINEST), stop))?;
     Ok(if picture.finished { Some(picture) } else { board.picture(picture) })
@@ -72,9 +72,8 @@ impl<'a> Board<'a> {
     }
 
     /// A finished one.
-    fn finished(&self, rect: &Rect, pixels: &[Pixel]) {
-        let at = |x: u32, y: u32| pixels[((y - rect.y) * rect.width + x - rect.x) as usize];
-        self.put(rect, true, at);
+    fn finished(&self, tile: &Fine<'_>) {
+        self.put(&tile.rect, true, |x, y| tile.pixel(x, y));
     }
 
     fn put(&self, rect: &Rect, is_settled: bool, pixel: impl Fn(u32, u32) -> Pixel) {

@@ -5,7 +5,7 @@ use super::{Event, Finished, Running, Shared, State, Subject};
 use crate::cast::Kind;
 use crate::diag::{Diagnostic, Severity};
 use crate::field::Watch;
-use crate::render::{Job, Layer, Look, Picture, Pixel, Progress, Rect, Rough, Steering, View};
+use crate::render::{Fine, Job, Layer, Look, Picture, Progress, Rect, Rough, Steering, View};
 use crate::scene::{Keep, Measure, Scene, Value};
 use crate::script::rewrite;
 use crate::session::topology::{self, Analysis, Purpose, Show};
@@ -323,10 +323,9 @@ impl Studio {
             shared.canvas().fill(&tile.rect, layer, &look, &tile.pixel);
             shared.is_seen(task, tile.side <= RECOGNISABLE, false);
         };
-        let tile = |rect: &Rect, pixels: &[Pixel], background: [f32; 3]| {
-            let look = Look { background, ..look };
-            let at = |x: u32, y: u32| pixels[((y - rect.y) * rect.width + x - rect.x) as usize];
-            shared.canvas().paint(rect, layer, &look, at);
+        let tile = |tile: &Fine<'_>| {
+            let look = Look { background: tile.background, ..look };
+            shared.canvas().paint(&tile.rect, layer, &look, |x, y| tile.pixel(x, y));
             shared.is_seen(task, true, true);
         };
         let rough: Option<&(dyn Fn(&Rough) + Sync)> = if again { None } else { Some(&rough) };
