@@ -10,7 +10,7 @@ use crate::mesh::{self, Deviation, FINEST, Fineness, Meshed};
 use crate::scene::Scene;
 use crate::session::topology::LeftOut;
 use crate::session::{self, Solidified};
-use crate::shape::{Census, creased};
+use crate::shape::{Census, Parts, creased};
 use crate::world::atomic;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -175,7 +175,8 @@ fn doubts(left_out: &LeftOut) -> impl Iterator<Item = Diagnostic> {
     .flatten()
 }
 
-/// `rock.glb: 1 234 triangles, 619 points, 1 part, 0 handles, closed, 66 parts left out, 1.2 s`
+/// `rock.glb: 1 234 triangles, 619 points, 1 part, 0 handles, closed, 66 parts left out, 1.2 s`. Voids are closed surfaces, too,
+/// but no parts of the solid.
 fn summary(file: &Path, made: &Solidified, elapsed: f64) -> String {
     let Solidified { meshed, left_out, .. } = made;
     let without = match left_out.parts {
@@ -185,12 +186,15 @@ fn summary(file: &Path, made: &Solidified, elapsed: f64) -> String {
     let census = Census::of(&meshed.mesh);
     let handles = census.parts as i64 - census.euler_characteristic() / 2;
     let kind = if census.is_closed_manifold() { "closed" } else { "not closed" };
+    let volumes = Parts::of(&meshed.mesh).volumes(&meshed.mesh);
+    let voids = volumes.into_iter().filter(|volume| *volume < 0.0).count();
+    let hollow = if voids > 0 { format!(", {}", plural(voids as u64, "void")) } else { String::new() };
     format!(
-        "{}: {}, {}, {}, {}, {kind}{without}, {}",
+        "{}: {}, {}, {}{hollow}, {}, {kind}{without}, {}",
         file.display(),
         plural(census.triangles as u64, "triangle"),
         plural(census.points as u64, "point"),
-        plural(census.parts as u64, "part"),
+        plural((census.parts - voids) as u64, "part"),
         plural(handles.max(0) as u64, "handle"),
         seconds(elapsed),
     )
@@ -216,7 +220,7 @@ fn judgement(made: &Solidified, tolerance: Option<f64>) -> String {
         None if *is_whole => "proven to show all parts of the solid".to_owned(),
         None => "proven to show all parts of the solid that are within its bounds".to_owned(),
         Some(at) => format!(
-            "parts smaller than a cell of {:.2e} may be missing in {} of {} blocks, as at ({:.4}, {:.4}, {:.4})",
+            "what is smaller than a cell of {:.2e} may be missing, joined or torn in {} of {} blocks, as at ({:.4}, {:.4}, {:.4})",
             meshed.cell,
             count(meshed.doubtful),
             count(meshed.blocks),

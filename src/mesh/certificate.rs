@@ -20,9 +20,13 @@ use super::tips::slopes_along;
 use crate::num::{Interval, Slope};
 use crate::tape::Evaluator;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Times that a cell is cut for the sake of the proof.
 const CUTS: u32 = 1;
+
+/// Parts of blocks of so many cells along an edge or more have tapes of their own, where the block's has so much work or more.
+const PRUNED: (u32, u64) = (4, 64);
 
 /// What a part of space is known not to have.
 enum Known {
@@ -42,12 +46,16 @@ pub(super) fn doubt(
     lattice: &Lattice,
     slopes: &mut Evaluator<Slope>,
 ) -> Option<Place> {
-    slopes.turn_to(&block.tape);
-    let mut pending = vec![(block.at, SIDE)];
-    while let Some((at, cells)) = pending.pop() {
-        match known(lattice.region(at, cells), slopes) {
+    let mut pending = vec![(block.at, SIDE, block.tape.clone())];
+    while let Some((at, cells, tape)) = pending.pop() {
+        let region = lattice.region(at, cells);
+        match known(region, slopes.turn_to(&tape)) {
             Known::Same { .. } | Known::Regular => {}
-            Known::Nothing if cells > 1 => pending.extend(eighths(at, cells / 2)),
+            Known::Nothing if cells > 1 => {
+                let is_long = (PRUNED.0..SIDE).contains(&cells) && tape.work() >= PRUNED.1;
+                let tape = if is_long { Arc::new(tape.prune(&region)) } else { tape };
+                pending.extend(eighths(at, cells / 2).map(|(at, cells)| (at, cells, tape.clone())));
+            }
             Known::Nothing if is_proven(at, contour, lattice, slopes) => {}
             Known::Nothing => return Some(at),
         }

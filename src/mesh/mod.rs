@@ -74,6 +74,10 @@ pub const FINEST: u32 = 1 << 16;
 /// Most cells along an edge that a tolerance alone leads to.
 pub const ENOUGH: u32 = 512;
 
+/// Steps of the lattice within which of a place all questions about the mesh are asked of one tape: fewer, and cells would have
+/// hardly a question each.
+const NEAR: f64 = 1.0;
+
 /// Cells along an edge where nothing is said, and where the search for enough of them begins.
 const FIRST: u32 = 128;
 
@@ -112,10 +116,12 @@ pub struct Deviation {
 /// # Errors
 /// When stopped.
 pub fn polygonise(solid: &Solid, fineness: &Fineness, watch: &Watch<'_>) -> Result<Meshed, Stopped> {
-    let cells = Cells::new(solid.tape.clone(), &solid.region.intervals());
     let mut resolution = fineness.resolution.unwrap_or(FIRST).clamp(2, FINEST);
+
     loop {
         let sketch = Sketch::new(solid, resolution, watch)?;
+        let cells =
+            Cells::new(solid.tape.clone(), &solid.region.intervals()).no_smaller(NEAR * sketch.lattice.step);
         if let (None, Some(tolerance)) = (fineness.resolution, fineness.tolerance) {
             let farthest = triangles::farthest(&sketch.lattice, 0.0);
             let excess =

@@ -33,6 +33,7 @@ mod realise;
 mod repl;
 pub mod rewrite;
 mod show;
+mod signs;
 mod synonyms;
 mod syntax;
 mod tree;
@@ -228,6 +229,7 @@ fn scene_of(
     text: &str,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Scene> {
+    diagnostics.extend(signs::warnings(name, text));
     let explainer = Explainer { setup, limits, main: name };
     let value = match evaluate(setup, name, text) {
         Ok(value) => value,

@@ -40,6 +40,8 @@ pub struct Cells {
     parts: Parts,
     centre: [f64; 3],
     half: f64,
+    /// What is asked of all points within less is asked of those.
+    least: f64,
     is_uniform: bool,
     is_defined: bool,
     /// Tapes made, and instructions in all of them.
@@ -102,6 +104,12 @@ impl Cells {
         cells
     }
 
+    /// The same with no cells that are smaller than to hold all within `reach` of a place in them: for many questions that
+    /// are about as far apart, which would each have cells of their own made.
+    pub fn no_smaller(self, reach: f64) -> Cells {
+        Cells { least: reach, ..self }
+    }
+
     /// All of space as one cell.
     pub fn undivided(tape: Arc<Tape>) -> Cells {
         let work = tape.work();
@@ -110,6 +118,7 @@ impl Cells {
             parts: Default::default(),
             centre: [0.0; 3],
             half: 0.0,
+            least: 0.0,
             is_uniform: true,
             is_defined: false,
             pruned: AtomicU64::new(0),
@@ -171,7 +180,7 @@ impl Cells {
         for _ in 0..DEEPEST {
             let quarter = 0.5 * half;
             // The cell reaches a whole `half` of its child beyond the child's faces.
-            let fits = reach <= quarter * (1.0 - 1e-9);
+            let fits = reach.max(self.least) <= quarter * (1.0 - 1e-9);
             if !fits || !own.is_open {
                 break;
             }

@@ -188,7 +188,7 @@ impl Path {
             return Ok(pair.map(Dynamic::from_float).to_vec().into());
         }
         let vectors = all(&values, Held::vector).ok_or_else(|| {
-            Fault::new("the values of keyframes must be all numbers, all pairs, or all vectors of numbers")
+            Fault::new("the values of keyframes must be all numbers, all pairs, or all vectors and colours")
         })?;
         Ok(Dynamic::from(Vec3(interpolate(self.curve(&values), &times, &vectors, now))))
     }

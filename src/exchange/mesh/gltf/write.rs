@@ -116,7 +116,9 @@ fn text(mesh: &Mesh, normals: bool, narrow: bool) -> (Value, u64) {
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
         "nodes": [{ "mesh": 0 }],
-        "meshes": [{ "primitives": [{ "attributes": attributes, "indices": corners }] }],
+        "meshes": [{ "primitives": [{ "attributes": attributes, "indices": corners, "material": 0 }] }],
+        // What has no material is of metal.
+        "materials": [{ "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 } }],
         "accessors": layout.accessors,
         "bufferViews": layout.views,
         "buffers": [{ "byteLength": layout.bytes }],
