@@ -157,7 +157,13 @@ impl Explainer<'_> {
             E::ErrorDataTooLarge(what, _) => self.too_large(what),
             E::ErrorMismatchDataType(wanted, given, _) | E::ErrorMismatchOutputType(wanted, given, _) => {
                 let (wanted, given) = (with_article(&type_text(wanted)), with_article(&type_text(given)));
-                Diagnostic::error(format!("{wanted} is needed here, not {given}"))
+                let d = Diagnostic::error(format!("{wanted} is needed here, not {given}"));
+                match (wanted.as_str(), given.as_str()) {
+                    ("a bool", "a Field" | "a Noise") => d.hint(
+                        "true or false is not a matter of place: union(a, b) and intersection(a, b) combine solids, mix(a, b, smoothstep(low, high, f)) goes from one to the other",
+                    ),
+                    _ => d,
+                }
             }
             E::ErrorIndexingType(name, _) => {
                 let ty = type_text(name.split(" [").next().unwrap_or(name));
@@ -385,6 +391,9 @@ fn property(text: &str) -> Diagnostic {
                 "Vec3" | "VectorField" => d.hint("its properties are x, y, z"),
                 "Interval" | "Affine" => d.hint("its properties are low, high, mid, width"),
                 "Region" => d.hint("its properties are x, y, z, min, max"),
+                "Field" if ["x", "y", "z"].contains(&name) => {
+                    d.hint(format!("it has one value; `{name}` alone is the coordinate"))
+                }
                 _ => d.hint(format!("if a function is meant, call it: .{name}()")),
             }
         }

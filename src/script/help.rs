@@ -2,6 +2,7 @@
 
 use super::library::Entry;
 use super::modules;
+use super::synonyms;
 use crate::diag;
 
 /// Columns of a page on a terminal.
@@ -55,6 +56,11 @@ pub fn input(name: &str) -> Option<&'static str> {
         "TAU" => "TAU: 2 PI\n",
         _ => return None,
     })
+}
+
+/// What to write for a function that is called so elsewhere.
+pub fn elsewhere(name: &str) -> Option<&'static str> {
+    synonyms::function(name)
 }
 
 /// The name that is meant by one that is nothing's. Names of the standard library need not be

@@ -3,7 +3,7 @@
 
 use super::engine::{Limits, Stop};
 use super::fault::{Fault, Outcome};
-use crate::diag::Place;
+use crate::diag::{Diagnostic, Place};
 use crate::expr::{Graph, Input, Node, NodeId};
 use crate::num::Number;
 use crate::op::Op;
@@ -31,6 +31,8 @@ pub struct Host {
     pub strict: bool,
     /// What `print` and `debug` said.
     pub output: RefCell<Vec<String>>,
+    /// What was made, but is hardly meant.
+    pub odd: RefCell<Vec<Diagnostic>>,
     /// Animation time in seconds.
     pub time: f64,
     /// When to stop.
@@ -62,6 +64,7 @@ impl Host {
             set,
             strict: true,
             output: RefCell::default(),
+            odd: RefCell::default(),
             time,
             deadline: Cell::new(None),
             cancel: None,
@@ -99,6 +102,14 @@ impl Host {
         let cancelled = self.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed));
         let stop = if cancelled { Stop::Cancelled } else { Stop::Overran(Rc::from(name)) };
         Err(Box::new(EvalAltResult::ErrorTerminated(Dynamic::from(stop), Position::NONE)))
+    }
+
+    /// Notes something that is hardly meant, once.
+    pub fn doubt(&self, doubt: Diagnostic) {
+        let mut odd = self.odd.borrow_mut();
+        if !odd.contains(&doubt) {
+            odd.push(doubt);
+        }
     }
 
     /// Samples that grids may still have.

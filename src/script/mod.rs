@@ -239,6 +239,7 @@ fn scene_of(
         }
     };
     diagnostics.extend(library::unused(&setup.host));
+    diagnostics.extend(setup.host.odd.take());
     let scene = match scene_value(setup, &value) {
         Ok(scene) => scene,
         Err(d) => {

@@ -88,9 +88,10 @@ fn pictured(thumbnails: &[Thumbnail<'_>], name: &str) -> Result<String, Failure>
 
 fn unknown(entries: &[Entry], name: &str, message: &str) -> Failure {
     let names: Vec<String> = entries.iter().map(|e| e.name.clone()).collect();
-    let hint = match help::nearest(entries, &names, name) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => "docs/reference.md has everything; pictures show what can be seen".to_owned(),
+    let hint = match (help::elsewhere(name), help::nearest(entries, &names, name)) {
+        (Some(here), _) => format!("here that is {here}"),
+        (None, Some(near)) => format!("did you mean `{near}`?"),
+        (None, None) => "docs/reference.md has everything; pictures show what can be seen".to_owned(),
     };
     Failure::usage(message, hint)
 }

@@ -4,7 +4,7 @@ use super::{Shell, commands};
 use crate::cli::report::{Outcome, Terminal, out};
 use crate::diag::Diagnostic;
 use crate::script;
-use crate::script::help::wrapped;
+use crate::script::help::{elsewhere, wrapped};
 
 /// Explains a name, or lists everything.
 pub fn run(shell: &Shell, name: Option<&str>) -> Outcome {
@@ -37,9 +37,10 @@ fn explain(shell: &Shell, name: &str) -> Outcome {
     }
     let interpreter = shell.interpreter.borrow();
     let error = Diagnostic::error(format!("nothing is called `{name}`"));
-    Err(match interpreter.nearest(name) {
-        Some(near) => shell.say(&error.hint(format!("did you mean `{near}`?"))),
-        None => shell.say(&error.hint(":help alone lists what there is")),
+    Err(match (elsewhere(name), interpreter.nearest(name)) {
+        (Some(here), _) => shell.say(&error.hint(format!("here that is {here}"))),
+        (None, Some(near)) => shell.say(&error.hint(format!("did you mean `{near}`?"))),
+        (None, None) => shell.say(&error.hint(":help alone lists what there is")),
     })
 }
 

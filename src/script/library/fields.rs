@@ -244,7 +244,7 @@ fn moves(lib: &mut Library<'_>) {
         });
     }
     for name in ["scaled", "scale"] {
-        let sentence = "A solid grown by a factor, its distances too; of a noise the frequency, so that its features shrink.";
+        let sentence = "A solid grown by a factor, its distances too; of a noise the frequency, so that its features shrink. A vector has a factor for each axis, and below zero gives the mirror image: scaled([-1, 1, 1]). Distances are then no more than they were said to be.";
         lib.def(&format!("{name}(f, factor)"), sentence, "gradient(7).scaled(4.0)", scaled);
     }
     lib.def(
@@ -292,6 +292,9 @@ fn clean(m: DMat3) -> DMat3 {
 }
 
 fn scaled(c: &Call<'_>) -> Outcome<Dynamic> {
+    if let Some(factors) = c.vec3_of(&c.args[1])? {
+        return stretched_by(c, factors);
+    }
     let k = c.number(1)?;
     if let Ok(source) = c.source(0) {
         return source.scaled(k).map(Dynamic::from);
@@ -309,6 +312,35 @@ fn scaled(c: &Call<'_>) -> Outcome<Dynamic> {
     let inner = moved(c, &with)?;
     if let Some(f) = inner.read_lock::<Field>() {
         let node = c.host.op(Op::Mul(op::Mul), &[factor, f.node])?;
+        return Ok(Dynamic::from(Field { node, color: f.color }));
+    }
+    Ok(inner)
+}
+
+/// A factor along each axis: the field at `p / k`, times the least of them, so that it is no steeper than before; of a noise
+/// that at `p k`.
+fn stretched_by(c: &Call<'_>, factors: DVec3) -> Outcome<Dynamic> {
+    let host = c.host;
+    let least = factors.abs().min_element();
+    if !(least > 0.0 && factors.is_finite()) {
+        return Err(c.wrong(1, "a vector of factors other than zero"));
+    }
+    let source = c.source(0).ok();
+    let mut p = host.point()?;
+    for (coordinate, factor) in p.iter_mut().zip(factors.to_array()) {
+        let factor = host.constant(if source.is_some() { factor } else { 1.0 / factor })?;
+        *coordinate = host.op(Op::Mul(op::Mul), &[*coordinate, factor])?;
+    }
+    if let Some(mut source) = source {
+        if source.at.is_some() {
+            return Err(c.wrong(1, "a number where the noise is asked at a place of its own"));
+        }
+        source.at = Some(p);
+        return Ok(Dynamic::from(source));
+    }
+    let inner = moved(c, &with(p, stretched(host, p)?))?;
+    if let Some(f) = inner.read_lock::<Field>() {
+        let node = host.op(Op::Mul(op::Mul), &[host.constant(least)?, f.node])?;
         return Ok(Dynamic::from(Field { node, color: f.color }));
     }
     Ok(inner)

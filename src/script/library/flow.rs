@@ -102,7 +102,7 @@ fn gradient(c: &Call<'_>, node: NodeId) -> Outcome<[NodeId; 3]> {
                 "{} has no slope that is known as an expression",
                 field::blame(graph.node(part)).0
             ))
-            .hint("noises that are C1 have one, plain sums of their octaves, and what operations make of these; at a point every field has f.gradient(p)");
+            .hint("noises that are C1 have one, plain sums of their octaves, and what operations make of these; at a point every field has f.gradient(p), and material::steepness(f, up, distance) goes by samples");
             fault.place = shown(graph.place(part));
             fault
         }

@@ -58,6 +58,17 @@ impl<'a> Font<'a> {
         pen
     }
 
+    /// The characters of a text that it has no letters for, each once.
+    pub fn missing(&self, text: &str) -> Vec<char> {
+        let mut missing: Vec<char> = Vec::new();
+        for c in text.lines().flat_map(str::chars) {
+            if self.0.glyph_index(c).is_none() && !missing.contains(&c) {
+                missing.push(c);
+            }
+        }
+        missing
+    }
+
     /// The letters of a line and where they begin, and where it ends, in the font's units.
     fn placed(&self, line: &str) -> (Vec<(GlyphId, f64)>, f64) {
         let (mut x, mut before) = (0.0, None);

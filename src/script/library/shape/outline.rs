@@ -1,6 +1,7 @@
 //! `polygon`, `outline` and `text`: what is inside of lines in the plane.
 
 use super::{field, list, numbers};
+use crate::diag::Diagnostic;
 use crate::script::fault::{Fault, Outcome};
 use crate::script::library::grid::listed;
 use crate::script::library::{Call, Library};
@@ -45,11 +46,21 @@ pub(super) fn register(lib: &mut Library<'_>) {
         o.finish()?;
         let layout = Layout { size, align, leading };
         let text = c.text(0)?;
+        let write = |f: Font<'_>| {
+            let missing: Vec<String> = f.missing(&text).into_iter().map(|c| format!("`{c}`")).collect();
+            if !missing.is_empty() {
+                let name = if font.is_empty() { "DejaVu Sans" } else { &font };
+                let message = format!("{name} has no letters for {}, which become boxes", missing.join(", "));
+                let hint = "text(string, #{ font: \"file.ttf\" }) takes another font";
+                c.host.doubt(Diagnostic::warning(message).at(c.place.clone()).hint(hint));
+            }
+            f.write(&text, &layout)
+        };
         let pen = if font.is_empty() {
-            Font::new(dejavu::sans::regular()).map(|f| f.write(&text, &layout))
+            Font::new(dejavu::sans::regular()).map(write)
         } else {
             let (_, bytes) = folder.bytes(&font).map_err(|fault| fault.key("font"))?;
-            Font::new(&bytes).map(|f| f.write(&text, &layout))
+            Font::new(&bytes).map(write)
         };
         let pen = pen.ok_or_else(|| {
             Fault::new(format!("{font} is no TrueType or OpenType font"))
