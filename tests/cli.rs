@@ -361,6 +361,30 @@ fn heights_are_maps() {
 }
 
 #[test]
+fn heights_of_land() {
+    let land = "y - 0.1 * sin(4.0 * x)";
+    let bench = Bench::new(&[("a.rhai", land), ("b.rhai", "rounded_box([4, 0.5, 2], 0.1)")]);
+    let said =
+        stderr(&bench.run("heights a.rhai -o a.png --projection plane --extent 3x2 --size 20").success());
+    has(&said, &["a.png: 30x20", "heights within -0.099", "..0.099"]);
+    assert_eq!(bench.picture("a.png").0, 30);
+    // As far as the solid goes, above y = 0.
+    let said = stderr(&bench.run("heights b.rhai -o b.exr --projection plane --size 20").success());
+    has(&said, &["b.exr: 39x20", "..0.25"]);
+    bench.run("heights a.rhai -o c.exr --projection plane --extent 3x2 --size 20").success();
+    bench.write("c.rhai", "y - load_heightfield(\"c.exr\", #{ extent: 3.0 })");
+    bench.run("check c.rhai").success();
+    for (arguments, pieces) in [
+        ("--radius 2 --projection plane", &["a plane has no --radius", "--center"][..]),
+        ("--extent 2", &["--projection plane"]),
+        ("--projection plane --extent 0", &["above 0", "4x3"]),
+        ("--projection plane --extent 1e9x1 --size 9", &["pixels wide", "--size"]),
+    ] {
+        has(&stderr(&bench.run(&format!("heights a.rhai -o n.png {arguments}")).code(2)), pieces);
+    }
+}
+
+#[test]
 fn heights_say_what_is_odd() {
     let bench =
         Bench::new(&[("a.rhai", BALL), ("cut.rhai", "scene(#{ surface: sphere(1.0), bounds: 0.9 })")]);

@@ -1,14 +1,14 @@
-//! `orogen heights`: a planet as a map of its heights, for other programs.
+//! `orogen heights`: a planet, or level land, as a map of its heights, for other programs.
 
 use super::options::{self, ScriptOptions};
 use super::report::{Failure, Outcome, Terminal, count, err, plural, seconds};
 use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
-use crate::field::Watch;
+use crate::field::{Field, Watch};
 use crate::render::Format;
-use crate::scene::Film;
+use crate::scene::{Aabb, Film, Scene};
 use crate::session;
-use crate::session::heights::{Chart, Globe, Mapped, Mapping, Projection, map_heights};
+use crate::session::heights::{Chart, Datum, Mapped, Mapping, Projection, map_heights};
 use crate::world::atomic;
 use clap::ValueEnum;
 use glam::DVec3;
@@ -16,9 +16,10 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Map the heights of a script's planet
+/// Map the heights of a script's planet, or of its land
 ///
-/// Writes how far the outermost surface is above a sphere, in every direction from its centre. A .png
+/// Writes how far the outermost surface is above a sphere, in every direction from its centre, or with --projection plane
+/// above a level plane. A .png
 /// has 16 bits of grey, from the lowest height to the highest, or over the range that is given; the file and
 /// the last line say which. An .exr has heights in the units of the script, in 32 bits. Where there is no solid
 /// down to the centre, a .png is black and an .exr has NaN. Components that the script leaves out are left out, and so are
@@ -29,6 +30,7 @@ use std::time::Instant;
   orogen heights planet.rhai -o planet.exr --size 4096     8192 x 4096 pixels
   orogen heights planet.rhai -o planet.png --projection cube --size 1024
   orogen heights moon.rhai -o moon.png --radius 1737 --range -9..11
+  orogen heights coast.rhai -o coast.png --projection plane --extent 4 --size 1024
 
 An equirectangular map is N pixels high and twice as wide, with +z in its middle, +x a quarter of its
 width to the right, and the north pole, +y, along its top edge. A cube is six squares of N pixels,
@@ -36,7 +38,9 @@ planet.px.png (+x), nx, py, ny, pz and nz, in the layout of OpenGL's cube maps. 
 
         py
      nx pz px nz
-        ny")]
+        ny
+
+A plane is seen from above, +x to the right and +z down: load_heightfield(\"coast.exr\", #{ extent: 4.0 }) wears it again, half a pixel off.")]
 pub struct Args {
     /// Script of the planet
     #[arg(value_name = "SCRIPT")]
@@ -46,7 +50,7 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// How the sphere becomes flat: equirectangular or cube
+    /// How the ground becomes a picture: equirectangular or cube, of a planet, or plane, of level land
     #[arg(long, value_name = "KIND", default_value = "equirectangular", hide_possible_values = true)]
     projection: Kind,
 
@@ -55,13 +59,18 @@ pub struct Args {
     #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(Film::MAX_SIDE / 2)))]
     size: u32,
 
-    /// Centre of the sphere, in the units of the script
-    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", value_parser = point, allow_hyphen_values = true)]
-    center: DVec3,
+    /// Centre of the sphere, in the units of the script, or middle of the plane, where heights are zero [default: 0,0,0; of
+    /// a plane the middle of the solid, at y = 0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    center: Option<DVec3>,
 
-    /// Radius at which heights are zero; 0 for distances from the centre
-    #[arg(long, value_name = "R", default_value = "1", value_parser = radius, allow_hyphen_values = true)]
-    radius: f64,
+    /// Radius at which heights are zero; 0 for distances from the centre [default: 1]
+    #[arg(long, value_name = "R", value_parser = radius, allow_hyphen_values = true)]
+    radius: Option<f64>,
+
+    /// How much of a plane is mapped, along x and z, or the side of a square [default: as far as the solid goes]
+    #[arg(long, value_name = "WxD", value_parser = extent, allow_hyphen_values = true)]
+    extent: Option<[f64; 2]>,
 
     /// Heights that are black and white in a .png [default: the lowest and the highest]
     #[arg(long, value_name = "LO..HI", value_parser = range, allow_hyphen_values = true)]
@@ -80,6 +89,7 @@ pub struct Args {
 enum Kind {
     Equirectangular,
     Cube,
+    Plane,
 }
 
 fn point(text: &str) -> Result<DVec3, String> {
@@ -97,6 +107,16 @@ fn radius(text: &str) -> Result<f64, String> {
     }
 }
 
+fn extent(text: &str) -> Result<[f64; 2], String> {
+    let (width, depth) = text.split_once('x').unwrap_or((text, text));
+    match [options::finite(width), options::finite(depth)] {
+        [Ok(width), Ok(depth)] if [width, depth].iter().all(|side| (1e-15..=1e15).contains(side)) => {
+            Ok([width, depth])
+        }
+        _ => Err("an extent is a number above 0, or two with an x between them, such as 4x3".into()),
+    }
+}
+
 fn range(text: &str) -> Result<(f64, f64), String> {
     let ends = text.split_once("..").map(|(lo, hi)| (options::finite(lo), options::finite(hi)));
     match ends {
@@ -108,12 +128,10 @@ fn range(text: &str) -> Result<(f64, f64), String> {
 /// Runs the command.
 pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let start = Instant::now();
-    let mapping = mapping(args)?;
-    for file in mapping.chart.files(&args.output) {
-        atomic::check(&file).map_err(|e| Diagnostic::error(e.to_string()))?;
-    }
+    check(args)?;
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
+    let mapping = mapping(args, &scene)?;
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let mapped = session::on_threads(args.threads, || map_heights(&scene, &mapping, &args.output, &watch));
     progress.finish();
@@ -125,19 +143,65 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     Ok(())
 }
 
-/// What is asked for, if it makes sense.
-fn mapping(args: &Args) -> Result<Mapping, Failure> {
+/// Whether what is asked for makes sense, and can be written.
+fn check(args: &Args) -> Outcome {
     let format = Format::of(&options::picture_path(args.output.clone())?);
     if args.range.is_some() && matches!(format, Ok(Format::OpenExr)) {
         let hint = "leave --range out, or write a .png";
         return Err(Failure::usage("an .exr holds heights as they are and has no --range", hint));
     }
+    let is_plane = matches!(args.projection, Kind::Plane);
+    if is_plane && args.radius.is_some() {
+        let hint = "--center X,Y,Z says with Y at which height it is";
+        return Err(Failure::usage("a plane has no --radius", hint));
+    }
+    if !is_plane && args.extent.is_some() {
+        let hint = "--projection plane maps a part of level land";
+        return Err(Failure::usage("a planet is mapped as a whole: --extent is for planes", hint));
+    }
     let projection = match args.projection {
         Kind::Equirectangular => Projection::Equirectangular,
         Kind::Cube => Projection::Cube,
+        Kind::Plane => Projection::Plane { width: args.size },
     };
-    let globe = Globe { center: args.center, radius: args.radius };
-    Ok(Mapping { chart: Chart { projection, size: args.size }, globe, range: args.range })
+    for file in (Chart { projection, size: args.size }).files(&args.output) {
+        atomic::check(&file).map_err(|e| Diagnostic::error(e.to_string()))?;
+    }
+    Ok(())
+}
+
+/// What is asked for.
+fn mapping(args: &Args, scene: &Scene) -> Result<Mapping, Failure> {
+    let globe =
+        || Datum::Globe { center: args.center.unwrap_or_default(), radius: args.radius.unwrap_or(1.0) };
+    let (projection, datum) = match args.projection {
+        Kind::Equirectangular => (Projection::Equirectangular, globe()),
+        Kind::Cube => (Projection::Cube, globe()),
+        Kind::Plane => plane(args, scene)?,
+    };
+    Ok(Mapping { chart: Chart { projection, size: args.size }, datum, range: args.range })
+}
+
+/// A rectangle of land: where it is said to be, or else where the solid is.
+fn plane(args: &Args, scene: &Scene) -> Result<(Projection, Datum), Failure> {
+    let (center, [across, depth]) = match args.extent {
+        Some(extent) => (args.center.unwrap_or_default(), extent),
+        None => {
+            let solid = || Field::new(&scene.graph, scene.surface.field);
+            let Aabb { min, max } = scene.bounds.unwrap_or_else(|| session::bounds(scene, &solid()));
+            let middle = 0.5 * (min + max) * DVec3::new(1.0, 0.0, 1.0);
+            (args.center.unwrap_or(middle), [max.x - min.x, max.z - min.z])
+        }
+    };
+    let width = (f64::from(args.size) * across / depth).round().max(1.0);
+    if width > f64::from(Film::MAX_SIDE) {
+        let message = format!("a map of {across} by {depth} would be {width} pixels wide");
+        return Err(Failure::usage(
+            message,
+            "choose a smaller --size, which is its height, or another --extent",
+        ));
+    }
+    Ok((Projection::Plane { width: width as u32 }, Datum::Plane { center, depth }))
 }
 
 /// What is odd about a map.
@@ -147,7 +211,11 @@ fn warnings(mapped: &Mapped, mapping: &Mapping) -> Vec<Diagnostic> {
     if mapped.tally.missed > 0 {
         let there = if mapped.range.is_some() { "they are black" } else { "they are NaN" };
         let what = format!("there is no solid {}; {there}", of_all(mapped.tally.missed));
-        warnings.push(Diagnostic::warning(what).hint("put the centre inside of the solid with --center"));
+        let hint = match mapping.datum {
+            Datum::Globe { .. } => "put the centre inside of the solid with --center",
+            Datum::Plane { .. } => "--extent and --center map a part of the land",
+        };
+        warnings.push(Diagnostic::warning(what).hint(hint));
     }
     if mapped.tally.cut > 0 {
         let what = format!("the solid reaches beyond the bounds of the scene {}", of_all(mapped.tally.cut));

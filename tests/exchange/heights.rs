@@ -8,7 +8,7 @@ use orogen::field::Watch;
 use orogen::scene::Scene;
 use orogen::script::{Request, compile};
 use orogen::session;
-use orogen::session::heights::{Chart, Globe, Mapped, Mapping, Projection, map_heights};
+use orogen::session::heights::{Chart, Datum, Mapped, Mapping, Projection, map_heights};
 use std::fs;
 use std::io::{Cursor, Seek, SeekFrom, Write};
 use std::num::NonZeroUsize;
@@ -33,8 +33,8 @@ fn scene(text: &str) -> Arc<Scene> {
 }
 
 fn mapping(projection: Projection, size: u32) -> Mapping {
-    let globe = Globe { center: DVec3::ZERO, radius: 1.0 };
-    Mapping { chart: Chart { projection, size }, globe, range: None }
+    let datum = Datum::Globe { center: DVec3::ZERO, radius: 1.0 };
+    Mapping { chart: Chart { projection, size }, datum, range: None }
 }
 
 #[track_caller]
@@ -130,10 +130,38 @@ fn another_sphere_and_another_centre() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.exr");
     let center = DVec3::new(3.0, -1.0, 0.5);
-    let globe = Globe { center, radius: 4.0 };
-    let mapping = Mapping { globe, ..mapping(Projection::Cube, 33) };
+    let datum = Datum::Globe { center, radius: 4.0 };
+    let mapping = Mapping { datum, ..mapping(Projection::Cube, 33) };
     let ball = mapped("sphere(5.0).translated([3, -1, 0.5])", &mapping, &path);
     assert!(heights(&mapping, &path, &ball).iter().all(|h| (h - 1.0).abs() < 1e-7));
+}
+
+/// Level land, as it is written and as it is worn again.
+#[test]
+fn land_is_mapped_from_above() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("land.exr");
+    let land = "y - 0.3 - 0.1 * sin(2.0 * x) * cos(z)";
+    let datum = Datum::Plane { center: DVec3::new(1.0, 0.25, -2.0), depth: 4.0 };
+    let mapping = Mapping { datum, ..mapping(Projection::Plane { width: 48 }, 32) };
+    let found = mapped(land, &mapping, &path);
+    assert_eq!((found.tally.missed, found.tally.cut, found.tally.cast.uncertified), (0, 0, 0));
+    for (i, height) in heights(&mapping, &path, &found).into_iter().enumerate() {
+        let [x, z] =
+            [-2.0 + (f64::from(i as u32 % 48) + 0.5) / 8.0, -4.0 + (f64::from(i as u32 / 48) + 0.5) / 8.0];
+        let truth = 0.05 + 0.1 * libm::sin(2.0 * x) * libm::cos(z);
+        assert!((height - truth).abs() < 1e-6, "{x} {z}: {height} {truth}");
+    }
+    // Overhangs are seen from above, and there is an end to land.
+    let found = mapped("min(sphere(0.5), sphere(0.2).translated([0, 2, 0]))", &mapping, &path);
+    assert!(found.tally.missed > 1000 && found.tally.missed < 1536);
+    let at = |text: &str| {
+        let datum = Datum::Plane { center: DVec3::ZERO, depth: 0.1 };
+        let mapping = Mapping { datum, ..mapping };
+        let all = heights(&mapping, &path, &mapped(text, &mapping, &path));
+        all[16 * 48 + 24]
+    };
+    assert!((at("min(sphere(0.5), sphere(0.2).translated([0, 2, 0]))") - 2.2).abs() < 1e-4);
 }
 
 #[test]

@@ -1,6 +1,6 @@
-//! Maps of a sphere: which direction a pixel stands for.
+//! Maps: which direction of a sphere, or which place of a plane, a pixel stands for.
 //!
-//! Axes are those of scripts: right-handed, y up. Both maps show the sphere as it is seen from outside, north
+//! Axes are those of scripts: right-handed, y up. Both maps of a sphere show the sphere as it is seen from outside, north
 //! at the top, not mirrored, and pixel (0, 0) is at the top left.
 //!
 //! *Equirectangular*: columns are longitudes, rows are latitudes. The middle is +z, which a camera of azimuth
@@ -10,24 +10,31 @@
 //!
 //! *Cube*: six squares, the [faces](scene::FACES) of OpenGL's cube maps, named by the axis that pierces their middle.
 //! Seen from outside in a row, `nx pz px nz` go around the equator; `py` is above `pz` and `ny` is below it.
+//!
+//! *Plane*: level land from above, x to the right and z down, as `load_heightfield` lays pictures out.
 
 use crate::scene::{self, FACES};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
-/// How a sphere becomes flat.
+/// How the ground becomes a picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Projection {
     /// Longitude across, latitude down, in one picture twice as wide as high.
     Equirectangular,
     /// Six squares around the sphere.
     Cube,
+    /// A rectangle of level land, so many pixels wide.
+    Plane {
+        /// Its width.
+        width: u32,
+    },
 }
 
 /// A map of some size.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Chart {
-    /// How the sphere becomes flat.
+    /// How the ground becomes a picture.
     pub projection: Projection,
     /// Height of each picture in pixels.
     pub size: u32,
@@ -37,7 +44,7 @@ impl Chart {
     /// Number of pictures.
     pub fn faces(&self) -> usize {
         match self.projection {
-            Projection::Equirectangular => 1,
+            Projection::Equirectangular | Projection::Plane { .. } => 1,
             Projection::Cube => FACES.len(),
         }
     }
@@ -47,6 +54,7 @@ impl Chart {
         match self.projection {
             Projection::Equirectangular => 2 * self.size,
             Projection::Cube => self.size,
+            Projection::Plane { width } => width,
         }
     }
 
@@ -58,7 +66,7 @@ impl Chart {
     /// The files of a map, one for each face: `moon.png`, or `moon.px.png` and so on.
     pub fn files(&self, path: &Path) -> Vec<PathBuf> {
         match self.projection {
-            Projection::Equirectangular => vec![path.to_owned()],
+            Projection::Equirectangular | Projection::Plane { .. } => vec![path.to_owned()],
             Projection::Cube => {
                 let ending = path.extension().unwrap_or_default().to_string_lossy();
                 FACES.map(|face| path.with_extension(format!("{}.{ending}", face.name))).into()
@@ -67,7 +75,7 @@ impl Chart {
     }
 
     /// Unit vector from the centre of the sphere to a place in a picture, given in pixels from its top left
-    /// corner; the centre of the first pixel is at (0.5, 0.5).
+    /// corner; the centre of the first pixel is at (0.5, 0.5). Of a plane it is upwards everywhere.
     pub fn direction(&self, face: usize, x: f64, y: f64) -> DVec3 {
         let size = f64::from(self.size);
         match self.projection {
@@ -78,14 +86,23 @@ impl Chart {
                 let [across, along] = [x, y].map(|place| 2.0 * place / size - 1.0);
                 FACES[face % FACES.len()].direction(across, along).normalize()
             }
+            Projection::Plane { .. } => DVec3::Y,
         }
     }
 
-    /// Side of a pixel one unit away, where pixels are largest: at the equator, or in the middle of a face.
+    /// How far a place in the picture is from its middle, as shares of its height: to the right, and down.
+    pub fn off(&self, x: f64, y: f64) -> [f64; 2] {
+        let size = f64::from(self.size);
+        [(x - 0.5 * f64::from(self.width())) / size, y / size - 0.5]
+    }
+
+    /// Side of a pixel one unit away, where pixels are largest: at the equator, or in the middle of a face; of a plane as a
+    /// share of its height.
     pub fn pixel(&self) -> f64 {
         let whole = match self.projection {
             Projection::Equirectangular => std::f64::consts::PI,
             Projection::Cube => 2.0,
+            Projection::Plane { .. } => 1.0,
         };
         whole / f64::from(self.size)
     }
@@ -137,6 +154,17 @@ mod tests {
             close(at("py", 1.0, t), at("px", 1.0 - t, 0.0));
             close(at("ny", 0.0, t), at("nx", 1.0 - t, 1.0));
         }
+    }
+
+    #[test]
+    fn land_is_seen_from_above() {
+        let land = Chart { projection: Projection::Plane { width: 12 }, size: 8 };
+        assert_eq!((land.width(), land.faces(), land.pixels()), (12, 1, 96));
+        assert_eq!(
+            (land.off(6.0, 4.0), land.off(0.0, 0.0), land.off(12.0, 8.0)),
+            ([0.0, 0.0], [-0.75, -0.5], [0.75, 0.5])
+        );
+        assert_eq!((land.direction(0, 3.0, 1.0), land.pixel()), (DVec3::Y, 0.125));
     }
 
     #[test]

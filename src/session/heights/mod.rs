@@ -1,7 +1,8 @@
-//! From a scene to maps of heights: how far its outermost surface is above a sphere, in every direction.
+//! From a scene to maps of heights: how far its outermost surface is above a sphere, in every direction, or above a level
+//! plane.
 //!
 //! ```text
-//! pixel --chart--> direction --sounding--> height --> band of rows --> encoder --> file
+//! pixel --chart--> ray --sounding--> height --> band of rows --> encoder --> file
 //! ```
 //!
 //! A map may be larger than memory, so heights are measured, encoded and forgotten band by band. An EXR holds them as
@@ -30,13 +31,23 @@ use std::io;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-/// The sphere that heights are measured from.
+/// What heights are measured from.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Globe {
-    /// Its centre; rays run towards it.
-    pub center: DVec3,
-    /// Its radius, where heights are zero.
-    pub radius: f64,
+pub enum Datum {
+    /// A sphere.
+    Globe {
+        /// Its centre; rays run towards it.
+        center: DVec3,
+        /// Its radius, where heights are zero.
+        radius: f64,
+    },
+    /// A level rectangle; rays run straight down.
+    Plane {
+        /// Its middle, where heights are zero.
+        center: DVec3,
+        /// How far it reaches along z, which is the height of the picture.
+        depth: f64,
+    },
 }
 
 /// What a map is to be like.
@@ -45,7 +56,7 @@ pub struct Mapping {
     /// Its projection and size.
     pub chart: Chart,
     /// What heights are measured from.
-    pub globe: Globe,
+    pub datum: Datum,
     /// Heights that are black and white in a PNG; the lowest and the highest there are where it is `None`.
     pub range: Option<(f64, f64)>,
 }
@@ -89,7 +100,7 @@ pub fn map_heights(
     }
     let begun = if scene.surface.keep.is_some() { CORRECTION } else { 0.0 };
     let sieve = watch.part(0.0, begun, |watch| Sieve::of(scene, scene, watch))?;
-    let what = (mapping.chart, mapping.globe);
+    let what = (mapping.chart, mapping.datum);
     let mut sounder = Sounder::new(scene, sieve.as_ref(), what, watch.cancel)?;
     let written = watch.part(begun, 1.0, |watch| measure(&mut sounder, mapping, path, format, watch));
     if watch.cancel.load(Ordering::Relaxed) {
@@ -99,7 +110,13 @@ pub fn map_heights(
     let tally = sounder.tally();
     if tally.missed == mapping.chart.pixels() {
         let error = Diagnostic::error("no ray met a solid, so no file was written");
-        return Err(Box::new(error.hint("check the sign of the field (negative is inside), and the centre")));
+        let where_from = match mapping.datum {
+            Datum::Globe { .. } => "the centre",
+            Datum::Plane { .. } => "the extent and the centre",
+        };
+        return Err(Box::new(
+            error.hint(format!("check the sign of the field (negative is inside), and {where_from}")),
+        ));
     }
     files.commit().map_err(|e| failed(e.to_string()))?;
     let warnings = sieve.map_or_else(Vec::new, |sieve| sieve.warnings());
@@ -190,18 +207,27 @@ fn encode(mapping: &Mapping, path: &Path, format: Format, rows: Rows<'_>) -> Res
 
 /// What a file says about its heights.
 fn notes(mapping: &Mapping, range: Option<(f64, f64)>) -> Vec<(&'static str, String)> {
-    let Globe { center, radius } = mapping.globe;
     let projection = match mapping.chart.projection {
         Projection::Equirectangular => "equirectangular",
         Projection::Cube => "cube",
+        Projection::Plane { .. } => "plane",
     };
-    let mut notes = vec![
-        ("Projection", projection.to_owned()),
-        (
-            "Heights above",
-            format!("a sphere of radius {radius} around {},{},{}", center.x, center.y, center.z),
-        ),
-    ];
+    let datum = match mapping.datum {
+        Datum::Globe { center, radius } => {
+            format!("a sphere of radius {radius} around {},{},{}", center.x, center.y, center.z)
+        }
+        Datum::Plane { center, depth } => {
+            let half = 0.5 * depth * f64::from(mapping.chart.width()) / f64::from(mapping.chart.size);
+            let ends = |middle: f64, half: f64| format!("{} to {}", middle - half, middle + half);
+            format!(
+                "y = {}, x from {}, z from {}",
+                center.y,
+                ends(center.x, half),
+                ends(center.z, 0.5 * depth)
+            )
+        }
+    };
+    let mut notes = vec![("Projection", projection.to_owned()), ("Heights above", datum)];
     notes.extend(range.map(|(black, white)| ("Range", format!("{black}..{white}"))));
     notes
 }

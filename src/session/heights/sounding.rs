@@ -1,11 +1,11 @@
-//! Heights by rays: from outside towards the centre, to where the solid is first met.
+//! Heights by rays: from outside towards the centre, or straight down, to where the solid is first met.
 //!
-//! All rays end in the centre, so those of a tile are a bundle like those from a camera's eye, only that they
+//! All rays to a centre end there, so those of a tile are a bundle like those from a camera's eye, only that they
 //! run towards their common point: a ray is `centre - t u` for `t` from where it enters the bounds to zero. Casters
 //! share what is certain of a bundle, and the first hit is the outermost surface, proven to be.
 
 use super::chart::Chart;
-use super::{Globe, go_on};
+use super::{Datum, go_on};
 use crate::cast::{self, CastStats, Caster, Hit, Kind, Ray, Sifted, Tolerance};
 use crate::diag::Diagnostic;
 use crate::field::Field;
@@ -15,6 +15,7 @@ use crate::scene::{Aabb, Scene, Spacing};
 use crate::session::topology::Sieve;
 use crate::session::whereabouts;
 use crate::tape::Cells;
+use glam::DVec3;
 use rayon::prelude::*;
 use std::io;
 use std::ops::AddAssign;
@@ -32,7 +33,7 @@ pub struct Tally {
     pub lowest: f64,
     /// Highest height; minus infinity where there is none.
     pub highest: f64,
-    /// Rays that met nothing down to the centre.
+    /// Rays that met nothing down to the centre, or to the bottom.
     pub missed: u64,
     /// Rays that were inside the solid where they entered the bounds.
     pub cut: u64,
@@ -69,7 +70,7 @@ pub(super) struct Sounder {
 #[derive(Clone, Copy)]
 struct Line {
     chart: Chart,
-    globe: Globe,
+    datum: Datum,
     bounds: Aabb,
     tolerance: Tolerance,
 }
@@ -92,11 +93,14 @@ impl Sounder {
     pub(super) fn new(
         scene: &Scene,
         sieve: Option<&Sieve>,
-        (chart, globe): (Chart, Globe),
+        (chart, datum): (Chart, Datum),
         cancel: &AtomicBool,
     ) -> Result<Sounder, Box<Diagnostic>> {
         // Octaves that are finer than a pixel fade out.
-        let spacing = Spacing::Angle { from: globe.center, angle: chart.pixel() };
+        let (center, spacing) = match datum {
+            Datum::Globe { center, .. } => (center, Spacing::Angle { from: center, angle: chart.pixel() }),
+            Datum::Plane { center, depth } => (center, Spacing::Even(depth * chart.pixel())),
+        };
         let (graph, roots) = spacing
             .limit(&scene.graph, &[scene.surface.field])
             .map_err(|e| RenderError::TooLarge(e).diagnostic())?;
@@ -106,8 +110,8 @@ impl Sounder {
         if !(min.is_finite() && max.is_finite() && min.cmplt(max).all()) {
             return Err(Box::new(RenderError::Bounds.diagnostic()));
         }
-        let reach = min.abs().max(max.abs()).max(globe.center.abs()).max_element();
-        let line = Line { chart, globe, bounds, tolerance: Tolerance::fixed(PRECISION * reach) };
+        let reach = min.abs().max(max.abs()).max(center.abs()).max_element();
+        let line = Line { chart, datum, bounds, tolerance: Tolerance::fixed(PRECISION * reach) };
         let cells = Arc::new(Cells::new(field.tape().clone(), &bounds.intervals()));
         let mut caster = cast::caster_in(Kind::Auto, &field, &bounds, &cells, &line.typical_rays(), cancel)
             .map_err(|e| Diagnostic::error(e.to_string()))?;
@@ -168,12 +172,19 @@ impl Sounder {
 }
 
 impl Line {
-    /// The ray to the centre of the globe through a place in a picture; none where it passes the bounds.
+    /// The ray to the centre of the globe, or down, through a place in a picture, with its origin where heights are
+    /// measured from; none where it passes the bounds.
     fn ray(&self, face: usize, x: f64, y: f64) -> Option<Ray> {
         let direction = -self.chart.direction(face, x, y);
-        let origin = self.globe.center;
+        let (origin, end) = match self.datum {
+            Datum::Globe { center, .. } => (center, 0.0),
+            Datum::Plane { center, depth } => {
+                let [right, down] = self.chart.off(x, y);
+                (center + depth * DVec3::new(right, 0.0, down), f64::INFINITY)
+            }
+        };
         let (near, far) = self.bounds.clip(origin, direction)?;
-        let far = far.min(0.0);
+        let far = far.min(end);
         (near < far).then_some(Ray { origin, direction, near, far, tolerance: self.tolerance })
     }
 
@@ -216,10 +227,14 @@ impl Worker {
         self.caster.first_hits(&self.rays, &mut self.hits, &mut self.tally.cast, cancel);
         self.heights.clear();
         self.heights.resize((tile.width * tile.height) as usize, f64::NAN);
+        let radius = match line.datum {
+            Datum::Globe { radius, .. } => radius,
+            Datum::Plane { .. } => 0.0,
+        };
         let met =
             owners.into_iter().zip(self.rays.iter().zip(&self.hits)).filter(|(_, (_, hit))| hit.is_hit());
         for (pixel, (ray, hit)) in met {
-            let height = -hit.t - line.globe.radius;
+            let height = -hit.t - radius;
             self.heights[pixel] = height;
             self.tally.lowest = self.tally.lowest.min(height);
             self.tally.highest = self.tally.highest.max(height);
