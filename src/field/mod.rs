@@ -17,7 +17,7 @@ pub use beyond::{Around, FAR, around};
 pub use glance::Glance;
 pub use line::{Unknown, first_inside};
 pub use moments::{Moments, Survey, survey};
-pub use region::{Extent, Halt, extent, extent_until, lipschitz_outside, lipschitz_until};
+pub use region::{Extent, Halt, extent, extent_until, lipschitz_outside, lipschitz_until, part_within};
 pub use smooth::{blame, smooth};
 pub use terms::{Steepness, Terms};
 pub use watch::{Stopped, Watch};

@@ -103,7 +103,7 @@ pub fn extent(field: &Field, region: &Aabb) -> Extent {
 
 /// The same, but nothing more is excluded when `halt` says so.
 pub fn extent_until(field: &Field, region: &Aabb, halt: Halt<'_>) -> Extent {
-    let Some(found) = hull(field, region, halt) else { return Extent::Empty };
+    let Some(found) = hull(field, region, false, halt) else { return Extent::Empty };
     // A little air, so that rays start outside of a solid that fills its cells.
     let margin = 1e-3 * found.diagonal();
     let grown = Aabb { min: found.min - margin, max: found.max + margin };
@@ -114,6 +114,14 @@ pub fn extent_until(field: &Field, region: &Aabb, halt: Halt<'_>) -> Extent {
     }
 }
 
+/// A box around all of the solid in a region, however far it goes on beyond, with a little air within the region; none if it is
+/// proven that there is nothing, and no closer when `halt` says so.
+pub fn part_within(field: &Field, region: &Aabb, halt: Halt<'_>) -> Option<Aabb> {
+    let found = hull(field, region, true, halt)?;
+    let margin = 1e-3 * found.diagonal();
+    Some(Aabb { min: (found.min - margin).max(region.min), max: (found.max + margin).min(region.max) })
+}
+
 /// Whether a box is not all inside of another.
 fn touches(inner: &Aabb, outer: &Aabb) -> bool {
     inner.min.cmple(outer.min).any() || inner.max.cmpge(outer.max).any()
@@ -122,15 +130,17 @@ fn touches(inner: &Aabb, outer: &Aabb) -> bool {
 /// A box around all of the solid in a region; none if it is proven that there is nothing.
 ///
 /// It is to hold points that are known to be solid, so of the cells that may be, only those that stick out of a box around such
-/// points can make it larger, and only they are cut up. What goes on beyond the region is not looked at more closely.
-fn hull(field: &Field, region: &Aabb, halt: Halt<'_>) -> Option<Aabb> {
+/// points can make it larger, and only they are cut up. What goes on beyond the region is looked at more closely only if it is
+/// `open` to that.
+fn hull(field: &Field, region: &Aabb, open: bool, halt: Halt<'_>) -> Option<Aabb> {
     let mut values = Evaluator::<Many<f64, OCTANTS>>::new(field.tape().clone());
     let mut known: Option<Aabb> = None;
     let mut parts = parts_of(&field.tape().operands(), &[*region]);
     // There are few cells at the rim.
     let most = CELLS * parts.len().max(4);
+    let whole = field.tape().is_defined(&region.intervals());
     loop {
-        parts = all_possible(field, &parts, halt);
+        parts = all_possible(field, &parts, whole, halt);
         for p in batches(&parts).flat_map(|batch| solid(&mut values, batch, region)) {
             let point = Aabb { min: p, max: p };
             known = Some(known.map_or(point, |known| known.hull(&point)));
@@ -139,7 +149,7 @@ fn hull(field: &Field, region: &Aabb, halt: Halt<'_>) -> Option<Aabb> {
         let all = parts.iter().map(|part| part.cell).chain(known).reduce(|a, b| a.hull(&b))?;
         let is_known = known.is_some_and(|known| {
             let excess = (known.min - all.min).max(all.max - known.max).max_element();
-            excess <= CLOSE * all.diagonal() || touches(&known, region)
+            excess <= CLOSE * all.diagonal() || (!open && touches(&known, region))
         });
         if halt() || is_known || is_small(&all, region) || is_last(parts.iter(), most) {
             return Some(all);
@@ -169,8 +179,9 @@ pub(super) fn exclude(field: &Field, operands: &[Arc<Tape>], cells: &[Aabb], hal
     let hull = |parts: &[Part]| parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b));
     let Some(region) = hull(&parts) else { return parts };
     let most = CELLS.max(CELLS / OCTANTS * parts.len());
+    let whole = field.tape().is_defined(&region.intervals());
     loop {
-        parts = all_possible(field, &parts, halt);
+        parts = all_possible(field, &parts, whole, halt);
         let is_done = hull(&parts).is_none_or(|rest| is_small(&rest, &region));
         if halt() || is_done || is_last(parts.iter(), most) {
             return parts;
@@ -201,17 +212,21 @@ fn cut_up(parts: &[Part]) -> Vec<Part> {
     }
 }
 
-/// Those of parts where `f <= 0` may be.
-fn all_possible(field: &Field, parts: &[Part], halt: Halt<'_>) -> Vec<Part> {
+/// Those of parts where `f <= 0` may be, of a field that has a value everywhere if it is `whole`.
+fn all_possible(field: &Field, parts: &[Part], whole: bool, halt: Halt<'_>) -> Vec<Part> {
     let ranges = || Evaluator::<Many<Interval, OCTANTS>>::new(field.tape().clone());
     let asked: Vec<&[Part]> = batches(parts).collect();
-    if asked.len() < FEW {
+    let mut left: Vec<Part> = if asked.len() < FEW {
         let mut own = ranges();
         asked.into_iter().flat_map(|batch| possible(&mut own, batch, halt)).collect()
     } else {
         let ask = |own: &mut Evaluator<_>, batch: &&[Part]| possible(own, batch, halt);
         asked.par_iter().with_min_len(FEW / 4).map_init(ranges, ask).flatten_iter().collect()
+    };
+    if !whole {
+        left.retain(|part| halt() || !part.tape.is_nowhere(&part.cell.intervals()));
     }
+    left
 }
 
 /// Those of some parts with one tape where `f <= 0` may be.

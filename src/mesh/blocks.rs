@@ -53,7 +53,7 @@ impl Part {
             Some(bounded) => bounded.range(),
             None => *ranges.turn_to(&self.tape).eval(&region),
         };
-        if range.lo > 0.0 {
+        if range.lo > 0.0 || self.tape.is_nowhere(&region) {
             return None;
         }
         // One that is as much work may be shared, which costs less.

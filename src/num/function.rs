@@ -104,6 +104,12 @@ pub trait Function<const N: usize> {
         true
     }
 
+    /// Whether it is known to have no value anywhere in a box.
+    fn is_undefined(&self, x: &[Interval; N]) -> bool {
+        let _ = x;
+        false
+    }
+
     /// One interval `k` for which `d^T H d` is in `k d . d` for every `d` and everywhere in a box, for
     /// functions of which the entries of the Hessian `H` would cost more and say little more.
     #[inline(always)]

@@ -194,6 +194,9 @@ impl Function<1> for Sqrt {
     fn is_defined(&self, [x]: &[Interval; 1]) -> bool {
         x.lo >= 0.0
     }
+    fn is_undefined(&self, [x]: &[Interval; 1]) -> bool {
+        x.hi < 0.0
+    }
     /// A root, and what divides by it.
     #[inline(always)]
     fn roundoffs(&self) -> Option<f64> {
@@ -270,6 +273,9 @@ impl Function<2> for Powf {
     }
     fn is_defined(&self, [x, p]: &[Interval; 2]) -> bool {
         x.lo > 0.0 || (x.lo >= 0.0 && p.lo >= 0.0)
+    }
+    fn is_undefined(&self, [x, _]: &[Interval; 2]) -> bool {
+        x.hi < 0.0
     }
     #[inline(always)]
     fn value<R: Real>(&self, [x, p]: [R; 2]) -> R {

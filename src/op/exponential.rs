@@ -35,6 +35,9 @@ impl Function<1> for Ln {
     fn is_defined(&self, [x]: &[Interval; 1]) -> bool {
         x.lo > 0.0
     }
+    fn is_undefined(&self, [x]: &[Interval; 1]) -> bool {
+        x.hi < 0.0
+    }
     #[inline(always)]
     fn value<R: Real>(&self, [x]: [R; 1]) -> R {
         x.ln()

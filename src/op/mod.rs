@@ -72,6 +72,13 @@ macro_rules! ops {
                 }
             }
 
+            /// Whether it is known to have no value anywhere in that box.
+            pub fn is_undefined(&self, arg: impl Fn(usize) -> Interval) -> bool {
+                match self {
+                    $(Op::$op(f) => Function::<$arity>::is_undefined(f, &std::array::from_fn(&arg)),)*
+                }
+            }
+
             /// The value of the operation at scalars `arg(0)`, `arg(1)`, ...
             pub fn value<R: Real>(&self, arg: impl Fn(usize) -> R) -> R {
                 match self {

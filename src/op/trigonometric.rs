@@ -13,6 +13,9 @@ macro_rules! smooth {
             fn is_defined(&self, [x]: &[Interval; 1]) -> bool {
                 $domain.encloses(*x)
             }
+            fn is_undefined(&self, [x]: &[Interval; 1]) -> bool {
+                x.hi < $domain.lo || x.lo > $domain.hi
+            }
             #[inline(always)]
             fn value<R: Real>(&self, [$x]: [R; 1]) -> R {
                 $value

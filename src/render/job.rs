@@ -162,13 +162,20 @@ fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {
             )
         });
     }
+    let share =
+        |n: u64| format!("{:.2}% of the samples", 100.0 * n as f64 / picture.stats.primary.rays as f64);
     if picture.stats.undefined > 0 {
-        let share = 100.0 * picture.stats.undefined as f64 / picture.stats.samples as f64;
+        let share = share(picture.stats.undefined);
         let message =
-            format!("colour or normal is not a number in {share:.2}% of the samples (shown in magenta)");
+            format!("colour or finish is not a number in {share} (such colours are shown in magenta)");
+        warnings.push(Diagnostic::warning(message).hint("guard divisions and square roots with max or abs"));
+    }
+    if picture.stats.flat > 0 {
+        let share = share(picture.stats.flat);
+        let message = format!("the surface has no normal in {share} (it is shown as if it faced the eye)");
         warnings.push(
             Diagnostic::warning(message).hint(
-                "guard divisions and square roots in the colour; where a surface jumps it has no normal",
+                "there is none where a field jumps or is flat, nor beside places where it has no value",
             ),
         );
     }

@@ -142,6 +142,7 @@ impl Paths {
             self.meet(seer, to);
             if step == 0 {
                 to.stats.undefined += self.patches.iter().filter(|p| p.undefined).count() as u64;
+                to.stats.flat += self.patches.iter().filter(|p| p.is_flat).count() as u64;
             }
             to.go_on()?;
             self.ask_lights(seer, step, to);

@@ -59,8 +59,10 @@ pub struct Stats {
     pub pixels: u64,
     /// Samples finished.
     pub samples: u64,
-    /// Samples whose normal or colour is not a number (such colours are shown in magenta).
+    /// Samples whose colour or finish is not a number (such colours are shown in magenta).
     pub undefined: u64,
+    /// Samples of surface without a normal, which is shown as if it faced the eye.
+    pub flat: u64,
     /// Threads that could take part.
     pub threads: u64,
 }
@@ -104,6 +106,7 @@ impl AddAssign for Stats {
         self.pixels += o.pixels;
         self.samples += o.samples;
         self.undefined += o.undefined;
+        self.flat += o.flat;
         self.threads += o.threads;
     }
 }

@@ -36,8 +36,10 @@ pub(super) struct Patch {
     pub finish: [f64; Finish::COUNT],
     /// Light that it gives off by itself.
     pub emission: DVec3,
-    /// Whether the field's gradient or its colour was not a number there.
+    /// Whether its colour or finish was not a number there.
     pub undefined: bool,
+    /// Whether the field has no gradient there.
+    pub is_flat: bool,
 }
 
 impl Patch {
@@ -50,6 +52,7 @@ impl Patch {
         finish: [0.0; Finish::COUNT],
         emission: DVec3::ZERO,
         undefined: false,
+        is_flat: false,
     };
 }
 
@@ -208,10 +211,8 @@ impl Surface {
             let rgb = |c: [[f64; LANES]; 3]| DVec3::new(c[0][i], c[1][i], c[2][i]);
             let (given, given_off) = (color.map_or(GREY, rgb), emission.map_or(DVec3::ZERO, rgb));
             let finish = finish.map_or(Patch::PLAIN.finish, |finish| finish.map(|lanes| lanes[i]));
-            let undefined = normal.is_none()
-                || given.is_nan()
-                || given_off.is_nan()
-                || finish.iter().any(|share| share.is_nan());
+            let undefined = given.is_nan() || given_off.is_nan() || finish.iter().any(|share| share.is_nan());
+            let is_flat = normal.is_none();
             let normal = normal.unwrap_or(-direction);
             let rise = bump.map_or(DVec3::ZERO, |bump| DVec3::from_array(bump.0[i].grad));
             let patch = Patch {
@@ -222,6 +223,7 @@ impl Surface {
                 finish: finish.map(|share| if share > 0.0 { share.min(1.0) } else { 0.0 }),
                 emission: DVec3::from_array(given_off.to_array().map(|c| if c > 0.0 { c } else { 0.0 })),
                 undefined,
+                is_flat,
             };
             tell(patch, i);
         }

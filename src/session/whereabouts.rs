@@ -87,7 +87,7 @@ fn find(scene: &Scene, field: &Field, halt: Halt<'_>) -> Found {
             near.get_or_insert(region);
         }
     }
-    Found { region: near.unwrap_or_else(|| in_sight(scene)), cube: None }
+    Found { region: near.unwrap_or_else(|| seen(scene, field, halt)), cube: None }
 }
 
 /// Whether samples on the faces of a cube are all outside of the solid.
@@ -107,6 +107,14 @@ fn seems_to_end(field: &mut Field, half: f64) -> bool {
 /// A cube that holds the camera and what it looks at, with room behind.
 pub(super) fn in_sight(scene: &Scene) -> Aabb {
     Aabb::cube(sight(scene))
+}
+
+/// The same, or what of it a solid is in whose field has no value in some of it: rays cannot tell where that ends.
+fn seen(scene: &Scene, field: &Field, halt: Halt<'_>) -> Aabb {
+    let all = in_sight(scene);
+    let is_whole = field.tape().is_defined(&all.intervals());
+    let part = if is_whole { None } else { field::part_within(field, &all, halt) };
+    part.filter(|part| part.min.cmplt(part.max).all()).unwrap_or(all)
 }
 
 /// Half its side.

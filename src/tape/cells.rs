@@ -204,7 +204,7 @@ impl Cells {
     /// The part of a cell whose tape holds within a region.
     fn part(&self, own: &Own, region: &[Interval; 3], through: Through) -> Cell {
         let bounded = own.tape.bound(region);
-        let is_free = bounded.range().lo > 0.0;
+        let is_free = bounded.range().lo > 0.0 || bounded.is_nowhere();
         let is_passed = is_free && through == Through::Occupied;
         let own = if is_passed { OnceLock::new() } else { self.cut(own, bounded.pruned()).into() };
         Cell { is_free, own, parts: Default::default() }

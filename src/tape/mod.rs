@@ -14,6 +14,7 @@ mod inner;
 mod lower;
 #[cfg_attr(not(target_arch = "x86_64"), path = "native/elsewhere.rs")]
 mod native;
+mod nowhere;
 mod operands;
 mod prune;
 

@@ -100,6 +100,14 @@ impl Tape {
 pub struct Bounded(Evaluator<Interval>);
 
 impl Bounded {
+    pub(super) fn tape(&self) -> &Arc<Tape> {
+        self.0.tape()
+    }
+
+    pub(super) fn ranges(&self) -> &Evaluator<Interval> {
+        &self.0
+    }
+
     /// Encloses the first output wherever that has a value.
     pub fn range(&self) -> Interval {
         *self.0.output(0)
