@@ -4,7 +4,7 @@
 use super::report::{Terminal, err, seconds};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
 /// Steps that the whole of a job is cut into.
@@ -12,6 +12,9 @@ const STEPS: u64 = 10_000;
 
 /// Before this time no line is needed.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// How often it is looked whether a line is due of a job that says nothing.
+const LOOK_EVERY: Duration = Duration::from_millis(500);
 
 /// The bar, or the lines.
 #[derive(Clone)]
@@ -26,6 +29,8 @@ struct Lines {
     start: Instant,
     /// When the next line is due.
     due: Duration,
+    /// How far the job was last.
+    share: f64,
 }
 
 impl Progress {
@@ -40,8 +45,11 @@ impl Progress {
         if terminal.live {
             bar.enable_steady_tick(Duration::from_millis(200));
         }
-        let lines = Lines { message: String::new(), start: Instant::now(), due: PATIENCE };
-        let lines = (!terminal.live).then(|| Arc::new(Mutex::new(lines)));
+        let lines = (!terminal.live).then(|| Arc::new(Mutex::new(Lines::new(message))));
+        if let Some(lines) = &lines {
+            let lines = Arc::downgrade(lines);
+            std::thread::spawn(move || watch(&lines));
+        }
         let progress = Progress { bar, lines };
         progress.restart(message);
         progress
@@ -53,7 +61,7 @@ impl Progress {
         self.bar.set_message(message.to_owned());
         if let Some(lines) = &self.lines {
             let mut lines = lines.lock().unwrap_or_else(PoisonError::into_inner);
-            *lines = Lines { message: message.to_owned(), start: Instant::now(), due: PATIENCE };
+            *lines = Lines::new(message);
         }
     }
 
@@ -72,7 +80,8 @@ impl Progress {
         if let Some(lines) = &self.lines {
             // Whoever is late says nothing new.
             let Ok(mut lines) = lines.try_lock() else { return };
-            if let Some(line) = lines.line(share) {
+            lines.share = share;
+            if let Some(line) = lines.line() {
                 err(line);
             }
         }
@@ -91,19 +100,36 @@ impl Progress {
     /// Takes the bar away.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
+        if let Some(lines) = &self.lines {
+            lines.lock().unwrap_or_else(PoisonError::into_inner).due = Duration::MAX;
+        }
+    }
+}
+
+/// Says how far a job is that says nothing for long, as long as there is somebody to say it for.
+fn watch(lines: &Weak<Mutex<Lines>>) {
+    while let Some(lines) = lines.upgrade() {
+        let line = lines.lock().unwrap_or_else(PoisonError::into_inner).line();
+        drop(lines);
+        line.into_iter().for_each(err);
+        std::thread::sleep(LOOK_EVERY);
     }
 }
 
 impl Lines {
+    fn new(message: &str) -> Lines {
+        Lines { message: message.to_owned(), start: Instant::now(), due: PATIENCE, share: 0.0 }
+    }
+
     /// The line that is due, each half as late again as the one before.
-    fn line(&mut self, share: f64) -> Option<String> {
+    fn line(&mut self) -> Option<String> {
         let elapsed = self.start.elapsed();
         if elapsed < self.due {
             return None;
         }
         self.due = elapsed + elapsed / 2;
         let spent = seconds(elapsed.as_secs_f64());
-        Some(format!("{}: {:.0} % after {spent}", self.message, (100.0 * share).floor()))
+        Some(format!("{}: {:.0} % after {spent}", self.message, (100.0 * self.share).floor()))
     }
 }
 
@@ -122,9 +148,10 @@ mod tests {
     #[test]
     fn lines_come_seldom_and_say_how_far_it_is() {
         let start = Instant::now().checked_sub(Duration::from_secs(20)).unwrap();
-        let mut lines = Lines { message: "sphere".to_owned(), start, due: PATIENCE };
-        assert_eq!(lines.line(0.256).unwrap(), "sphere: 25 % after 20.0 s");
-        assert_eq!(lines.line(0.5), None);
+        let mut lines = Lines { start, share: 0.256, ..Lines::new("sphere") };
+        assert_eq!(lines.line().unwrap(), "sphere: 25 % after 20.0 s");
+        lines.share = 0.5;
+        assert_eq!(lines.line(), None);
         assert!((29..31).contains(&lines.due.as_secs()));
     }
 }

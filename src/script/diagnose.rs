@@ -24,10 +24,11 @@ impl Explainer<'_> {
     /// The diagnostic of an error.
     pub fn explain(&self, error: &EvalAltResult) -> Diagnostic {
         let (mut error, mut file, mut trace) = (error, self.main.to_owned(), Vec::new());
-        let mut fallback = Position::NONE;
+        let (mut fallback, mut is_called) = (Position::NONE, false);
         loop {
             let (what, inner, source, position) = match error {
                 EvalAltResult::ErrorInFunctionCall(name, source, inner, pos) => {
+                    is_called = true;
                     (format!("in the call of {}", function_name(name)), inner, source.as_str(), *pos)
                 }
                 EvalAltResult::ErrorInModule(name, inner, pos) => {
@@ -46,7 +47,7 @@ impl Explainer<'_> {
         }
         let position = if error.position().is_none() { fallback } else { error.position() };
         let place = self.place(&file, position);
-        let mut d = self.innermost(error, &file);
+        let mut d = self.innermost(error, &file, is_called);
         let blamed = self.blamed(error);
         if let (Some(own), Some(call)) = (&blamed, &place)
             && own.file != call.file
@@ -124,13 +125,13 @@ impl Explainer<'_> {
         d.label.get_or_insert(what);
     }
 
-    fn innermost(&self, error: &EvalAltResult, file: &str) -> Diagnostic {
+    fn innermost(&self, error: &EvalAltResult, file: &str, is_called: bool) -> Diagnostic {
         use EvalAltResult as E;
         match error {
             E::ErrorParsing(kind, _) => parsing(kind),
             E::ErrorRuntime(payload, _) => runtime(payload),
             E::ErrorTerminated(token, _) => self.stopped(token),
-            E::ErrorVariableNotFound(name, _) => self.unknown_variable(name, file),
+            E::ErrorVariableNotFound(name, _) => self.unknown_variable(name, file, is_called),
             E::ErrorFunctionNotFound(signature, _) => self.unknown_function(signature, file),
             E::ErrorModuleNotFound(name, _) => unknown_module(name),
             E::ErrorPropertyNotFound(name, _) => {
@@ -246,11 +247,14 @@ impl Explainer<'_> {
             .hint("does a loop add to it without end?")
     }
 
-    fn unknown_variable(&self, name: &str, file: &str) -> Diagnostic {
+    fn unknown_variable(&self, name: &str, file: &str, is_called: bool) -> Diagnostic {
         let sources = self.sources();
         let declared = sources.get(file).map(|text| lexer::declared(text)).unwrap_or_default();
         let inputs = INPUTS.iter().map(|(name, _)| *name).chain(["p", "PI", "TAU"]);
         let d = Diagnostic::error(format!("there is no variable `{name}`")).label("not known here");
+        if declared.contains(&name) && !is_called {
+            return d.hint(format!("what makes `{name}` comes later, is in braces, or failed"));
+        }
         if declared.contains(&name) {
             return d.hint(format!(
                 "functions see only their parameters and x, y, z, p, time: pass `{name}` as an argument"
