@@ -111,10 +111,13 @@ pub type Sources = BTreeMap<Arc<str>, Arc<str>>;
 /// hand rather than something else.
 pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = given.to_lowercase();
+    let letters = |text: &str| text.chars().count();
+    // A third of the letters, rounded to the nearest.
+    let slips = |name: &str| ((letters(name).max(letters(&lower)) + 1) / 3).max(1);
     known
         .into_iter()
         .map(|name| (strsim::damerau_levenshtein(&lower, &name.to_lowercase()), name))
-        .filter(|(distance, name)| *distance <= (name.chars().count().max(lower.chars().count()) / 3).max(1))
+        .filter(|(distance, name)| *distance <= slips(name))
         .min()
         .map(|(_, name)| name)
 }
