@@ -117,19 +117,43 @@ impl Ramp {
         ("exponential", Ramp::Exponential),
     ];
 
-    /// What is added to `max(x, 0)` where `e = max(1 - |x|, 0)`, with its two derivatives in `e`.
+    /// What is added to `max(x, 0)` where `e = max(1 - |x|, 0)`.
     #[inline(always)]
-    fn bite<R: Real>(&self, e: R) -> [R; 3] {
+    fn bite<R: Real>(&self, e: R) -> R {
         let c = R::of;
         match self {
-            Ramp::Quadratic => [c(0.25) * e.square(), c(0.5) * e, c(0.5)],
-            Ramp::Cubic => [e.powi(3) / c(6.0), c(0.5) * e.square(), e],
-            _ => [
-                e.powi(3) * (c(4.0) - e) * c(0.0625),
-                e.square() * (c(3.0) - e) * c(0.25),
-                e * (c(2.0) - e) * c(0.75),
-            ],
+            Ramp::Quadratic => c(0.25) * e.square(),
+            Ramp::Cubic => e.square() * e / c(6.0),
+            _ => e.square() * e * (c(4.0) - e) * c(0.0625),
         }
+    }
+
+    /// Its derivative in `e`, which rises from 0 to 1/2.
+    #[inline(always)]
+    fn slope<R: Real>(&self, e: R) -> R {
+        let c = R::of;
+        match self {
+            Ramp::Quadratic => c(0.5) * e,
+            Ramp::Cubic => c(0.5) * e.square(),
+            _ => e.square() * (c(3.0) - e) * c(0.25),
+        }
+    }
+
+    /// Its second derivative.
+    #[inline(always)]
+    fn bend<R: Real>(&self, e: R) -> R {
+        let c = R::of;
+        match self {
+            Ramp::Quadratic => c(0.5),
+            Ramp::Cubic => e,
+            _ => e * (c(2.0) - e) * c(0.75),
+        }
+    }
+
+    /// The slope at `x` where that is below zero, and 1/2 above.
+    #[inline(always)]
+    fn side<R: Real>(&self, x: R) -> R {
+        self.slope((R::of(1.0) + x).max(R::of(0.0)).min(R::of(1.0)))
     }
 }
 
@@ -148,18 +172,17 @@ impl Function<1> for Ramp {
         let (zero, one) = (R::of(0.0), R::of(1.0));
         match self {
             Ramp::Exponential => x.max(zero) + (one + (-x.abs()).exp()).ln(),
-            _ => x.max(zero) + self.bite(hat(x))[0],
+            _ => x.max(zero) + self.bite(hat(x)),
         }
     }
     #[inline(always)]
     fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
-        let (zero, half, one) = (R::of(0.0), R::of(0.5), R::of(1.0));
+        let (half, one) = (R::of(0.5), R::of(1.0));
         if let Ramp::Exponential = self {
             return [one / (one + (-x).exp())];
         }
         // Either side alone moves, while the other is 1/2: written down as an expression, the slope has no jump.
-        let side = |x: R| self.bite((one + x).max(zero).min(one))[1];
-        [side(x) + (half - side(-x))]
+        [self.side(x) + (half - self.side(-x))]
     }
     #[inline(always)]
     fn hess<R: Real>(&self, [x]: [R; 1]) -> [[R; 1]; 1] {
@@ -167,8 +190,7 @@ impl Function<1> for Ramp {
             let far = (-x.abs()).exp();
             return [[far / (R::of(1.0) + far).square()]];
         }
-        let [.., bend] = self.bite(hat(x));
-        [[R::of(1.0).if_less(x.abs(), R::of(0.0), bend)]]
+        [[R::of(1.0).if_less(x.abs(), R::of(0.0), self.bend(hat(x)))]]
     }
     /// Rising, so its ends bound it.
     #[inline(always)]
@@ -230,14 +252,15 @@ impl Function<2> for Melt {
         let far = self.apart(x, y).abs();
         let bite = match self.ramp {
             Ramp::Exponential => (R::of(1.0) + (-far).exp()).ln(),
-            _ => self.ramp.bite((R::of(1.0) - far).max(R::of(0.0)))[0],
+            _ => self.ramp.bite((R::of(1.0) - far).max(R::of(0.0))),
         };
         x.min(y) - R::of(self.width()) * bite
     }
     /// Two shares that make up 1.
     #[inline(always)]
     fn grad<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
-        [self.ramp.grad([self.apart(y, x)])[0], self.ramp.grad([self.apart(x, y)])[0]]
+        let [share] = self.ramp.grad([self.apart(y, x)]);
+        [share, R::of(1.0) - share]
     }
     #[inline(always)]
     fn hess<R: Real>(&self, [x, y]: [R; 2]) -> [[R; 2]; 2] {
