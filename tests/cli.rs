@@ -368,6 +368,15 @@ fn heights_of_land() {
         stderr(&bench.run("heights a.rhai -o a.png --projection plane --extent 3x2 --size 20").success());
     has(&said, &["a.png: 30x20", "heights within -0.099", "..0.099"]);
     assert_eq!(bench.picture("a.png").0, 30);
+    // Farther than anything is looked for unless asked, and wherever the solid is.
+    let said =
+        stderr(&bench.run("heights a.rhai -o a.png --projection plane --extent 60 --size 16").success());
+    has(&said, &["a.png: 16x16"]);
+    assert!(!said.contains("Warning"), "{said}");
+    bench.write("d.rhai", "box([4, 1, 2]).translated([10, 0.5, 0])");
+    let said =
+        stderr(&bench.run("heights d.rhai -o d.png --projection plane --extent 3x1 --size 16").success());
+    has(&said, &["d.png: 48x16", "heights within 1..1"]);
     // As far as the solid goes, above y = 0.
     let said = stderr(&bench.run("heights b.rhai -o b.exr --projection plane --size 20").success());
     has(&said, &["b.exr: 39x20", "..0.25"]);
@@ -757,6 +766,11 @@ fn check_says_what_is_wrong_with_a_solid() {
     let (described, said) = checked("sqrt(-1.0 - x * x)", 1);
     assert_eq!(described, "");
     has(&said, &["Error: the field is undefined (NaN or infinite) at every point", "square root"]);
+    // Samples alone may miss what there is.
+    let bowl = "max(y - sqrt(0.09 - x * x - z * z), -y).translated([0.5, 0.1, 0.5])";
+    let (described, said) = checked(&format!("scene(#{{ surface: {bowl}, bounds: 9.0 }})"), 0);
+    has(&described, &["given by the script"]);
+    has(&said, &["Warning: the field is undefined (NaN or infinite) at every point that was tried"]);
     // However small, five digits of it.
     let (described, said) = checked("sphere(0.001) / 1000.0", 0);
     has(&described, &["(-0.0010106, "]);

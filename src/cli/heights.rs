@@ -40,7 +40,8 @@ planet.px.png (+x), nx, py, ny, pz and nz, in the layout of OpenGL's cube maps. 
      nx pz px nz
         ny
 
-A plane is seen from above, +x to the right and +z down: load_heightfield(\"coast.exr\", #{ extent: 4.0 }) wears it again, half a pixel off.")]
+A plane is seen from above, +x to the right and +z down: load_heightfield(\"coast.exr\", #{ extent: 4.0 * 1023 / 1024 })
+wears it again: its extent is from the middle of the first pixel to that of the last.")]
 pub struct Args {
     /// Script of the planet
     #[arg(value_name = "SCRIPT")]
@@ -184,15 +185,10 @@ fn mapping(args: &Args, scene: &Scene) -> Result<Mapping, Failure> {
 
 /// A rectangle of land: where it is said to be, or else where the solid is.
 fn plane(args: &Args, scene: &Scene) -> Result<(Projection, Datum), Failure> {
-    let (center, [across, depth]) = match args.extent {
-        Some(extent) => (args.center.unwrap_or_default(), extent),
-        None => {
-            let solid = || Field::new(&scene.graph, scene.surface.field);
-            let Aabb { min, max } = scene.bounds.unwrap_or_else(|| session::bounds(scene, &solid()));
-            let middle = 0.5 * (min + max) * DVec3::new(1.0, 0.0, 1.0);
-            (args.center.unwrap_or(middle), [max.x - min.x, max.z - min.z])
-        }
-    };
+    let solid = || Field::new(&scene.graph, scene.surface.field);
+    let Aabb { min, max } = scene.bounds.unwrap_or_else(|| session::bounds(scene, &solid()));
+    let [across, depth] = args.extent.unwrap_or([max.x - min.x, max.z - min.z]);
+    let center = args.center.unwrap_or(0.5 * (min + max) * DVec3::new(1.0, 0.0, 1.0));
     let width = (f64::from(args.size) * across / depth).round().max(1.0);
     if width > f64::from(Film::MAX_SIDE) {
         let message = format!("a map of {across} by {depth} would be {width} pixels wide");

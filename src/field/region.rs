@@ -237,7 +237,7 @@ fn possible(ranges: &mut Evaluator<Many<Interval, OCTANTS>>, batch: &[Part], hal
     let cell = |lane: usize| batch[lane.min(batch.len() - 1)].cell.intervals();
     let at = std::array::from_fn(|axis| Many(std::array::from_fn(|lane| cell(lane)[axis])));
     let found = eval(ranges, &batch[0], &at).0;
-    // A cell that has no value is not excluded.
+    // One that has no value is asked for that alone.
     batch
         .iter()
         .zip(found)

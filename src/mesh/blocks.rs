@@ -1,13 +1,13 @@
 //! Where the surface may be.
 //!
 //! The lattice is cut into eighths until a part is a block of cells. A part over which the enclosure of the
-//! field excludes zero has no surface in it: that is a proof, so that nothing is missed in what is dropped.
+//! field excludes zero, or which is known to have no value, has no surface in it: that is a proof, so that nothing is missed in what is dropped.
 //! Blocks come in the order of their Morton codes, whatever the threads did.
 
 use super::lattice::{Lattice, Place, SIDE};
 use crate::field::{Stopped, Watch};
 use crate::num::Interval;
-use crate::tape::{Evaluator, Tape};
+use crate::tape::{Bounded, Evaluator, Tape};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -53,7 +53,9 @@ impl Part {
             Some(bounded) => bounded.range(),
             None => *ranges.turn_to(&self.tape).eval(&region),
         };
-        if range.lo > 0.0 || self.tape.is_nowhere(&region) {
+        let is_nowhere =
+            || bounded.as_ref().map_or_else(|| self.tape.is_nowhere(&region), Bounded::is_nowhere);
+        if range.lo > 0.0 || is_nowhere() {
             return None;
         }
         // One that is as much work may be shared, which costs less.

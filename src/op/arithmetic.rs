@@ -274,9 +274,6 @@ impl Function<2> for Powf {
     fn is_defined(&self, [x, p]: &[Interval; 2]) -> bool {
         x.lo > 0.0 || (x.lo >= 0.0 && p.lo >= 0.0)
     }
-    fn is_undefined(&self, [x, _]: &[Interval; 2]) -> bool {
-        x.hi < 0.0
-    }
     #[inline(always)]
     fn value<R: Real>(&self, [x, p]: [R; 2]) -> R {
         x.powf(p)

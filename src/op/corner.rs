@@ -153,7 +153,7 @@ impl Ramp {
     /// The slope at `x` where that is below zero, and 1/2 above.
     #[inline(always)]
     fn side<R: Real>(&self, x: R) -> R {
-        self.slope((R::of(1.0) + x).max(R::of(0.0)).min(R::of(1.0)))
+        self.slope((R::of(1.0) + x).max(R::of(0.0)).min(R::of(1.0))).min(R::of(0.5))
     }
 }
 

@@ -163,7 +163,7 @@ fn warnings(scene: &Prepared, picture: &Picture) -> Vec<Diagnostic> {
         });
     }
     let share =
-        |n: u64| format!("{:.2}% of the samples", 100.0 * n as f64 / picture.stats.primary.rays as f64);
+        |n: u64| format!("{:.2}% of the samples", 100.0 * n as f64 / picture.stats.samples.max(n) as f64);
     if picture.stats.undefined > 0 {
         let share = share(picture.stats.undefined);
         let message =

@@ -33,7 +33,7 @@ fn sign(tokens: &[Token<'_>], at: usize) -> Option<usize> {
     if !(first.text == "*" && second.text == "*" && first.end() == second.start) {
         return None;
     }
-    let is_odd = exponent.kind == Kind::Number && exponent.text.parse::<u64>().is_ok_and(|n| n % 2 == 1);
+    let is_odd = exponent.kind == Kind::Number && exponent.text.parse::<f64>().is_ok_and(|n| n % 2.0 == 1.0);
     let minus = operand(tokens, at.checked_sub(1)?)?.checked_sub(1)?;
     let is_between = minus.checked_sub(1).is_some_and(|before| ends_operand(&tokens[before]));
     (tokens[minus].text == "-" && !is_between && !is_odd).then_some(minus)
@@ -85,7 +85,8 @@ fn ends_operand(token: &Token<'_>) -> bool {
     match token.kind {
         Kind::Number | Kind::Text => true,
         Kind::Word => !KEYWORDS.contains(&token.text),
-        Kind::Symbol => [")", "]"].contains(&token.text),
+        // What is in braces may be a value, or a block after which a statement begins.
+        Kind::Symbol => [")", "]", "}"].contains(&token.text),
         Kind::Comment => false,
     }
 }
@@ -116,6 +117,8 @@ mod tests {
             "-(x ** 2)",
             "2 ** -x",
             "-x ** 3",
+            "-x ** 3.0",
+            "let a = if b { 1 } else { 2 } - a ** 2",
             "f(x) - g(x) ** 2",
             "-x * 2",
             "a[0] -x ** 2",

@@ -23,3 +23,4 @@ pub use clock::{duration, seconds};
 pub use eval::Evaluator;
 pub use inner::{Flowed, Inner};
 pub use lower::{Census, Instr, Tape};
+pub use prune::Bounded;

@@ -3,7 +3,7 @@
 //! Enclosures speak of the values that there are. Where a root of what is negative is added to a field, there are none, and
 //! an enclosure of all numbers excludes nothing. But whatever is computed from what is not a number is none either, so that one
 //! instruction that has no value in a region takes it from the output, and where a field has no value there is nothing of the
-//! solid.
+//! solid. (Not so a power: that of 0 is 1, whatever it is of.)
 
 use super::prune::Bounded;
 use super::{Instr, Tape};
@@ -97,7 +97,7 @@ mod tests {
             "asin(length(p)) - 1.0",
             "min(sphere(1.0), max(ln(x + y), 0.3 - z))",
             "length(vec3(x, sqrt(y), z)) - 1.0",
-            "abs(x ** 0.5 - y) / exp(acos(z)) - 0.2",
+            "abs(sqrt(x) - y ** 0.5) / exp(acos(z)) - 0.2",
             "sin(sqrt(x)) * cos(z) - sqrt(-y) * 2.0 + 0.1",
         ] {
             let tape = tape(text);

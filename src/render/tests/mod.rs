@@ -338,6 +338,14 @@ fn what_is_odd_is_said() {
     scene.surface.field = root;
     warned(&scene, "undefined");
 
+    // Level steps: a surface where the field jumps, beside which it is flat.
+    let mut build = Build::default();
+    let z = build.0.point().unwrap()[2];
+    let floor = build.op(Op::Floor(op::Floor), &[z]);
+    let scene = build.scene(floor);
+    let picture = warned(&scene, "no normal");
+    assert!(picture.stats.flat > 0 && picture.stats.undefined == 0);
+
     let air = |radius| Some(Air::clear(radius, 0.01 * radius, DVec3::new(3.0, 8.0, 20.0) / radius));
     for (radius, words) in [(0.5, "planet of radius 0.5"), (2.0, "planet of radius 2")] {
         let mut elsewhere = ball();

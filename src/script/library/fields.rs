@@ -325,21 +325,19 @@ fn stretched_by(c: &Call<'_>, factors: DVec3) -> Outcome<Dynamic> {
     if !(least > 0.0 && factors.is_finite()) {
         return Err(c.wrong(1, "a vector of factors other than zero"));
     }
-    let source = c.source(0).ok();
+    let source = c.source(0).ok().filter(|source| source.at.is_none());
+    let is_noise = c.source(0).is_ok();
     let mut p = host.point()?;
     for (coordinate, factor) in p.iter_mut().zip(factors.to_array()) {
-        let factor = host.constant(if source.is_some() { factor } else { 1.0 / factor })?;
+        let factor = host.constant(if is_noise { factor } else { 1.0 / factor })?;
         *coordinate = host.op(Op::Mul(op::Mul), &[*coordinate, factor])?;
     }
     if let Some(mut source) = source {
-        if source.at.is_some() {
-            return Err(c.wrong(1, "a number where the noise is asked at a place of its own"));
-        }
         source.at = Some(p);
         return Ok(Dynamic::from(source));
     }
     let inner = moved(c, &with(p, stretched(host, p)?))?;
-    if let Some(f) = inner.read_lock::<Field>() {
+    if let Some(f) = inner.read_lock::<Field>().filter(|_| !is_noise) {
         let node = host.op(Op::Mul(op::Mul), &[host.constant(least)?, f.node])?;
         return Ok(Dynamic::from(Field { node, color: f.color }));
     }

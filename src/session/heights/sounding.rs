@@ -105,7 +105,15 @@ impl Sounder {
             .limit(&scene.graph, &[scene.surface.field])
             .map_err(|e| RenderError::TooLarge(e).diagnostic())?;
         let field = Field::new(&graph, roots[0]);
-        let bounds = whereabouts::region(scene, &field);
+        let mut bounds = whereabouts::region(scene, &field);
+        if let (Datum::Plane { center, depth }, None) = (datum, scene.bounds) {
+            // Land that goes on beyond what is looked for by itself.
+            let [right, down] = chart.off(f64::from(chart.width()), f64::from(chart.size));
+            let half = depth * DVec3::new(right, 0.0, down);
+            let ends = Aabb { min: center - half, max: center + half };
+            bounds.min = bounds.min.min(ends.min.with_y(bounds.min.y));
+            bounds.max = bounds.max.max(ends.max.with_y(bounds.max.y));
+        }
         let Aabb { min, max } = bounds;
         if !(min.is_finite() && max.is_finite() && min.cmplt(max).all()) {
             return Err(Box::new(RenderError::Bounds.diagnostic()));

@@ -209,14 +209,13 @@ fn unfolded(recipe: &Recipe) -> Option<[Fractal; 2]> {
 
 /// The smooth union of two fields, or what both share; see `stdlib/csg.rhai`.
 fn blended(graph: &mut Graph, [a, b]: [NodeId; 2], is_union: bool, radius: f64) -> Result<NodeId, TooLarge> {
-    let k = graph.constant((2.0 - std::f64::consts::SQRT_2) * radius)?;
-    let (zero, half) = (graph.constant(0.0)?, graph.constant(0.5)?);
-    let difference = graph.op(Op::Sub(op::Sub), &[a, b])?;
-    let length = graph.op(Op::Length(op::Length), &[difference, k, zero])?;
-    let sum = graph.op(Op::Add(op::Add), &[a, b])?;
-    let join = if is_union { Op::Sub(op::Sub) } else { Op::Add(op::Add) };
-    let both = graph.op(join, &[sum, length])?;
-    graph.op(Op::Mul(op::Mul), &[both, half])
+    let melt = Op::Melt(op::Melt::new(op::Ramp::Quartic, 1.562097167 * radius));
+    if is_union {
+        return graph.op(melt, &[a, b]);
+    }
+    let [a, b] = [graph.op(Op::Neg(op::Neg), &[a])?, graph.op(Op::Neg(op::Neg), &[b])?];
+    let both = graph.op(melt, &[a, b])?;
+    graph.op(Op::Neg(op::Neg), &[both])
 }
 
 /// Over how much a crease is rounded, to one digit: by how far apart its sides are where the picture looks.

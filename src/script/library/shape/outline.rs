@@ -47,7 +47,8 @@ pub(super) fn register(lib: &mut Library<'_>) {
         let layout = Layout { size, align, leading };
         let text = c.text(0)?;
         let write = |f: Font<'_>| {
-            let missing: Vec<String> = f.missing(&text).into_iter().map(|c| format!("`{c}`")).collect();
+            let missing: Vec<String> =
+                f.missing(&text).into_iter().map(|c| format!("`{}`", c.escape_debug())).collect();
             if !missing.is_empty() {
                 let name = if font.is_empty() { "DejaVu Sans" } else { &font };
                 let message = format!("{name} has no letters for {}, which become boxes", missing.join(", "));
