@@ -23,6 +23,9 @@ fn answers_on_a_pipe() {
     has(&stdout(&run("interval(1, 2) + interval(1, 2)\n").success()), &["[1.99", ", 4.00"]);
     has(&stdout(&run("fn double(n) {\n  2 * n\n}\ndouble(21)\n").success()), &["42"]);
     assert_eq!(stderr(&run("1\n").success()), "");
+    // What is hardly meant is said once.
+    let doubtful = run("-2.0 ** 2\n1\n").success();
+    assert_eq!((stdout(&doubtful).as_str(), stderr(&doubtful).matches("the minus").count()), ("4.0\n1\n", 1));
 }
 
 /// A script is loaded as it runs: with the files of its own folder.

@@ -209,6 +209,9 @@ impl Shell {
     /// Shows an answer and what was printed on the way to it.
     fn show(&self, answer: Result<Option<String>, Box<Diagnostic>>) -> Outcome {
         self.interpreter.borrow_mut().output().iter().for_each(out);
+        let doubts = self.interpreter.borrow_mut().doubts();
+        let sources = self.interpreter.borrow().sources();
+        doubts.iter().for_each(|doubt| self.terminal.diagnostic(doubt, &sources));
         match answer {
             Ok(Some(answer)) if self.terminal.color && std::io::stdout().is_terminal() => {
                 out(paint::answer(answer.trim_end()));

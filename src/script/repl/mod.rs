@@ -15,7 +15,7 @@ use super::engine::{self, INPUTS, KEYWORDS, Limits, Setup};
 use super::host::Host;
 use super::library::Entry;
 use super::value::type_name;
-use super::{SceneValue, finish, help, lexer, modules, scene_value};
+use super::{SceneValue, finish, help, lexer, modules, scene_value, signs};
 use crate::diag::{Diagnostic, Sources};
 use crate::scene::Scene;
 use crate::world::World;
@@ -172,6 +172,7 @@ impl Interpreter {
     fn execute(&mut self, name: &str, text: &str, effects: Effects) -> Result<Dynamic, Box<Diagnostic>> {
         self.setup.host.deadline.set(Instant::now().checked_add(self.limits.time));
         let before = Snapshot::of(&self.scope, &self.setup.host);
+        signs::warnings(name, text).into_iter().for_each(|doubt| self.setup.host.doubt(doubt));
         let result = self.run(name, text, effects);
         if result.is_err() || effects == Effects::None {
             before.restore(&mut self.scope, &self.setup.host);
@@ -320,6 +321,11 @@ impl Interpreter {
     /// Files that were looked for so far.
     pub fn files(&self) -> Vec<PathBuf> {
         self.setup.loaded.files.borrow().clone()
+    }
+
+    /// Takes what was made since the last call, but is hardly meant.
+    pub fn doubts(&mut self) -> Vec<Diagnostic> {
+        self.setup.host.odd.take()
     }
 
     /// Takes what `print` and `debug` have said since the last call.
