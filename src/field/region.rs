@@ -96,7 +96,8 @@ fn is_last<'a>(parts: impl ExactSizeIterator<Item = &'a Part>, most: usize) -> b
 /// How much larger than it has to be a box may be, of its diagonal.
 const CLOSE: f64 = 4e-3;
 
-/// Finds a box around the solid `f <= 0` in `region`, by excluding cells where `f > 0` is certain.
+/// Finds a box around the solid `f <= 0` in `region`, by excluding cells where it is certain that `f > 0`, or that
+/// `f` has no value.
 pub fn extent(field: &Field, region: &Aabb) -> Extent {
     extent_until(field, region, &|| false)
 }
@@ -104,9 +105,7 @@ pub fn extent(field: &Field, region: &Aabb) -> Extent {
 /// The same, but nothing more is excluded when `halt` says so.
 pub fn extent_until(field: &Field, region: &Aabb, halt: Halt<'_>) -> Extent {
     let Some(found) = hull(field, region, false, halt) else { return Extent::Empty };
-    // A little air, so that rays start outside of a solid that fills its cells.
-    let margin = 1e-3 * found.diagonal();
-    let grown = Aabb { min: found.min - margin, max: found.max + margin };
+    let grown = aired(&found);
     if touches(&found, region) {
         Extent::Open(Aabb { min: grown.min.max(region.min), max: grown.max.min(region.max) })
     } else {
@@ -117,9 +116,14 @@ pub fn extent_until(field: &Field, region: &Aabb, halt: Halt<'_>) -> Extent {
 /// A box around all of the solid in a region, however far it goes on beyond, with a little air within the region; none if it is
 /// proven that there is nothing, and no closer when `halt` says so.
 pub fn part_within(field: &Field, region: &Aabb, halt: Halt<'_>) -> Option<Aabb> {
-    let found = hull(field, region, true, halt)?;
+    let grown = aired(&hull(field, region, true, halt)?);
+    Some(Aabb { min: grown.min.max(region.min), max: grown.max.min(region.max) })
+}
+
+/// A box with a little air around it, so that rays start outside of a solid that fills its cells.
+fn aired(found: &Aabb) -> Aabb {
     let margin = 1e-3 * found.diagonal();
-    Some(Aabb { min: (found.min - margin).max(region.min), max: (found.max + margin).min(region.max) })
+    Aabb { min: found.min - margin, max: found.max + margin }
 }
 
 /// Whether a box is not all inside of another.
@@ -173,7 +177,7 @@ fn solid(values: &mut Evaluator<Many<f64, OCTANTS>>, batch: &[Part], region: &Aa
 }
 
 /// Cuts up cells, for each [operand](Tape::operands) of a field, and leaves out those parts where it is certain that
-/// `f > 0`. Nothing more is left out when `halt` says so.
+/// `f > 0`, or that it has no value. Nothing more is left out when `halt` says so.
 pub(super) fn exclude(field: &Field, operands: &[Arc<Tape>], cells: &[Aabb], halt: Halt<'_>) -> Vec<Part> {
     let mut parts = parts_of(operands, cells);
     let hull = |parts: &[Part]| parts.iter().map(|part| part.cell).reduce(|a, b| a.hull(&b));

@@ -1,7 +1,8 @@
 //! Where the surface may be.
 //!
 //! The lattice is cut into eighths until a part is a block of cells. A part over which the enclosure of the
-//! field excludes zero, or which is known to have no value, has no surface in it: that is a proof, so that nothing is missed in what is dropped.
+//! field excludes zero has no surface in it, nor has one in which the field is known to have no value: that is a proof, so
+//! that nothing is missed in what is dropped.
 //! Blocks come in the order of their Morton codes, whatever the threads did.
 
 use super::lattice::{Lattice, Place, SIDE};

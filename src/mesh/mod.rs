@@ -117,7 +117,6 @@ pub struct Deviation {
 /// When stopped.
 pub fn polygonise(solid: &Solid, fineness: &Fineness, watch: &Watch<'_>) -> Result<Meshed, Stopped> {
     let mut resolution = fineness.resolution.unwrap_or(FIRST).clamp(2, FINEST);
-
     loop {
         let sketch = Sketch::new(solid, resolution, watch)?;
         let cells =

@@ -81,9 +81,7 @@ pub fn prepare(scene: &Scene, settings: &Settings, cancel: &AtomicBool) -> Resul
     let code = |roots: &[NodeId]| (!roots.is_empty()).then(|| Arc::new(Tape::new(&graph, roots)));
     let tape = Arc::new(Tape::new(&graph, &roots[..1]));
     let probe = Probe::new(&tape, &settings.bounds, &view, cancel).ok_or(RenderError::Stopped)?;
-    // A place in the library says nothing about what the user has written.
-    let place = graph.place(scene.surface.field).filter(|place| !place.is_embedded()).cloned();
-    let mut warnings = probe.judge(place)?;
+    let mut warnings = probe.judge(scene.place())?;
     warnings.extend(stretched(&view));
     let lights: Vec<Light> = [Light::Sun(scene.sun)].iter().chain(&scene.lights).map(upright).collect();
     let suns = lights.iter().filter_map(|light| match light {

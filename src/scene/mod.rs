@@ -27,6 +27,7 @@ pub use moon::Moon;
 pub use param::{Domain, Param, Unfit, Value};
 pub use sea::Sea;
 
+use crate::diag::Place;
 use crate::expr::{Graph, NodeId};
 use crate::num::Interval;
 use glam::DVec3;
@@ -57,6 +58,13 @@ pub struct Scene {
     pub bounds: Option<Aabb>,
     /// The parameters that the script asked for, in order, with their values.
     pub params: Vec<Param>,
+}
+
+impl Scene {
+    /// Where the solid was written. A place in the library says nothing about what the user has written.
+    pub fn place(&self) -> Option<Place> {
+        self.graph.place(self.surface.field).filter(|place| !place.is_embedded()).cloned()
+    }
 }
 
 /// A solid with its colour.

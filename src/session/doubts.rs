@@ -1,7 +1,7 @@
 //! What is odd about a solid before anything is made of it: that there is none, or that its field has no value.
 
 use super::stage;
-use crate::diag::{Diagnostic, Place, Severity};
+use crate::diag::{Diagnostic, Severity};
 use crate::field::{self, Extent, FAR, Field, Glance, Halt};
 use crate::render::RenderError;
 use crate::scene::{Aabb, Scene};
@@ -32,7 +32,8 @@ pub fn doubts(scene: &Scene, field: &Field, region: &Aabb) -> Result<Doubts, Box
             None => is_nothing(field, halt),
         };
     if is_empty {
-        warnings.push(Diagnostic { severity: Severity::Warning, ..missing(scene, field, halt) });
+        let missing = missing(scene, field, scene.bounds.is_none());
+        warnings.push(Diagnostic { severity: Severity::Warning, ..missing });
     }
     Ok(Doubts { is_empty, warnings })
 }
@@ -57,7 +58,7 @@ fn look(
     halt: Halt<'_>,
 ) -> Result<(Glance, Option<Diagnostic>), Box<Diagnostic>> {
     let glance = Glance::new(field.tape(), region, halt, |_| ()).ok_or_else(stage::stopped)?;
-    let place = place(scene);
+    let place = scene.place();
     if !glance.is_undefined() {
         return Ok((glance, glance.gaps(place)));
     }
@@ -72,8 +73,12 @@ fn look(
 }
 
 /// That there is no solid where one is looked for, as an error.
-pub(super) fn missing(scene: &Scene, field: &Field, halt: Halt<'_>) -> Diagnostic {
-    let everywhere = scene.bounds.is_none() && is_nothing(field, halt);
+pub(super) fn none(scene: &Scene, field: &Field, halt: Halt<'_>) -> Diagnostic {
+    missing(scene, field, scene.bounds.is_none() && is_nothing(field, halt))
+}
+
+/// The same, once it is known whether there is none `everywhere`.
+fn missing(scene: &Scene, field: &Field, everywhere: bool) -> Diagnostic {
     let (message, hint) = match (everywhere, field.tape().is_partial()) {
         (true, false) => ("there is no solid: the field is positive everywhere", SIGN),
         (true, true) => ("there is no solid: the field is positive wherever it has a value", SIGN),
@@ -82,7 +87,7 @@ pub(super) fn missing(scene: &Scene, field: &Field, halt: Halt<'_>) -> Diagnosti
             "negative is inside; check the sign of the field, or give other `bounds` of the scene",
         ),
     };
-    Diagnostic::error(message).at(place(scene)).hint(hint)
+    Diagnostic::error(message).at(scene.place()).hint(hint)
 }
 
 /// What to do where it is positive.
@@ -93,9 +98,4 @@ fn is_nothing(field: &Field, halt: Halt<'_>) -> bool {
     let near = Aabb::cube(NEAR);
     field::extent_until(field, &near, halt) == Extent::Empty
         && field::around(field, &near, FAR, halt).clear >= FAR
-}
-
-/// Where the solid was written. A place in the library says nothing about what the user has written.
-fn place(scene: &Scene) -> Option<Place> {
-    scene.graph.place(scene.surface.field).filter(|place| !place.is_embedded()).cloned()
 }

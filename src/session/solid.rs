@@ -90,7 +90,7 @@ fn find(scene: &Scene, fineness: &Fineness, watch: &Watch<'_>) -> Result<Found, 
             field = clipped(Arc::make_mut(&mut graph), field, &found).map_err(too_large)?;
             (found, false)
         }
-        Extent::Empty => return Err(Box::new(doubts::missing(&limited, &shown, &|| watch.check().is_err()))),
+        Extent::Empty => return Err(Box::new(doubts::none(&limited, &shown, &|| watch.check().is_err()))),
     };
     let tape = Arc::new(Tape::new(&graph, &[field]));
     let color = (roots.len() > 1).then(|| Arc::new(Tape::new(&graph, &roots[1..])));

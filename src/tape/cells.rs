@@ -40,7 +40,7 @@ pub struct Cells {
     parts: Parts,
     centre: [f64; 3],
     half: f64,
-    /// What is asked of all points within less is asked of those.
+    /// Reaches that are less are taken for this one.
     least: f64,
     is_uniform: bool,
     is_defined: bool,
@@ -204,7 +204,7 @@ impl Cells {
     /// The part of a cell whose tape holds within a region.
     fn part(&self, own: &Own, region: &[Interval; 3], through: Through) -> Cell {
         let bounded = own.tape.bound(region);
-        let is_free = bounded.range().lo > 0.0 || bounded.is_nowhere();
+        let is_free = bounded.range().lo > 0.0 || (!self.is_defined && bounded.is_nowhere());
         let is_passed = is_free && through == Through::Occupied;
         let own = if is_passed { OnceLock::new() } else { self.cut(own, bounded.pruned()).into() };
         Cell { is_free, own, parts: Default::default() }

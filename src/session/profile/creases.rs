@@ -207,9 +207,12 @@ fn unfolded(recipe: &Recipe) -> Option<[Fractal; 2]> {
     Some([Fractal::new(coarse).ok()?, Fractal::new(fine).ok()?])
 }
 
+/// The width of a seam of radius 1, as in `stdlib/csg.rhai`: 3 / 16 of it are 1 - sqrt(1 / 2).
+const SEAM: f64 = 1.562097167;
+
 /// The smooth union of two fields, or what both share; see `stdlib/csg.rhai`.
 fn blended(graph: &mut Graph, [a, b]: [NodeId; 2], is_union: bool, radius: f64) -> Result<NodeId, TooLarge> {
-    let melt = Op::Melt(op::Melt::new(op::Ramp::Quartic, 1.562097167 * radius));
+    let melt = Op::Melt(op::Melt::new(op::Ramp::Quartic, SEAM * radius));
     if is_union {
         return graph.op(melt, &[a, b]);
     }
