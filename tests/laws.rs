@@ -7,7 +7,7 @@
 #![allow(clippy::disallowed_methods)] // boxes of random size need not be the same on every platform
 
 use orogen::num::{Affine, Dual, Function, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Slope};
-use orogen::op::{Op, Visitor};
+use orogen::op::{Melt, Op, Ramp, Visitor};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 /// Boxes tried per operation.
@@ -56,7 +56,7 @@ fn inside(rng: &mut StdRng, x: Interval) -> f64 {
     }
 }
 
-/// Runs a law over every operation.
+/// Shows a law every operation.
 struct Tour<L>(L);
 
 trait Law {
@@ -70,8 +70,14 @@ impl<L: Law> Visitor for Tour<L> {
     }
 }
 
+/// Runs a law over every operation, and over every kind of rounded corner.
 fn run(law: impl Law) {
-    Op::visit_all(&mut Tour(law));
+    let mut tour = Tour(law);
+    Op::visit_all(&mut tour);
+    for (name, ramp) in Ramp::ALL {
+        tour.visit(&format!("ramp, {name}"), "A corner.", &ramp);
+        tour.visit(&format!("melt, {name}"), "A corner.", &Melt::new(ramp, 0.3));
+    }
 }
 
 #[test]
@@ -79,16 +85,20 @@ fn plain_numbers_are_off_by_no_more_roundoffs_than_stated() {
     struct Near;
     impl Law for Near {
         fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
-            let Some(roundoffs) = f.roundoffs() else { return };
-            let near = |x: f64, all: Interval| {
-                let off = roundoffs * 0.5 * f64::EPSILON * x.abs();
-                !x.is_finite() || (x - off <= all.hi && x + off >= all.lo)
-            };
+            let near =
+                |x: f64, all: Interval, off: f64| !x.is_finite() || (x - off <= all.hi && x + off >= all.lo);
             for _ in 0..BOXES * POINTS {
                 let x: [f64; N] = std::array::from_fn(|_| coordinate(rng) * radius(rng));
+                let of_size = f.roundoffs().map(|roundoffs| roundoffs * 0.5 * f64::EPSILON);
+                let of_seam = f.seam(&x, Interval::ENTIRE).map(|seam| seam.blur);
+                let off = |order: usize, x: f64| match (of_size, of_seam) {
+                    (Some(share), _) => Some(share * x.abs()),
+                    (None, blur) => blur.map(|blur| blur[order]),
+                };
+                let Some(blur) = off(0, f.value(x)) else { return };
                 let at = x.map(Interval::point);
                 assert!(
-                    near(f.value(x), f.range(at)),
+                    near(f.value(x), f.range(at), blur),
                     "{name} at {x:?}: {} in {:?}",
                     f.value(x),
                     f.range(at)
@@ -97,12 +107,46 @@ fn plain_numbers_are_off_by_no_more_roundoffs_than_stated() {
                 for i in 0..N {
                     // Where a derivative jumps, either one is right.
                     let all = if wide[i].is_finite() { wide[i] } else { Interval::ENTIRE };
-                    assert!(near(plain[i], all), "{name}, slope {i} at {x:?}: {} in {all:?}", plain[i]);
+                    let off = off(1, plain[i]).unwrap_or(0.0);
+                    assert!(near(plain[i], all, off), "{name}, slope {i} at {x:?}: {} in {all:?}", plain[i]);
                 }
             }
         }
     }
     run(Near);
+}
+
+#[test]
+fn seams_bend_along_a_difference_and_end() {
+    struct Bend;
+    impl Law for Bend {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            let Some(seam) = f.seam(&[0.0; N], Interval::ENTIRE) else { return };
+            assert_eq!(N, 2, "{name}");
+            for _ in 0..BOXES {
+                let mut x: [f64; N] = std::array::from_fn(|_| rng.random_range(-3.0..3.0));
+                let (apart, wide) = (x[0] - x[1], rng.random_range(0.0..1.0));
+                let range = Interval::new(apart - wide, apart + wide);
+                for _ in 0..POINTS {
+                    x[0] = x[1] + inside(rng, range);
+                    let difference = Interval::point(x[0]) - Interval::point(x[1]);
+                    let bend = f.seam(&x, range.hull(difference)).expect("a seam").bend;
+                    let h = f.hess(x.map(Interval::point));
+                    assert!(
+                        bend.lo <= h[0][0].hi && h[0][0].lo <= bend.hi,
+                        "{name} at {x:?}: {h:?} in {bend:?}"
+                    );
+                    let all = [h[0][0], -h[0][1], -h[1][0], h[1][1]];
+                    assert_eq!(all, [h[0][0]; 4], "{name} at {x:?}");
+                }
+                let low = x[rng.random_range(0..N)];
+                let far = low + seam.reach * (1.0 + wide);
+                let [below, above] = [[low, far], [far, low]].map(|x| f.value(std::array::from_fn(|i| x[i])));
+                assert_eq!([below, above], [low; 2], "{name} of {low} and {far}");
+            }
+        }
+    }
+    run(Bend);
 }
 
 #[test]

@@ -64,6 +64,19 @@ pub struct Form<const N: usize> {
     pub matrix: [[f64; N]; N],
 }
 
+/// What is known of a function `y + g(x - y)` of two numbers that is the smaller one where they are far apart: it bends
+/// along their difference alone, which may be known better than they are.
+#[derive(Clone, Copy, Debug)]
+pub struct Seam {
+    /// The difference from which on the smaller one is all that counts.
+    pub reach: f64,
+    /// Second derivative of `g`.
+    pub bend: Interval,
+    /// By how much the value, and its partial derivatives, may be off that are computed with plain numbers; no numbers
+    /// where that is not known.
+    pub blur: [f64; 2],
+}
+
 /// A function of `N` numbers: the meaning of an operation.
 ///
 /// Derivatives of creased functions are those of the side that is active (any of them on the
@@ -130,6 +143,14 @@ pub trait Function<const N: usize> {
     /// plain numbers; none where nothing so simple is true, as where sums may cancel.
     #[inline(always)]
     fn roundoffs(&self) -> Option<f64> {
+        None
+    }
+
+    /// What is known of a smooth corner between two numbers, of which the first two arguments are these, where their
+    /// difference is in a range.
+    #[inline(always)]
+    fn seam(&self, x: &[f64; N], apart: Interval) -> Option<Seam> {
+        let _ = (x, apart);
         None
     }
 

@@ -57,7 +57,7 @@ pub use bspline::{CUBIC_POLE, Edge, Weights, cubic, interpolate_cubic, quadratic
 pub use digest::Digest;
 pub use dual::Dual;
 pub use fft::{Complex, Direction, Fft, Unfit, transform};
-pub use function::{Class, Combine, Form, Function};
+pub use function::{Class, Combine, Form, Function, Seam};
 pub use hash::{mix, uniform};
 pub use interval::Interval;
 pub use jet::{Jet, PAIRS};

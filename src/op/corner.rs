@@ -6,7 +6,7 @@
 //! products of slopes which are never large at once. Stated whole they have their true class, and slopes
 //! that lie in [-1, 1] wherever they are asked for.
 
-use crate::num::{Class, Combine, Form, Function, Interval, Real};
+use crate::num::{Class, Combine, Form, Function, Interval, ROUNDOFF, Real, Seam};
 
 /// `(|x|^p + |y|^p)^(1/p)` for a power `p` from 1 on, the p-norm of a vector in the plane: 1 has
 /// diamonds, 2 circles and large powers squares for its unit circle. Applied again it is the norm of
@@ -146,7 +146,7 @@ impl Ramp {
         match self {
             Ramp::Quadratic => c(0.5),
             Ramp::Cubic => e,
-            _ => e * (c(2.0) - e) * c(0.75),
+            _ => (c(1.0) - (c(1.0) - e).square()) * c(0.75),
         }
     }
 
@@ -274,6 +274,16 @@ impl Function<2> for Melt {
         let low = self.value([Interval::point(x.lo), Interval::point(y.lo)]);
         let high = self.value([Interval::point(x.hi), Interval::point(y.hi)]);
         Interval { lo: low.lo, hi: high.hi }
+    }
+    /// A difference is off by three roundoffs of its size, as are what slopes of at most 1 make of it, and a polynomial
+    /// or a logarithm adds five. Squares of sizes beyond 1e140 are no numbers.
+    #[inline(always)]
+    fn seam(&self, x: &[f64; 2], apart: Interval) -> Option<Seam> {
+        let (size, width) = (x[0].abs() + x[1].abs(), self.width());
+        let ordinary = (size < 1e140) & (width > 1e-140) & (width < 1e140);
+        let blur = if ordinary { 16.0 * ROUNDOFF } else { f64::NAN };
+        let [[bend]] = self.ramp.hess([apart * (1.0 / width)]);
+        Some(Seam { reach: self.reach(), bend: -(bend * (1.0 / width)), blur: [blur * (size + width), blur] })
     }
     /// A mean of two gradients is no longer than the longer one.
     fn steepness(&self, x: &[Interval; 2], norms: &[f64; 2], _: f64) -> f64 {

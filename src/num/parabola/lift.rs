@@ -15,6 +15,7 @@
 
 use super::band::Band;
 use super::batch::Parabolas;
+use super::seam::Corners;
 use super::{CHARGE, Parabola, ROUND_UP, TINY, choose, pick};
 use crate::num::ROUNDOFF;
 use crate::num::simd::widest;
@@ -22,7 +23,7 @@ use crate::num::{Function, Interval};
 
 /// Where partial derivatives are taken.
 #[derive(Clone, Copy, PartialEq)]
-enum Expansion {
+pub(super) enum Expansion {
     /// First ones in the middle, second ones everywhere.
     Second,
     /// The same where some may be unbounded, which zeros silence.
@@ -50,12 +51,12 @@ impl Expansion {
 }
 
 /// Covers the rounding of sums of up to thirty products, in proportion to each.
-const SUMS: f64 = 32.0 * ROUNDOFF;
+pub(super) const SUMS: f64 = 32.0 * ROUNDOFF;
 
-const ZERO: Interval = Interval { lo: 0.0, hi: 0.0 };
+pub(super) const ZERO: Interval = Interval { lo: 0.0, hi: 0.0 };
 
 #[inline(always)]
-fn point(x: f64) -> Interval {
+pub(super) fn point(x: f64) -> Interval {
     Interval { lo: x, hi: x }
 }
 
@@ -99,10 +100,18 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                 || Self::selected(f, x, out),
             );
         }
+        let corners = f.seam(&[0.0; N], ZERO).map(|_| Corners::new(f, x));
+        if let Some(sole) = corners.as_ref().and_then(Corners::sole) {
+            *out = *x[sole];
+            return;
+        }
         let done = widest(
             #[inline(always)]
             || {
-                Self::expanded(f, x, Expansion::Second, out);
+                match &corners {
+                    Some(corners) => corners.expand(f, x, out),
+                    None => Self::expanded(f, x, Expansion::Second, out),
+                }
                 out.are_finite()
             },
         );
@@ -118,6 +127,9 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                 }
             },
         );
+        if let Some(corners) = corners {
+            corners.leave(x, out);
+        }
     }
 
     /// Writes the lanes again that are not finite.
@@ -150,7 +162,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
 
     /// A part of each argument of lane `l`.
     #[inline(always)]
-    fn arguments<T: Copy, const N: usize>(
+    pub(super) fn arguments<T: Copy, const N: usize>(
         x: &[&Self; N],
         l: usize,
         part: impl Fn(&Self, usize) -> T,
@@ -231,17 +243,23 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         if by != Expansion::First {
             out.bend(f, x, by);
         }
+        out.round();
+    }
+
+    /// Makes room for what the sums of rests have lost.
+    #[inline(always)]
+    pub(super) fn round(&mut self) {
         for l in 0..B {
             for j in 0..3 {
-                out.rest[j][l] *= ROUND_UP;
+                self.rest[j][l] *= ROUND_UP;
             }
-            out.rest[0][l] += TINY;
+            self.rest[0][l] += TINY;
         }
     }
 
     /// Adds the linear terms: partial derivatives `slope`, at most `steep`, known to within `vague`.
     #[inline(always)]
-    fn tilt<const N: usize>(
+    pub(super) fn tilt<const N: usize>(
         &mut self,
         x: &[&Self; N],
         by: Expansion,
@@ -310,11 +328,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             }
             for l in 0..B {
                 let h = same.map_or(hess[i][i].lane(l), |h| h[i][i]);
-                let (y, s, q) = (off[i][l], x[i].mid[1][l].abs(), bent[i][l]);
-                let (near, far) = (choose(s > q, s - q, 0.0), s + q);
-                self.include(0, l, by.half_square(h, 0.0, y));
-                self.include(2, l, by.half_square(h, near, far));
-                self.rest[1][l] += by.product(h.mag(), y * far);
+                self.bow(l, by, h, [off[i][l], x[i].mid[1][l].abs(), bent[i][l]]);
             }
         }
         for i in 0..N {
@@ -338,6 +352,16 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                 }
             }
         }
+    }
+
+    /// Adds `h d^2 / 2` for a departure `d` of at most `y` in the middle, and of a slope of the size `s`, known to
+    /// within `q`.
+    #[inline(always)]
+    pub(super) fn bow(&mut self, l: usize, by: Expansion, h: Interval, [y, s, q]: [f64; 3]) {
+        let (near, far) = (choose(s > q, s - q, 0.0), s + q);
+        self.include(0, l, by.half_square(h, 0.0, y));
+        self.include(2, l, by.half_square(h, near, far));
+        self.rest[1][l] += by.product(h.mag(), y * far);
     }
 
     /// Adds a term that is somewhere in an interval, times a power of `e`.
@@ -453,7 +477,7 @@ struct Departure<const K: usize> {
 impl<const K: usize> Parabola<K> {
     /// The other one if `test` holds.
     #[inline(always)]
-    fn unless(mut self, test: bool, other: &Self) -> Self {
+    pub(super) fn unless(mut self, test: bool, other: &Self) -> Self {
         for j in 0..3 {
             self.mid[j] = choose(test, other.mid[j], self.mid[j]);
             self.rest[j] = choose(test, other.rest[j], self.rest[j]);
