@@ -530,6 +530,19 @@ mod video {
             assert!(mean < 3.0, "{frame}: {mean}");
         }
         assert!(!bench.names().contains(&"back.4.png".into()));
+
+        // Every fifth frame, as of a preview.
+        bench.run("render a.rhai --frames 1-20:5 --size 16x16 --samples 1 -o b.##.png").success();
+        let said = stderr(&bench.run("video b.##.png -o b.mkv").success());
+        has(&said, &["b.mkv: 4 frames at 25 a second"]);
+        let mut count = std::process::Command::new("ffprobe");
+        count.args(
+            "-v error -count_frames -show_entries stream=nb_read_frames,r_frame_rate -of csv".split(' '),
+        );
+        let counted = count.arg(bench.path("b.mkv")).output().unwrap();
+        assert_eq!(String::from_utf8_lossy(&counted.stdout).trim(), "stream,25/1,4");
+        fs::remove_file(bench.path("b.11.png")).unwrap();
+        has(&stderr(&bench.run("video b.##.png -o b.mkv").code(1)), &["frame 11 is missing"]);
     }
 
     #[test]

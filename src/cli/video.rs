@@ -1,5 +1,8 @@
 //! `orogen video`: the frames of an animation to a video, by ffmpeg.
 //!
+//! Frames whose numbers follow one another are read by ffmpeg; of a sequence with a step it is given the files one after
+//! another, since it knows no steps.
+//!
 //! Frames are sRGB. ffmpeg turns them into what players expect: H.264 in blocks of 2x2 colours, with the matrix of
 //! Rec. 709 and a header that says so; a picture of odd size gets a black edge. (Without being told, ffmpeg takes the
 //! older matrix of Rec. 601 and does not say so, and greens and reds shift.)
@@ -14,14 +17,15 @@ use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::Ordering;
+use std::thread;
 
 /// Make a video of frames
 ///
 /// It needs ffmpeg (https://ffmpeg.org) on the PATH; without it, it says which command to run where there is one. All frames
-/// that match the pattern are taken, and their numbers must follow one another. The frames are kept. The video is
-/// written whole or not at all.
+/// that match the pattern are taken, and their numbers must follow one another, or be as far apart everywhere, as of
+/// `--frames 1-250:5`. The frames are kept. The video is written whole or not at all.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   orogen render rock.rhai --frames 1-250           the frames, rock.0001.png and so on
@@ -70,18 +74,25 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         return Err(Failure::usage("frames of a video are .png files", hint));
     }
     let pattern = Pattern::of(&args.pattern)?;
-    let (first, count) = sequence(&pattern, &args.pattern)?;
+    let frames = sequence(&pattern, &args.pattern)?;
+    let count = frames.count;
     let progress = Progress::new(terminal, &args.output.path.display().to_string());
     let flag = Interrupt::stopping(&progress).flag();
-    check(&pattern, (first, count), &flag).inspect_err(|_| progress.finish())?;
+    check(&pattern, &frames, &flag).inspect_err(|_| progress.finish())?;
     let mut missing = false;
     let made = atomic::write_by(&args.output.path, |temporary| {
         let mut command = Command::new("ffmpeg");
-        command.args(["-progress", "pipe:1"]).args(arguments(args, &pattern, (first, count), temporary));
-        command.stdin(Stdio::null()).stdout(Stdio::piped());
+        command.args(["-progress", "pipe:1"]).args(arguments(args, &pattern, &frames, temporary));
+        command.stdin(if frames.step == 1 { Stdio::null() } else { Stdio::piped() }).stdout(Stdio::piped());
         let child = command.spawn();
         missing = child.as_ref().is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
-        let shown = follow(child?, &flag, |done| progress.set(done as f64 / count as f64))?;
+        let mut child = child?;
+        let shown = thread::scope(|scope| {
+            if let Some(input) = child.stdin.take() {
+                scope.spawn(|| feed(input, &pattern, &frames));
+            }
+            follow(child, &flag, |done| progress.set(done as f64 / count as f64))
+        })?;
         // It leaves out what it cannot read, and says that all went well.
         if shown == count {
             return Ok(());
@@ -100,8 +111,10 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
             Ok(())
         }
         Err(_) if missing => {
-            let command = line(&arguments(args, &pattern, (first, count), &args.output.path));
-            let hint = format!("install it (https://ffmpeg.org), or run where it is: {command}");
+            let command = line(&arguments(args, &pattern, &frames, &args.output.path));
+            let given =
+                if frames.step == 1 { "" } else { ", with the frames one after another as its input" };
+            let hint = format!("install it (https://ffmpeg.org), or run where it is{given}: {command}");
             Err(Failure::error("there is no ffmpeg on the PATH, which makes the video", hint))
         }
         Err(_) if flag.load(Ordering::Relaxed) => Err(Failure::error(
@@ -112,8 +125,22 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     }
 }
 
-/// The first number of the frames, and how many there are.
-fn sequence(pattern: &Pattern, shown: &Path) -> Result<(u32, u64), Failure> {
+/// The numbers of frames that are as far apart everywhere.
+struct Frames {
+    first: u32,
+    step: u32,
+    count: u64,
+}
+
+impl Frames {
+    /// All of them, in order.
+    fn numbers(&self) -> impl Iterator<Item = u32> + use<> {
+        (self.first..).step_by(self.step as usize).take(self.count as usize)
+    }
+}
+
+/// Which frames there are.
+fn sequence(pattern: &Pattern, shown: &Path) -> Result<Frames, Failure> {
     let numbers = pattern.numbers().map_err(|e| {
         let message = format!("cannot read the folder of {} ({e})", shown.display());
         Failure::error(message, "check its name and permissions")
@@ -122,19 +149,33 @@ fn sequence(pattern: &Pattern, shown: &Path) -> Result<(u32, u64), Failure> {
         let hint = "make them with: orogen render SCRIPT --frames A-B";
         return Err(Failure::error(format!("there are no frames called {}", shown.display()), hint));
     };
-    if let Some((missing, _)) = (first..).zip(&numbers).find(|(expected, number)| expected != *number) {
+    // Of two frames it is not known whether those between them were meant.
+    let step = if numbers.len() > 2 { numbers.windows(2).map(|w| w[1] - w[0]).min().unwrap_or(1) } else { 1 };
+    let frames = Frames { first, step, count: numbers.len() as u64 };
+    if let Some((missing, _)) = frames.numbers().zip(&numbers).find(|(expected, number)| expected != *number)
+    {
         let message = format!("frame {missing} is missing: there is no {}", pattern.path(missing).display());
         let hint = "render it; for fewer frames a second, render all frames with a smaller --fps";
         return Err(Failure::error(message, hint));
     }
-    Ok((first, numbers.len() as u64))
+    Ok(frames)
+}
+
+/// Gives the frames to ffmpeg, as long as it takes them: what it has not taken is counted after it has ended.
+fn feed(mut input: ChildStdin, pattern: &Pattern, frames: &Frames) {
+    for number in frames.numbers() {
+        let given = File::open(pattern.path(number)).and_then(|mut file| io::copy(&mut file, &mut input));
+        if given.is_err() {
+            return;
+        }
+    }
 }
 
 /// Reads all frames, so that none is left out or stretched in silence: ffmpeg goes on without those that are damaged, and
 /// brings the others to the size of the first.
-fn check(pattern: &Pattern, (first, count): (u32, u64), flag: &Flag) -> Outcome {
+fn check(pattern: &Pattern, frames: &Frames, flag: &Flag) -> Outcome {
     let mut all = None;
-    for number in (first..).take(count as usize) {
+    for number in frames.numbers() {
         if flag.load(Ordering::Relaxed) {
             return Err(Failure::error("stopped before the video was begun", "no file was written"));
         }
@@ -167,10 +208,14 @@ fn size(path: &Path) -> io::Result<[u32; 2]> {
 }
 
 /// What ffmpeg is to do.
-fn arguments(args: &Args, pattern: &Pattern, (first, count): (u32, u64), output: &Path) -> Vec<OsString> {
+fn arguments(args: &Args, pattern: &Pattern, frames: &Frames, output: &Path) -> Vec<OsString> {
+    let Frames { first, step, count } = *frames;
+    let numbered = step == 1;
+    let format =
+        if numbered { format!("-start_number {first}") } else { "-f image2pipe -c:v png".to_owned() };
     let input = [
         "-hide_banner -loglevel error -nostdin -y".to_owned(),
-        format!("-framerate {} -start_number {first} -i", args.fps),
+        format!("-framerate {} {format} -i", args.fps),
     ];
     let encoding = [
         format!("-frames:v {count} -c:v libx264 -preset slow -crf {}", args.quality),
@@ -183,7 +228,7 @@ fn arguments(args: &Args, pattern: &Pattern, (first, count): (u32, u64), output:
         pieces.iter().flat_map(|piece| piece.split(' ')).map(OsString::from).collect()
     };
     let mut all = words(&input);
-    all.push(pattern.printf().into());
+    all.push(if numbered { pattern.printf().into() } else { "pipe:0".into() });
     all.extend(words(&encoding));
     all.push(output.into());
     all
