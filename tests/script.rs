@@ -49,6 +49,22 @@ fn value(interpreter: &mut Interpreter, input: &str) -> String {
 }
 
 #[test]
+fn modules_are_looked_through_for_what_is_hardly_meant() {
+    let mut world = Files::default();
+    world.0.insert("bowl.rhai".into(), b"fn bowl() {\n    y - -x ** 2\n}\n".to_vec());
+    let mut request = Request::text("import \"bowl\" as b;\nb::bowl() + -y ** 2");
+    request.world = Arc::new(world);
+    let places = compile(&request).diagnostics.into_iter().map(|d| d.place.expect("a place"));
+    let found: Vec<_> = places.map(|place| (place.file.to_string(), place.line, place.column)).collect();
+    assert_eq!(found, [("bowl.rhai".into(), 2, 9), ("script".into(), 2, 13)]);
+    // None of the standard library is warned of.
+    for (name, _) in STD {
+        let text = format!("import \"std/{name}\" as m;\nsphere(1.0)");
+        assert_eq!(compile(&Request::text(&text)).diagnostics, [], "{name}");
+    }
+}
+
+#[test]
 fn the_interpreter_remembers_variables_functions_and_imports() {
     let mut i = interpreter();
     assert_eq!(value(&mut i, "let r = 2.0;"), "");

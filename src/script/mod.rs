@@ -229,9 +229,12 @@ fn scene_of(
     text: &str,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Scene> {
-    diagnostics.extend(signs::warnings(name, text));
     let explainer = Explainer { setup, limits, main: name };
-    let value = match evaluate(setup, name, text) {
+    let value = evaluate(setup, name, text);
+    // Of the script, and of what it has imported.
+    diagnostics
+        .extend(setup.loaded.sources.borrow().iter().flat_map(|(name, text)| signs::warnings(name, text)));
+    let value = match value {
         Ok(value) => value,
         Err(e) => {
             diagnostics.push(explainer.explain(&e));
