@@ -44,6 +44,7 @@ fn every_command_has_help_with_examples() {
 #[test]
 fn usage_errors_exit_with_2_and_show_how() {
     let bench = Bench::new(&[("a.rhai", BALL)]);
+    has(&stdout(&bench.run("help mesh").success()), &["Usage: orogen mesh"]);
     for (arguments, pieces) in [
         ("paint a.rhai", &["paint", "--help"][..]),
         ("rendr a.rhai", &["render"]),
@@ -649,6 +650,52 @@ fn places_that_cannot_be_written_are_found_before_rendering() {
         std::os::unix::fs::symlink("/dev/full", bench.path("full.png")).unwrap();
         has(&said("-o full.png"), &["full.png"]);
     }
+}
+
+#[test]
+fn what_the_script_reads_is_not_overwritten() {
+    let height = "y - load_heightfield(\"hills.png\", #{ extent: 2.0, height: 0.2 })";
+    let mut picture = std::io::Cursor::new(Vec::new());
+    image::GrayImage::from_fn(4, 4, |x, y| image::Luma([(20 * x + 9 * y) as u8]))
+        .write_to(&mut picture, image::ImageFormat::Png)
+        .unwrap();
+    let cloud = "{ \"type\": \"float32\", \"size\": [2, 2, 2], \"step\": 1.0 }";
+    let bench = Bench::new(&[
+        ("hills.rhai", height),
+        ("knot.rhai", "load_mesh(\"knot.obj\").field()"),
+        ("cloud.rhai", "load_grid(\"cloud.json\") - 0.5"),
+        ("cloud.json", cloud),
+    ]);
+    bench.write("hills.png", picture.into_inner());
+    bench.write("knot.obj", include_bytes!("../scripts/knot.obj"));
+    bench.write("cloud.raw", [0_u8; 32]);
+    let before = ["hills.png", "knot.obj", "cloud.json", "cloud.raw"].map(|name| bench.read(name));
+    for (command, file) in [
+        ("render hills.rhai --size 8x6", "hills.png"),
+        ("heights hills.rhai --projection plane --size 8 -o hills.png", "hills.png"),
+        ("mesh knot.rhai -o ./knot.obj", "knot.obj"),
+        ("grid cloud.rhai --size 4 -o cloud.json", "cloud.raw"),
+        ("profile cloud.rhai --json cloud.json", "cloud.json"),
+    ] {
+        has(&stderr(&bench.run(command).code(1)), &["the script reads", file, "would be lost", "-o NAME"]);
+    }
+    assert_eq!(["hills.png", "knot.obj", "cloud.json", "cloud.raw"].map(|name| bench.read(name)), before);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_cannot_be_said_is_an_error() {
+    let bench = Bench::new(&[("a.rhai", BALL)]);
+    let full = || std::fs::File::options().write(true).open("/dev/full").unwrap();
+    for command in ["check a.rhai", "doc sphere", "topology a.rhai --json -"] {
+        let told = bench.plain_command(command).stdout(full()).output().unwrap();
+        assert_eq!(told.status.code(), Some(1), "{command}");
+        has(&String::from_utf8_lossy(&told.stderr), &["cannot write to standard output", "No space left"]);
+    }
+    // Nobody has to read on.
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    assert!(bench.plain_command("doc sphere").stdout(writer).status().unwrap().success());
 }
 
 /// A disk of 16 KiB, in a mount namespace of its own so that it goes away with the program.

@@ -601,14 +601,17 @@ mod video {
 
     #[test]
     fn ctrl_c_ends_ffmpeg_too() {
-        let bench = with_ffmpeg("while :; do echo frame=1; sleep 0.1; done");
-        let path = format!("{}:/usr/bin:/bin", bench.path("bin").display());
-        let run = bench.start_with("video a.####.png -o a.mp4", &[("PATH", &path)]);
-        std::thread::sleep(Duration::from_millis(1500));
-        run.interrupt();
-        let (code, said) = run.end();
-        assert_eq!(code, Some(1), "{said}");
-        has(&said, &["stopped before the video was finished"]);
-        assert!(!bench.names().iter().any(|name| name.ends_with("mp4") || name.starts_with('.')));
+        // Whether it says how far it is, or nothing at all.
+        for ffmpeg in ["while :; do echo frame=1; sleep 0.1; done", "exec sleep 60"] {
+            let bench = with_ffmpeg(ffmpeg);
+            let path = format!("{}:/usr/bin:/bin", bench.path("bin").display());
+            let run = bench.start_with("video a.####.png -o a.mp4", &[("PATH", &path)]);
+            std::thread::sleep(Duration::from_millis(1500));
+            run.interrupt();
+            let (code, said) = run.end();
+            assert_eq!(code, Some(1), "{said}");
+            has(&said, &["stopped before the video was finished"]);
+            assert!(!bench.names().iter().any(|name| name.ends_with("mp4") || name.starts_with('.')));
+        }
     }
 }

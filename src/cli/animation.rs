@@ -8,7 +8,7 @@ use super::frames::{Frames, Pattern};
 use super::interrupt::{Flag, Interrupt};
 use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err, in_quotes, out, plural, seconds};
-use super::work::Work;
+use super::work::{self, Work};
 use crate::diag::{self, Diagnostic};
 use crate::render::{self, Job, OpenError, Picture, Saved};
 use crate::scene::Value;
@@ -211,6 +211,7 @@ impl Run<'_> {
         }
         self.say(number, &loaded, &loaded.diagnostics, &loaded.output);
         let Some(scene) = loaded.scene.clone() else { return Ok(Fate::Failed) };
+        work::spare(&loaded, [path])?;
         let (progress, done, wanted) = (&self.progress, self.tried() as f64, self.wanted as f64);
         let step =
             |p: render::Progress| progress.set((done + p.done as f64 / p.total.max(1) as f64) / wanted);

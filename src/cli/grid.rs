@@ -64,6 +64,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let lattice = Lattice::over(&scene, args.size).map_err(|e| work::failure(e, &loaded, terminal))?;
     let [x, y, z] = lattice.frame().size;
     form.check(&args.output, y)?;
+    work::spare(&loaded, form.files(&args.output, y).iter().map(PathBuf::as_path))?;
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let samples = session::on_threads(args.threads, || lattice.sample(&watch));
     let sampled = samples.and_then(|s| s).map_err(|error| {

@@ -133,6 +133,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
     let mapping = mapping(args, &scene)?;
+    work::spare(&loaded, mapping.chart.files(&args.output).iter().map(PathBuf::as_path))?;
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let mapped = session::on_threads(args.threads, || map_heights(&scene, &mapping, &args.output, &watch));
     progress.finish();

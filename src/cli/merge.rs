@@ -2,9 +2,10 @@
 
 use super::options::picture_path;
 use super::report::{Failure, Outcome, err, plural};
+use super::work::is_same;
 use crate::diag::Diagnostic;
 use crate::render::{self, Saved};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Put parts of a picture together
 ///
@@ -28,11 +29,6 @@ pub struct Args {
     /// Picture to write, with the ending of its parts
     #[arg(short, long, value_name = "WHOLE")]
     output: PathBuf,
-}
-
-/// Whether two names are of one file that is there.
-fn is_same(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Runs the command.

@@ -83,6 +83,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let start = Instant::now();
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.output, terminal)?;
+    work::spare(&loaded, [&*args.output])?;
     let fineness = Fineness { resolution: args.resolution, tolerance: args.tolerance };
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let made = session::on_threads(args.threads, || session::polygonise(&scene, &fineness, &watch));

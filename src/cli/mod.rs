@@ -70,7 +70,7 @@ Exit codes:
 `orogen COMMAND --help` says more about a command.";
 
 #[derive(Parser)]
-#[command(name = "orogen", version, about = ABOUT, after_help = EXAMPLES, disable_help_subcommand = true)]
+#[command(name = "orogen", version, about = ABOUT, after_help = EXAMPLES)]
 struct Cli {
     /// Colours in messages; `auto` is on a terminal, unless NO_COLOR is set
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto", hide_possible_values = true)]
@@ -148,7 +148,7 @@ impl Command {
 }
 
 fn exit_code(outcome: Outcome, terminal: &Terminal) -> ExitCode {
-    match outcome {
+    match outcome.and_then(|()| report::lost()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Reported) => ExitCode::from(1),
         Err(Failure::Error(diagnostic)) => {

@@ -169,6 +169,7 @@ fn render(mut work: Work, args: &Args, terminal: &Terminal) -> Outcome {
         Interrupt::listen(move || bar.say("stopping; what is finished is kept (Ctrl-C again quits at once)"));
     let loaded = work.session.load(&interrupt.flag());
     let scene = progress.aside(|| work::report(&loaded, terminal)).ok_or(Failure::Reported)?;
+    work.spare(&loaded)?;
     if let Some(focus) = args.focus {
         let (width, height) = work.order.size.unwrap_or((scene.film.width, scene.film.height));
         let within = Part::Region(focus).window(width, height);

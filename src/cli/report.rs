@@ -7,8 +7,9 @@ use crate::diag::{self, Diagnostic, Sources};
 use clap::ValueEnum;
 use std::ffi::OsString;
 use std::fmt::Display;
-use std::io::{IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 /// What a command returns.
 pub type Outcome = Result<(), Failure>;
@@ -122,9 +123,26 @@ impl Terminal {
     }
 }
 
-/// Writes a line to standard output.
+/// Why something could not be written to standard output.
+static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// Writes a line to standard output. If that fails, [`lost`] tells.
 pub fn out(line: impl Display) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+    let mut output = io::stdout();
+    if let Err(error) = writeln!(output, "{line}").and_then(|()| output.flush()) {
+        LOST.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+}
+
+/// That something could not be written to standard output, unless that is because nobody reads on.
+pub fn lost() -> Outcome {
+    match LOST.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        Some(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            let message = format!("cannot write to standard output ({error})");
+            Err(Failure::error(message, "make room, or write to another place"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Writes a line to standard error, in one piece.

@@ -17,9 +17,10 @@ use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::atomic::Ordering;
-use std::thread;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread::{self, ScopedJoinHandle};
+use std::time::Duration;
 
 /// Make a video of frames
 ///
@@ -91,7 +92,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
             if let Some(input) = child.stdin.take() {
                 scope.spawn(|| feed(input, &pattern, &frames));
             }
-            follow(child, &flag, |done| progress.set(done as f64 / count as f64))
+            follow(&mut child, &flag, |done| progress.set(done as f64 / count as f64))
         })?;
         // It leaves out what it cannot read, and says that all went well.
         if shown == count {
@@ -234,26 +235,41 @@ fn arguments(args: &Args, pattern: &Pattern, frames: &Frames, output: &Path) -> 
     all
 }
 
-/// Waits for ffmpeg, which says how far it is in lines such as `frame=17`; ends it when the flag is raised. Returns how
-/// many frames it has taken.
-fn follow(mut child: Child, flag: &Flag, told: impl Fn(u64)) -> io::Result<u64> {
-    let mut shown = 0;
-    if let Some(said) = child.stdout.take() {
+/// Waits for ffmpeg, which says how far it is in lines such as `frame=17`; ends it when the flag is raised, whatever it
+/// is waiting for. Returns how many frames it has taken.
+fn follow(child: &mut Child, flag: &Flag, told: impl Fn(u64) + Sync) -> io::Result<u64> {
+    let shown = AtomicU64::new(0);
+    let count = |said: ChildStdout| {
         for line in BufReader::new(said).lines().map_while(Result::ok) {
-            if flag.load(Ordering::Relaxed) {
-                child.kill()?;
-            }
             if let Some(frames) = line.strip_prefix("frame=").and_then(|n| n.trim().parse().ok()) {
-                shown = frames;
+                shown.store(frames, Ordering::Relaxed);
                 told(frames);
             }
         }
+    };
+    let said = child.stdout.take();
+    let status = thread::scope(|scope| {
+        let counting = said.map(|said| scope.spawn(|| count(said)));
+        loop {
+            if flag.load(Ordering::Relaxed) {
+                child.kill()?;
+                return child.wait();
+            }
+            // Nothing is said any more once it has ended.
+            if counting.as_ref().is_none_or(ScopedJoinHandle::is_finished) {
+                return child.wait();
+            }
+            thread::sleep(LOOK);
+        }
+    })?;
+    if status.success() {
+        return Ok(shown.into_inner());
     }
-    match child.wait()? {
-        status if status.success() => Ok(shown),
-        status => Err(io::Error::other(format!("ffmpeg failed with {status}; what it says is above"))),
-    }
+    Err(io::Error::other(format!("ffmpeg failed with {status}; what it says is above")))
 }
+
+/// Time between two looks at the flag.
+const LOOK: Duration = Duration::from_millis(20);
 
 /// The command as one types it.
 fn line(arguments: &[OsString]) -> String {

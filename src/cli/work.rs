@@ -71,6 +71,11 @@ impl Work {
         ))
     }
 
+    /// Refuses to write what the script reads.
+    pub fn spare(&self, loaded: &Loaded) -> Outcome {
+        spare(loaded, [&self.output].into_iter().chain(&self.stats).map(PathBuf::as_path))
+    }
+
     /// Where a picture goes: an unfinished one never takes the place of an earlier picture.
     fn file(&self, picture: &Picture) -> PathBuf {
         if !picture.finished && self.output.exists() {
@@ -162,6 +167,22 @@ impl Conversion {
         let scene = progress.aside(|| report(&loaded, terminal)).ok_or(Failure::Reported)?;
         Ok(Conversion { loaded, scene, progress, flag })
     }
+}
+
+/// Refuses to write files that a script reads: they would be lost.
+pub fn spare<'a>(loaded: &Loaded, outputs: impl IntoIterator<Item = &'a Path>) -> Outcome {
+    for output in outputs {
+        if loaded.files().any(|file| is_same(file, output)) {
+            let message = format!("the script reads {}, which would be lost", output.display());
+            return Err(Failure::error(message, "give another name for what is made: -o NAME"));
+        }
+    }
+    Ok(())
+}
+
+/// Whether two names are of one file that is there.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Says what a script printed and what is wrong with it.

@@ -24,7 +24,10 @@ fn plain(d: &Diagnostic) -> String {
     };
     let mut out = format!("{kind}: {}\n", d.message);
     if let Some(place) = &d.place {
-        let _ = writeln!(out, "   in {}", place.file);
+        let _ = match place.line {
+            0 => writeln!(out, "   in {}", place.file),
+            line => writeln!(out, "   in {}:{line}:{}", place.file, place.column),
+        };
     }
     for hint in &d.hints {
         let _ = writeln!(out, "   Help: {hint}");
@@ -32,10 +35,18 @@ fn plain(d: &Diagnostic) -> String {
     out
 }
 
+/// Longest line that is shown, in bytes. What nobody wrote by hand nobody wants to read, several times over.
+const LONGEST: usize = 1000;
+
 fn excerpt(d: &Diagnostic, sources: &Sources, color: bool) -> Option<String> {
     let place = d.place.as_ref()?;
     let text = sources.get(&place.file)?;
     let start = offset(text, place)?;
+    let before = text[..start].rfind('\n').map_or(start, |end| start - end);
+    let after = text[start..].find('\n').unwrap_or(text.len() - start);
+    if before + after > LONGEST {
+        return None;
+    }
     let left = text[start..].lines().next().map_or(0, |rest| rest.chars().count());
     let width = text[start..]
         .chars()

@@ -67,6 +67,13 @@ pub struct Loaded {
     reads: Reads,
 }
 
+impl Loaded {
+    /// The files that were read, or looked for.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.reads.files()
+    }
+}
+
 /// A script with its parameters, and the scene that they make.
 #[derive(Clone)]
 pub struct Session {
@@ -128,7 +135,7 @@ impl Session {
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = vec![self.script.clone()];
         if let Some(loaded) = &self.loaded {
-            files.extend(loaded.reads.files().map(Path::to_path_buf).filter(|file| *file != self.script));
+            files.extend(loaded.files().map(Path::to_path_buf).filter(|file| *file != self.script));
         }
         files
     }

@@ -9,6 +9,7 @@ pub mod scratch;
 pub mod watch;
 
 use std::collections::BTreeMap;
+use std::fs::Metadata;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -39,8 +40,22 @@ pub struct Disk;
 
 impl World for Disk {
     fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        if is_device(&std::fs::metadata(path)?) {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is a device, which may have no end"));
+        }
         std::fs::read(path).map(Arc::from)
     }
+}
+
+#[cfg(unix)]
+fn is_device(file: &Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    file.file_type().is_char_device() || file.file_type().is_block_device()
+}
+
+#[cfg(not(unix))]
+fn is_device(_: &Metadata) -> bool {
+    false
 }
 
 /// Files of another world as they were when they were first asked for: a job that asks again and again, as that of an
@@ -93,6 +108,13 @@ mod tests {
         std::fs::write(&gone, "now").unwrap();
         assert_eq!(ask(), before);
         assert_eq!(before, ("then".into(), Err(io::ErrorKind::NotFound)));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_are_not_read() {
+        let error = Disk.bytes(Path::new("/dev/zero")).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
     }
 
     #[test]

@@ -79,6 +79,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     }
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.script, terminal)?;
+    work::spare(&loaded, file)?;
     let order = Order { size: args.size.map(|size| (size.width, size.height)), ..Order::default() };
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let made = profile(&loaded, &scene, &order, &watch);

@@ -129,6 +129,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     check(args)?;
     let Conversion { loaded, scene, progress, flag } =
         Conversion::begin(&args.script, &args.scripting, &args.script, terminal)?;
+    let files = [&args.picture.output, &args.json, &args.complex];
+    work::spare(&loaded, files.into_iter().flatten().map(PathBuf::as_path))?;
     let origin = unflowed(&scene, &loaded, terminal);
     let asked = scene.surface.keep;
     let scene = origin.as_ref().map_or(&*scene, |origin| &origin.scene);

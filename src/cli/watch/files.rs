@@ -106,6 +106,10 @@ impl State {
         let Some(scene) = work::report(&loaded, &self.terminal) else {
             return self.wait_for_save();
         };
+        if let Err(Failure::Error(lost)) = self.work.spare(&loaded) {
+            self.terminal.diagnostic(&lost, &loaded.sources);
+            return self.wait_for_save();
+        }
         let thread = {
             let (sender, number, order) = (self.sender.clone(), self.number, self.work.order);
             let (session, scene, cancel) = (self.work.session.clone(), scene.clone(), cancel.clone());
