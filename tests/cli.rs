@@ -968,3 +968,25 @@ fn doc_explains_a_name_on_the_terminal() {
     bench.run("doc --only fbm").success();
     assert!(bench.path("docs/reference/fractal-fbm-2.png").exists());
 }
+
+#[test]
+fn meshes_stand_up_where_that_is_asked_for() {
+    let bench = Bench::new(&[("pin.rhai", "cylinder(0.5, 4.0).translated([0, 2, 0.25])")]);
+    let extent = |up: &str| {
+        bench.run(&format!("mesh pin.rhai --resolution 16 -o a.obj {up}")).success();
+        let text = String::from_utf8(bench.read("a.obj")).unwrap();
+        let points = text.lines().filter_map(|line| line.strip_prefix("v "));
+        let points: Vec<Vec<f64>> =
+            points.map(|p| p.split(' ').take(3).map(|x| x.parse().unwrap()).collect()).collect();
+        let ends = |axis: usize| {
+            let all = points.iter().map(|p| p[axis]);
+            [all.clone().fold(f64::INFINITY, f64::min), all.fold(f64::NEG_INFINITY, f64::max)]
+        };
+        [ends(0), ends(1), ends(2)]
+    };
+    let [x, y, z] = extent("");
+    assert!((y[0].abs() < 0.01) && (y[1] - 4.0).abs() < 0.01, "{y:?}");
+    // A quarter turn, and no mirror image.
+    assert_eq!(extent("--up z"), [x, [-z[1], -z[0]], y]);
+    has(&stderr(&bench.run("mesh pin.rhai -o a.glb --up z").code(2)), &["y is up in every .glb", "--up"]);
+}

@@ -21,12 +21,14 @@ use std::time::Instant;
 /// Writes the surface as triangles that close up: every edge has two of them, no two parts touch, and sharp
 /// edges stay sharp. The file is written whole or not at all, in the format that its ending says: .glb (glTF) and
 /// .ply hold normals and colours, .obj too, .stl holds triangles alone. A solid without an end is cut off at the
-/// bounds of the scene. Components that the script leaves out are left out.
+/// bounds of the scene. Components that the script leaves out are left out. Numbers are those of the script, whatever
+/// its unit is: slicers take them for millimetres, and .glb says that they are metres.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   orogen mesh rock.rhai -o rock.glb                    128 cells along the longest edge
   orogen mesh rock.rhai -o rock.ply --resolution 512   finer
   orogen mesh part.rhai -o part.stl --tolerance 0.001  as fine as it takes, and as few triangles as will do
+  orogen mesh part.rhai -o part.stl --up z             standing up in a slicer
   orogen mesh rock.rhai -o rock.glb --resolution 512 --tolerance 0.002
 
 Both options together merge triangles of the given resolution where the surface is flat. The last
@@ -53,12 +55,23 @@ pub struct Args {
     #[arg(long, value_name = "DEGREES", default_value = "30", value_parser = angle)]
     creases: f64,
 
+    /// Which axis is up in the file: y, as in scripts, or z, as printers and most CAD programs have it
+    #[arg(long, value_name = "AXIS", value_enum, default_value = "y", hide_possible_values = true)]
+    up: Up,
+
     #[command(flatten)]
     scripting: ScriptOptions,
 
     /// Threads to use [default: one per processor core]; the mesh does not depend on it
     #[arg(long, value_name = "N", value_parser = options::threads, allow_negative_numbers = true)]
     threads: Option<NonZeroUsize>,
+}
+
+/// An axis that is up.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Up {
+    Y,
+    Z,
 }
 
 fn distance(text: &str) -> Result<f64, String> {
@@ -79,6 +92,9 @@ fn angle(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     let format = Format::of(&args.output.to_string_lossy())
         .map_err(|fault| Failure::usage(fault.to_string(), "for example: -o rock.glb"))?;
+    if (args.up, format) == (Up::Z, Format::Glb) {
+        return Err(Failure::usage("y is up in every .glb", "leave --up out, or write a .stl, .ply or .obj"));
+    }
     atomic::check(&args.output).map_err(|e| Diagnostic::error(e.to_string()))?;
     let start = Instant::now();
     let Conversion { loaded, scene, progress, flag } =
@@ -108,6 +124,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     }
     let shown = match format {
         Format::Glb => &creased(&meshed.mesh, args.creases),
+        Format::Obj | Format::Ply(_) | Format::Stl(_) if args.up == Up::Z => &meshed.mesh.with_z_up(),
         Format::Obj | Format::Ply(_) | Format::Stl(_) => &meshed.mesh,
     };
     atomic::write(&args.output, |out| file::write(format, shown, out))

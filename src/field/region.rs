@@ -141,7 +141,7 @@ fn hull(field: &Field, region: &Aabb, open: bool, halt: Halt<'_>) -> Option<Aabb
     let mut known: Option<Aabb> = None;
     let mut parts = parts_of(&field.tape().operands(), &[*region]);
     // There are few cells at the rim.
-    let most = CELLS * parts.len().max(4);
+    let most = CELLS * parts.len().max(8);
     let whole = field.tape().is_defined(&region.intervals());
     loop {
         parts = all_possible(field, &parts, whole, halt);

@@ -40,7 +40,7 @@ const FUNCTIONS: &[(&[&str], &str)] = &[
     (&["freq", "frequency"], "noise.scaled(factor); 2.0 makes noises twice as fine"),
     (
         &["rand", "random", "hash"],
-        "a noise, such as gradient(seed).at([i, 0.5, 0.5]): scripts have no chance in them",
+        "a noise, such as value(seed).at([i, 0, 0]), from -1 to 1 for each whole number: scripts have no chance in them",
     ),
     (
         &["linear_extrude", "extrude"],

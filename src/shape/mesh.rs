@@ -16,6 +16,12 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// The mesh turned a quarter about x, so that what was up along y is up along z.
+    pub fn with_z_up(&self) -> Mesh {
+        let turned = |all: &[DVec3]| all.iter().map(|p| DVec3::new(p.x, -p.z, p.y)).collect();
+        Mesh { points: turned(&self.points), normals: turned(&self.normals), ..self.clone() }
+    }
+
     /// The corners of a triangle.
     pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|i| self.points[i as usize])

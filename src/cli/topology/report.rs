@@ -78,6 +78,8 @@ struct Undecided {
     /// Where critical points, or what joins cells, were not decided: the first of them, and how many there are.
     places: Vec<Aabb>,
     places_total: usize,
+    /// Whether there was more to look at there than is looked at in all.
+    ran_short: bool,
     /// Critical points that may be inside or not.
     level: usize,
     /// Paths that found no minimum.
@@ -172,7 +174,8 @@ impl<'a> Report<'a> {
 
     /// What is not proven, and what to do about it.
     pub fn doubts(&self) -> Vec<Diagnostic> {
-        let Undecided { places, places_total, level, lost, beyond, cut, elsewhere } = &self.undecided;
+        let Undecided { places, places_total, ran_short, level, lost, beyond, cut, elsewhere } =
+            &self.undecided;
         let mut doubts = Vec::new();
         let first = places.first().map_or(DVec3::ZERO, |b| 0.5 * (b.min + b.max));
         let what = format!("could not be decided; the first is at {first:.6}");
@@ -187,7 +190,13 @@ impl<'a> Report<'a> {
                 doubts.push(Diagnostic::warning(format!("{} {what}", plural(n as u64, noun))).hint(hint));
             }
         };
-        let hint = if self.critical_points.is_some() { DEGENERATE } else { thin };
+        let hint = match (ran_short, &self.critical_points) {
+            (true, _) => {
+                "no more cells are looked at in all: tighter `bounds`, or less of the solid at a time, leave more to each place"
+            }
+            (false, Some(_)) => DEGENERATE,
+            (false, None) => thin,
+        };
         doubt(*places_total, "place", &what, hint);
         let hint = "shift the field by a small constant";
         doubt(*level, "critical point", "may be inside or not", hint);
@@ -299,6 +308,7 @@ impl Undecided {
         let mut undecided = Undecided {
             elsewhere,
             places_total: flood.undecided.len(),
+            ran_short: flood.ran_short && !flood.undecided.is_empty(),
             places: flood.undecided.iter().take(PLACES).copied().collect(),
             cut: flood.list.iter().filter(|c| c.cut).count(),
             ..Undecided::default()

@@ -244,7 +244,7 @@ fn moves(lib: &mut Library<'_>) {
         });
     }
     for name in ["scaled", "scale"] {
-        let sentence = "A solid grown by a factor, its distances too; of a noise the frequency, so that its features shrink. A vector has a factor for each axis, and below zero gives the mirror image: scaled([-1, 1, 1]). Distances are then no more than they were said to be.";
+        let sentence = "A solid grown by a factor, its distances too; of a noise the frequency, so that its features shrink. A vector has a factor for each axis, and below zero gives the mirror image: scaled([-1, 1, 1]). Distances are then no more than they were said to be. What is computed from a noise, such as `-n` or `abs(n)`, is a field like any other: scale the noise before.";
         lib.def(&format!("{name}(f, factor)"), sentence, "gradient(7).scaled(4.0)", scaled);
     }
     lib.def(

@@ -119,6 +119,8 @@ pub struct Components {
     pub undecided_volume: f64,
     /// Cells that were looked at.
     pub cells: usize,
+    /// Whether more of them would have been looked at, had the limits allowed it.
+    pub ran_short: bool,
     /// Times that the region was cut where that was necessary.
     pub depth: u8,
     tree: Tree,
@@ -201,6 +203,7 @@ pub fn components(
     let cells = Cells::new(tape.clone(), &region.intervals());
     let (mut tree, mut joins) = (Tree::new(*region), Joins::default());
     let (mut cut, mut fresh) = (Vec::new(), vec![0]);
+    let mut ran_short = false;
     loop {
         let boxes: Vec<Aabb> = fresh.iter().map(|&n| tree.cell(n)).collect();
         for (&n, known) in fresh.iter().zip(bounds::bound(&cells, &boxes, watch.cancel)) {
@@ -216,11 +219,14 @@ pub fn components(
             cut = clusters.to_cut(&tree, limits);
         }
         cut.sort_unstable_by_key(|&n| (tree.nodes[n as usize].level, n));
-        cut.truncate(limits.cells.saturating_sub(tree.nodes.len()) / 8);
+        let room = limits.cells.saturating_sub(tree.nodes.len()) / 8;
+        ran_short |= cut.len() > room;
+        cut.truncate(room);
         if cut.is_empty() {
             let volumes = volumes(&cells, &tree, &joins.homes, limits, watch);
             watch.check()?;
             let mut found = clusters.finish(tree, joins, &volumes);
+            found.ran_short = ran_short;
             if found.list.iter().any(|c| c.cut) && is_closed(tape, region, watch.cancel) {
                 // Cells at the border are not understood in full, but nothing goes through it.
                 found.list.iter_mut().for_each(|c| c.cut = false);
@@ -399,6 +405,7 @@ impl Clusters {
             list: found.into_iter().map(|(_, component)| component).collect(),
             undecided: self.places(&tree, &joins),
             undecided_volume: unknown.volume.hi,
+            ran_short: false,
             clusters,
             cells: tree.nodes.len(),
             depth: tree.nodes.iter().map(|node| node.level).max().unwrap_or(0),
