@@ -116,6 +116,26 @@ fn plain_numbers_are_off_by_no_more_roundoffs_than_stated() {
     run(Near);
 }
 
+/// Numbers of very different sizes, next to which others vanish.
+#[test]
+fn what_is_rounded_away_lies_inside_ranges() {
+    struct Round;
+    impl Law for Round {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            for _ in 0..BOXES * POINTS {
+                let x: [f64; N] = std::array::from_fn(|_| {
+                    let size = 10f64.powf(rng.random_range(-12.0..18.0));
+                    [size, -size, 1.0, 0.0][rng.random_range(0..4)]
+                });
+                let (value, range) = (f.value(x), f.range(x.map(Interval::point)));
+                let holds = value.is_nan() || (range.lo <= value && value <= range.hi);
+                assert!(holds, "{name} of {x:?}: {value} in {range:?}");
+            }
+        }
+    }
+    run(Round);
+}
+
 #[test]
 fn seams_bend_along_a_difference_and_end() {
     struct Bend;

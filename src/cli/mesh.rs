@@ -6,7 +6,7 @@ use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::exchange::mesh::{self as file, Format};
 use crate::field::Watch;
-use crate::mesh::{self, Deviation, FINEST, Fineness, Meshed};
+use crate::mesh::{self, Deviation, FINEST, Fineness, Meshed, Missed};
 use crate::scene::Scene;
 use crate::session::topology::LeftOut;
 use crate::session::{self, Solidified};
@@ -150,15 +150,20 @@ fn endless(scene: &Scene, made: &Solidified) -> Option<Diagnostic> {
 
 /// That the mesh is far too coarse: most of what it should show may be missing.
 fn coarse(meshed: &Meshed) -> Option<Diagnostic> {
-    (2 * meshed.doubtful > meshed.blocks && meshed.blocks > FEW_BLOCKS).then(|| {
-        Diagnostic::warning("much of the solid may be missing, or of what is thinner than a cell").hint(
-            "--resolution takes smaller cells; a tolerance does so only as far as what is there needs them",
-        )
+    let Missed { shown, hidden } = meshed.missed;
+    (hidden > MUCH * (shown + hidden) / 100).then(|| {
+        let message = format!(
+            "much of the solid may be missing, or of what is thinner than a cell: samples found it in {} of {} that the mesh leaves out",
+            count(hidden),
+            plural(shown + hidden, "cell"),
+        );
+        Diagnostic::warning(message)
+            .hint("--resolution takes smaller cells; a tolerance does so only as far as what is there needs them")
     })
 }
 
-/// Blocks of which most may well be doubtful: a small mesh.
-const FEW_BLOCKS: u64 = 100;
+/// Cells of a hundred that are too many to be left out.
+const MUCH: u64 = 2;
 
 /// That the mesh is too coarse to show what is joined and what is not.
 fn doubts(left_out: &LeftOut) -> impl Iterator<Item = Diagnostic> {

@@ -20,6 +20,7 @@ mod certificate;
 mod contour;
 mod lattice;
 mod merge;
+mod missed;
 mod patches;
 mod quadric;
 mod survey;
@@ -28,6 +29,7 @@ mod triangles;
 mod weave;
 mod weld;
 
+pub use missed::Missed;
 pub use weld::rounded;
 
 use crate::field::{Stopped, Watch};
@@ -94,6 +96,8 @@ pub struct Meshed {
     pub doubtful: u64,
     /// A place in one of these.
     pub doubt: Option<DVec3>,
+    /// What samples of these say.
+    pub missed: Missed,
     /// How far it is from the surface.
     pub deviation: Deviation,
 }
@@ -195,19 +199,22 @@ impl Sketch {
             cell: self.lattice.step,
             blocks: self.blocks.len() as u64,
             doubtful: doubts.len() as u64,
-            doubt: doubts.first().map(middle),
+            doubt: doubts.first().map(|(at, _)| middle(at)),
+            missed: doubts.iter().fold(Missed::default(), |all, (_, missed)| all.plus(*missed)),
             deviation,
         })
     }
 
-    /// A cell of each block of which it is not proven that nothing is missed there; not all of them when stopped.
-    fn doubts(&self, solid: &Solid, watch: &Watch<'_>) -> Vec<Place> {
-        let slopes = || Evaluator::<Slope>::new(solid.tape.clone());
-        let doubts = |slopes: &mut Evaluator<Slope>, (block, contour): (&Block, &Contour)| {
+    /// A cell of each block of which it is not proven that nothing is missed there, and what samples say of the block; not
+    /// all of them when stopped.
+    fn doubts(&self, solid: &Solid, watch: &Watch<'_>) -> Vec<(Place, Missed)> {
+        let evaluators = || (Evaluator::new(solid.tape.clone()), Evaluator::new(solid.tape.clone()));
+        let doubts = |(slopes, values): &mut (Evaluator<Slope>, _), (block, contour): (&Block, &Contour)| {
             watch.check().ok()?;
-            certificate::doubt(block, contour, &self.lattice, slopes)
+            let at = certificate::doubt(block, contour, &self.lattice, slopes)?;
+            Some((at, missed::missed(block, contour, &self.lattice, values)))
         };
-        self.blocks.par_iter().zip(&self.contours).map_init(slopes, doubts).flatten().collect()
+        self.blocks.par_iter().zip(&self.contours).map_init(evaluators, doubts).flatten().collect()
     }
 }
 

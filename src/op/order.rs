@@ -1,6 +1,6 @@
 //! Comparison and rounding: operations with creases and jumps.
 
-use crate::num::{Class, Combine, Form, Function, Interval, Real};
+use crate::num::{Class, Combine, Form, Function, Interval, ROUNDOFF, Real};
 
 /// `|x|`
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -417,6 +417,7 @@ impl Function<3> for Mix {
         [[zero, zero, -one], [zero, zero, one], [-one, one, zero]]
     }
     /// Linear in each of the three, so that corners bound it: one end of `t` or the other, and there what `a` and `b` say.
+    /// A value is that but for three roundings, of a difference, its product and their sum, which may be larger than it is.
     #[inline(always)]
     fn range(&self, [a, b, t]: [Interval; 3]) -> Interval {
         let at = |t: f64| {
@@ -424,7 +425,9 @@ impl Function<3> for Mix {
             a * (Interval::point(1.0) - t) + b * t
         };
         let whole = self.value([a, b, t]);
-        if t.width().is_finite() { whole.meet(at(t.lo).hull(at(t.hi))) } else { whole }
+        let lost = Interval::radius(4.0 * ROUNDOFF * (a.mag() + b.mag()) * (1.0 + t.mag()));
+        let corners = at(t.lo).hull(at(t.hi)) + lost;
+        if corners.is_finite() { whole.meet(corners) } else { whole }
     }
     #[inline(always)]
     fn is_quadratic(&self) -> bool {

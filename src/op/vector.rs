@@ -149,12 +149,15 @@ impl Function<2> for Corner {
     }
 }
 
-/// The unit vector from the corner outside of both half planes, and the reciprocal of the distance.
+/// The unit vector from the corner outside of both half planes, which is the middle one at the corner itself, and the
+/// reciprocal of the distance.
 #[inline(always)]
 fn outward<R: Real>([a, b]: [R; 2]) -> [R; 3] {
     let (a, b) = (a.max(R::of(0.0)), b.max(R::of(0.0)));
-    let shrink = R::of(1.0) / (a.square() + b.square()).sqrt().max(R::of(1e-300));
-    [unit(a, shrink), unit(b, shrink), shrink]
+    let (far, tiny) = ((a.square() + b.square()).sqrt(), R::of(1e-300));
+    let shrink = R::of(1.0) / far.max(tiny);
+    let part = |x: R| far.if_less(tiny, R::of(std::f64::consts::FRAC_1_SQRT_2), unit(x, shrink));
+    [part(a), part(b), shrink]
 }
 
 /// `a . b` of `(a1, a2, a3, b1, b2, b3)`
