@@ -1,52 +1,55 @@
-//! orogen as a library: a script becomes a picture.
+//! orogen as a library: a script becomes a picture and a mesh.
 //!
-//! `cargo run --release --example render -- scripts/planet.rhai planet.png`
+//! `cargo run --release --example render -- scripts/asteroid.rhai asteroid.png asteroid.ply`
 
-use orogen::cast::{self, Kind};
-use orogen::field::{Extent, Field, extent};
-use orogen::render::{self, Job, Metadata, Settings};
-use orogen::scene::Aabb;
-use orogen::script::{Request, Script, compile};
+use orogen::cast::Kind;
+use orogen::diag;
+use orogen::exchange::mesh::{Format, write};
+use orogen::field::{Field, Watch};
+use orogen::mesh::Fineness;
+use orogen::render::{self, Job, Metadata};
+use orogen::session::{self, Order, Session};
 use orogen::world::Disk;
-use std::path::PathBuf;
+use std::fs::File;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1);
-    let (Some(script), Some(out)) = (args.next(), args.next()) else {
-        return Err("usage: render SCRIPT FILE [CASTER]".into());
+    let (Some(script), Some(picture)) = (args.next(), args.next()) else {
+        return Err("usage: render SCRIPT PICTURE [MESH]".into());
     };
+    // Whoever raises it stops what is under way.
+    let cancel = Arc::new(AtomicBool::new(false));
 
     // A script becomes a scene, or diagnostics that say why not.
-    let compiled = compile(&Request::new(Script::File(PathBuf::from(&script)), Arc::new(Disk)));
-    for diagnostic in &compiled.diagnostics {
-        eprint!("{}", orogen::diag::render(diagnostic, &compiled.sources, false));
+    let mut session = Session::new(&script, Arc::new(Disk));
+    let loaded = session.load(&cancel);
+    let show = |d: &diag::Diagnostic| eprint!("{}", diag::render(d, &loaded.sources, false));
+    loaded.diagnostics.iter().for_each(show);
+    let scene = loaded.scene.clone().ok_or("there is no scene")?;
+
+    // Its solid is a field: negative inside, with bounds that are proofs.
+    let mut solid = Field::new(&scene.graph, scene.surface.field);
+    let place = session::locate(&scene, &solid);
+    println!("the solid is within {:?}, and {} in the middle", place.region, solid.value([0.0; 3].into()));
+
+    let order = Order { size: Some((400, 300)), caster: Kind::Auto, ..Order::default() };
+    let percent = |p: render::Progress| eprint!("\r{} of {} tiles", p.done, p.total);
+    let job = Job { progress: &percent, ..Job::unwatched(&cancel) };
+    let made =
+        session.render(&scene, &order, &job, &cancel).inspect_err(|d| show(d)).map_err(|d| d.message)?;
+    made.warnings.iter().for_each(show);
+    render::save(Path::new(&picture), &made, &Metadata::default())?;
+
+    if let Some(file) = args.next() {
+        let fineness = Fineness { resolution: Some(64), tolerance: None };
+        let watch = Watch { cancel: &cancel, progress: &|_| () };
+        let made =
+            session::polygonise(&scene, &fineness, &watch).inspect_err(|d| show(d)).map_err(|d| d.message)?;
+        println!("{} triangles", made.meshed.mesh.triangles.len());
+        write(Format::of(&file)?, &made.meshed.mesh, &mut File::create(&file)?)?;
     }
-    let scene = compiled.scene.ok_or("there is no scene")?;
-
-    // Where is the solid? Enclosures know.
-    let field = Field::new(&scene.graph, scene.surface.field);
-    let bounds = match extent(&field, &Aabb::cube(64.0)) {
-        Extent::Within(found) | Extent::Open(found) => found,
-        Extent::Empty => return Err("there is nothing to see".into()),
-    };
-
-    // The picture fixes the detail, and with it the field that the caster sees.
-    let cancel = AtomicBool::new(false);
-    let prepared = render::prepare(&scene, &Settings::of(&scene, bounds), &cancel)?;
-    let field = Field::new(&prepared.graph, prepared.field);
-    let kind =
-        args.next().map_or(Some(Kind::Auto), |name| Kind::ALL.iter().find(|k| k.1 == name).map(|k| k.0));
-    let caster = cast::caster(
-        kind.ok_or("no such caster")?,
-        &field,
-        &prepared.settings.bounds,
-        &prepared.typical_rays(),
-    )?;
-    let start = std::time::Instant::now();
-    let picture = render::render(&prepared, &*caster, &Job::unwatched(&cancel))?;
-    eprintln!("{:.2} s, {}", start.elapsed().as_secs_f64(), serde_json::to_string(&picture.stats)?);
-    render::save(&PathBuf::from(out), &picture, &Metadata::default())?;
     Ok(())
 }

@@ -33,7 +33,11 @@
 //! assert!(rock.lipschitz(&around) < 6.3);
 //! ```
 //!
-//! `examples/` has whole programs: a script to a picture (`render.rs`), a scene built in Rust
+//! Pictures, meshes, components and maps of whole scenes are made by [`session`]; what it calls is there too, for parts of
+//! that. Finished parts of an analysis of components are kept in a folder of the user's, `OROGEN_CACHE` if that is set, or
+//! nowhere if it is `off`.
+//!
+//! `examples/` has whole programs: a script to a picture and a mesh (`render.rs`), a scene built in Rust
 //! (`planet.rs`), the proof of the constants of gradient noise (`certify_noise.rs`).
 //!
 //! A module uses only modules of rows above its own:

@@ -435,3 +435,23 @@ fn meshes_say_what_they_are_too_coarse_for() {
     assert_eq!(left_out(gap, 22), LeftOut { joined: 1, ..none });
     assert_eq!(left_out(gap, 200), LeftOut { parts: 1, ..none });
 }
+
+#[test]
+fn what_is_no_box_has_no_mesh() {
+    let scene = compile(&Request::text("sphere(1.0)")).scene.expect("a scene");
+    let watch = Watch { cancel: &AtomicBool::new(false), progress: &|_| () };
+    let (small, large) = (DVec3::splat(-1.5), DVec3::splat(1.5));
+    for (min, max) in [(large, small), (small, small), (DVec3::NAN, large), (small, DVec3::INFINITY)] {
+        let bounds = Some(Aabb { min, max });
+        let scene = orogen::scene::Scene { bounds, ..scene.clone() };
+        let fineness = Fineness { resolution: Some(8), tolerance: None };
+        let error = polygonise(&scene, &fineness, &watch).expect_err("no mesh");
+        assert!(error.message.contains("bounds"), "{error}");
+        let error =
+            orogen::session::topology::analyse(&scene, Default::default(), &watch).expect_err("no parts");
+        assert!(error.message.contains("bounds"), "{error}");
+        let search = orogen::topology::Search { region: Aabb { min, max }, solid: true };
+        let tape = Field::new(&scene.graph, scene.surface.field).tape().clone();
+        assert!(orogen::topology::search(&tape, &search, &watch).is_some());
+    }
+}

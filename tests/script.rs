@@ -479,3 +479,11 @@ proptest! {
         hostile(format!("{}({})", names[pick.index(names.len())], args.join(", ")));
     }
 }
+
+#[test]
+fn calls_within_calls_are_limited_whatever_is_asked_for() {
+    let mut request = Request::text("fn f(n) { f(n + 1) } f(0)");
+    request.limits.calls = usize::MAX;
+    let compiled = compile(&request);
+    assert!(compiled.scene.is_none() && compiled.diagnostics.len() == 1, "{:?}", compiled.diagnostics);
+}

@@ -60,6 +60,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A piece of a line: `origin + t direction` for `near <= t <= far`.
+///
+/// Casters know nothing of what is outside of the region they were made for, and answer only for rays within it, of
+/// finite numbers: [`Aabb::clip`](crate::scene::Aabb::clip) says where a line enters and leaves it. What they say of others
+/// means nothing, whether it is called certified or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Where `t` is zero.

@@ -63,7 +63,9 @@ pub struct Prepared {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Makes a scene ready to be rendered.
+/// Makes a scene ready to be rendered: its ground, as its field has it. What is to be left out of that
+/// ([`Surface::keep`](crate::scene::Surface)), the surface of a sea and that of a moon need casters of their own, which
+/// [`session::render`](crate::session::render()) makes: it is what pictures of whole scenes come from.
 ///
 /// # Errors
 /// [`RenderError`] for settings, cameras and fields of which no picture can be made; [`RenderError::Stopped`] if `cancel`

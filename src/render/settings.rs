@@ -120,8 +120,7 @@ impl Settings {
         {
             return Err(RenderError::Setting { name: "tolerance", value, range: "positive" });
         }
-        let Aabb { min, max } = self.bounds;
-        if !(min.is_finite() && max.is_finite() && min.cmplt(max).all()) {
+        if !self.bounds.is_proper() {
             return Err(RenderError::Bounds);
         }
         Ok(())

@@ -129,6 +129,11 @@ impl Aabb {
         Aabb { min: DVec3::splat(-half), max: DVec3::splat(half) }
     }
 
+    /// Whether it is a box: finite, and of some size along every axis.
+    pub fn is_proper(&self) -> bool {
+        self.min.is_finite() && self.max.is_finite() && self.min.cmplt(self.max).all()
+    }
+
     /// The smallest box that holds both.
     pub fn hull(&self, other: &Aabb) -> Self {
         Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }

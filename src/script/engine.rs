@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 pub struct Limits {
     /// Steps of the script.
     pub operations: u64,
-    /// Calls within calls.
+    /// Calls within calls, [`Limits::MOST_CALLS`] at most.
     pub calls: usize,
     /// Nodes of the expression graph.
     pub nodes: usize,
@@ -40,6 +40,11 @@ pub struct Limits {
     pub modules: usize,
     /// Samples of all grids.
     pub samples: usize,
+}
+
+impl Limits {
+    /// As many calls within calls as there is certainly room for.
+    pub const MOST_CALLS: usize = 1000;
 }
 
 impl Default for Limits {
@@ -183,7 +188,7 @@ fn globals(host: &Host) -> Result<HashMap<&'static str, Dynamic>, super::fault::
 fn bound(engine: &mut Engine, limits: &Limits) {
     engine
         .set_max_operations(limits.operations)
-        .set_max_call_levels(limits.calls)
+        .set_max_call_levels(limits.calls.min(Limits::MOST_CALLS))
         .set_max_expr_depths(64, 48)
         .set_max_string_size(limits.text)
         .set_max_array_size(limits.elements)

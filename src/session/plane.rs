@@ -81,6 +81,9 @@ impl Plane {
         (columns, rows): (u32, u32),
         watch: &Watch<'_>,
     ) -> Result<Vec<f64>, Box<Diagnostic>> {
+        if columns == 0 || rows == 0 {
+            return Ok(Vec::new());
+        }
         let [across, up] = self.ends;
         let middle =
             |(low, high): (f64, f64), i: usize, n: u32| low + (high - low) * (i as f64 + 0.5) / f64::from(n);

@@ -68,6 +68,7 @@ struct Found {
 fn find(scene: &Scene, fineness: &Fineness, watch: &Watch<'_>) -> Result<Found, Box<Diagnostic>> {
     let too_large = |e: TooLarge| Box::new(Diagnostic::error(e.to_string()));
     let whole = scene.surface.field;
+    whereabouts::check(scene)?;
     let found = whereabouts::region(scene, &Field::new(&scene.graph, whole));
     // Octaves that are finer than the mesh can show fade out.
     let size = (found.max - found.min).max_element();

@@ -1,6 +1,8 @@
 //! Where a solid is: the box that its scene gives, or one that is found around it.
 
+use crate::diag::Diagnostic;
 use crate::field::{self, Extent, FAR, Field, Halt};
+use crate::render::RenderError;
 use crate::scene::{Aabb, Scene};
 use glam::DVec3;
 
@@ -21,6 +23,17 @@ const LARGE: f64 = 4096.0;
 
 /// Half side of the last of them.
 const FARTHEST: f64 = 4096.0 * LARGE;
+
+/// That the box which a scene gives, if it does, is one: scripts see to that, but scenes are also made otherwise.
+///
+/// # Errors
+/// A diagnostic that it is none.
+pub(super) fn check(scene: &Scene) -> Result<(), Box<Diagnostic>> {
+    match scene.bounds {
+        Some(bounds) if !bounds.is_proper() => Err(Box::new(RenderError::Bounds.diagnostic())),
+        _ => Ok(()),
+    }
+}
 
 /// The box that a scene gives, or else finds for a field of its.
 pub(super) fn region(scene: &Scene, field: &Field) -> Aabb {

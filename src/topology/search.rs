@@ -30,7 +30,7 @@ pub(super) const LANES: usize = 16;
 /// Where critical points are looked for.
 #[derive(Clone, Copy, Debug)]
 pub struct Search {
-    /// The box.
+    /// The box, which must be a [proper](Aabb::is_proper) one.
     pub region: Aabb,
     /// Whether only those where the field is not positive are wanted.
     pub solid: bool,
@@ -97,7 +97,8 @@ const SMALL: f64 = 1e-5;
 /// Finds the critical points of a tape's first output; nothing if it was cancelled.
 pub fn search(tape: &Arc<Tape>, search: &Search, watch: &Watch<'_>) -> Option<Critical> {
     let mut parts = Cell::of(&search.region);
-    while parts.len() < PARTS {
+    // What is no box has no cells, or none that can be cut.
+    while (1..PARTS).contains(&parts.len()) && search.region.is_proper() {
         parts = parts.iter().flat_map(Cell::parts).collect();
     }
     let (done, total) = (AtomicUsize::new(0), parts.len());

@@ -122,6 +122,7 @@ pub fn analyse(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Ana
 /// Finds the parts of a solid.
 fn parted(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis, Box<Diagnostic>> {
     let (graph, root) = (&scene.graph, scene.surface.field);
+    whereabouts::check(scene)?;
     let Whereabouts { region, is_whole } = whereabouts::locate(scene, &Field::new(graph, root));
     let tape = Arc::new(Tape::new(graph, &[root]));
     let rough = field::smooth(graph, root).err();
