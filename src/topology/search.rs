@@ -96,9 +96,9 @@ const SMALL: f64 = 1e-5;
 
 /// Finds the critical points of a tape's first output; nothing if it was cancelled.
 pub fn search(tape: &Arc<Tape>, search: &Search, watch: &Watch<'_>) -> Option<Critical> {
-    let mut parts = Cell::of(&search.region);
-    // What is no box has no cells, or none that can be cut.
-    while (1..PARTS).contains(&parts.len()) && search.region.is_proper() {
+    // In what is no box there is nothing.
+    let mut parts = if search.region.is_proper() { Cell::of(&search.region) } else { Vec::new() };
+    while (1..PARTS).contains(&parts.len()) {
         parts = parts.iter().flat_map(Cell::parts).collect();
     }
     let (done, total) = (AtomicUsize::new(0), parts.len());
