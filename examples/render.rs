@@ -9,8 +9,7 @@ use orogen::field::{Field, Watch};
 use orogen::mesh::Fineness;
 use orogen::render::{self, Job, Metadata};
 use orogen::session::{self, Order, Session};
-use orogen::world::Disk;
-use std::fs::File;
+use orogen::world::{Disk, atomic};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -49,7 +48,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let made =
             session::polygonise(&scene, &fineness, &watch).inspect_err(|d| show(d)).map_err(|d| d.message)?;
         println!("{} triangles", made.meshed.mesh.triangles.len());
-        write(Format::of(&file)?, &made.meshed.mesh, &mut File::create(&file)?)?;
+        let format = Format::of(&file)?;
+        atomic::write(Path::new(&file), |out| write(format, &made.meshed.mesh, out))?;
     }
     Ok(())
 }

@@ -677,7 +677,10 @@ fn what_the_script_reads_is_not_overwritten() {
         ("grid cloud.rhai --size 4 -o cloud.json", "cloud.raw"),
         ("profile cloud.rhai --json cloud.json", "cloud.json"),
     ] {
-        has(&stderr(&bench.run(command).code(1)), &["the script reads", file, "would be lost", "-o NAME"]);
+        has(
+            &stderr(&bench.run(command).code(1)),
+            &["the script reads", file, "would be lost", "another name"],
+        );
     }
     assert_eq!(["hills.png", "knot.obj", "cloud.json", "cloud.raw"].map(|name| bench.read(name)), before);
 }

@@ -381,3 +381,13 @@ fn jobs_stop() {
     let stopped = components(field("sphere(1.0)").tape(), &Aabb::cube(2.0), Limits::default(), &watch);
     assert_eq!(stopped.err(), Some(Stopped));
 }
+
+#[test]
+fn it_is_said_if_cells_run_short() {
+    // Two balls that are next to one another: to know that takes many small cells.
+    let near = "min(sphere(1.0), sphere(1.0).translate([2.001, 0, 0]))";
+    let with = |cells| within(near, &Aabb::cube(4.0), Limits { cells, fine: 0, ..Limits::default() });
+    let (few, enough) = (with(2000), with(1 << 20));
+    assert!(few.ran_short && !few.is_certified() && few.cells <= 2000, "{} cells", few.cells);
+    assert!(!enough.ran_short && enough.is_certified(), "{} cells", enough.cells);
+}

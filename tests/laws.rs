@@ -7,7 +7,7 @@
 #![allow(clippy::disallowed_methods)] // boxes of random size need not be the same on every platform
 
 use orogen::num::{Affine, Dual, Function, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Slope};
-use orogen::op::{Melt, Op, Ramp, Visitor};
+use orogen::op::{Corner, Melt, Op, Ramp, Visitor};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 /// Boxes tried per operation.
@@ -134,6 +134,18 @@ fn what_is_rounded_away_lies_inside_ranges() {
         }
     }
     run(Round);
+}
+
+/// Points of meshes lie exactly on edges.
+#[test]
+fn corners_have_a_slope_on_their_edge() {
+    for x in [[0.0, 0.0], [-0.0, 0.0]] {
+        let [a, b] = Corner.grad(x);
+        assert!((a * a + b * b - 1.0).abs() < 1e-15, "{a} {b}");
+        let all = Corner.grad(x.map(|x| Interval::new(x - 1e-3, x + 1e-3)));
+        assert!([a, b].iter().zip(all).all(|(g, all)| all.lo <= *g && *g <= all.hi), "{all:?}");
+        assert_eq!(Corner.hess(x).as_flattened().iter().filter(|h| h.abs() > 1e3).count(), 0);
+    }
 }
 
 #[test]

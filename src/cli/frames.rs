@@ -30,6 +30,19 @@ impl Frames {
     pub fn first(self) -> u32 {
         self.first
     }
+
+    /// From each number to the next.
+    pub fn step(self) -> u32 {
+        self.step
+    }
+
+    /// Those from the least of some rising numbers to the greatest, as close as the closest two of them; of two it is not
+    /// known whether those between them were meant. None of no numbers.
+    pub fn through(numbers: &[u32]) -> Option<Frames> {
+        let (&first, &last) = (numbers.first()?, numbers.last()?);
+        let closest = numbers.windows(2).map(|w| w[1] - w[0]).min().filter(|_| numbers.len() > 2);
+        Some(Frames { first, last, step: closest.unwrap_or(1) })
+    }
 }
 
 impl FromStr for Frames {
@@ -146,6 +159,15 @@ mod tests {
         for bad in ["", "a-b", "1-", "-3", "1-5:0", "1-5:x", "1-999999999"] {
             assert!(of(bad).unwrap_err().contains("--frames 1-250:5"), "{bad}");
         }
+    }
+
+    #[test]
+    fn steps_of_frames_are_seen() {
+        let through = |numbers: &[u32]| Frames::through(numbers).map(|f| (f.first, f.last, f.step));
+        assert_eq!(through(&[1, 6, 11, 16]), Some((1, 16, 5)));
+        assert_eq!(through(&[1, 11, 16]), Some((1, 16, 5)));
+        assert_eq!(through(&[7, 9]), Some((7, 9, 1)));
+        assert_eq!((through(&[7]), through(&[])), (Some((7, 7, 1)), None));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
 use crate::exchange::mesh::{self as file, Format};
 use crate::field::Watch;
-use crate::mesh::{self, Deviation, FINEST, Fineness, Meshed, Missed};
+use crate::mesh::{self, Deviation, FINEST, Fineness, Meshed};
 use crate::scene::Scene;
 use crate::session::topology::LeftOut;
 use crate::session::{self, Solidified};
@@ -150,12 +150,12 @@ fn endless(scene: &Scene, made: &Solidified) -> Option<Diagnostic> {
 
 /// That the mesh is far too coarse: most of what it should show may be missing.
 fn coarse(meshed: &Meshed) -> Option<Diagnostic> {
-    let Missed { shown, hidden } = meshed.missed;
+    let Meshed { shown, hidden, .. } = *meshed;
     (hidden > MUCH * (shown + hidden) / 100).then(|| {
         let message = format!(
-            "much of the solid may be missing, or of what is thinner than a cell: samples found it in {} of {} that the mesh leaves out",
-            count(hidden),
+            "much of the solid may be missing, or of what is thinner than a cell: of {} in which samples found it the mesh shows {}",
             plural(shown + hidden, "cell"),
+            count(shown),
         );
         Diagnostic::warning(message)
             .hint("--resolution takes smaller cells; a tolerance does so only as far as what is there needs them")

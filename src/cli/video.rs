@@ -7,7 +7,7 @@
 //! Rec. 709 and a header that says so; a picture of odd size gets a black edge. (Without being told, ffmpeg takes the
 //! older matrix of Rec. 601 and does not say so, and greens and reds shift.)
 
-use super::frames::{self, Pattern};
+use super::frames::{self, Frames, Pattern};
 use super::interrupt::{Flag, Interrupt};
 use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, err, plural, word};
@@ -18,15 +18,16 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread::{self, ScopedJoinHandle};
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 /// Make a video of frames
 ///
 /// It needs ffmpeg (https://ffmpeg.org) on the PATH; without it, it says which command to run where there is one. All frames
-/// that match the pattern are taken, and their numbers must follow one another, or be as far apart everywhere, as of
-/// `--frames 1-250:5`. The frames are kept. The video is written whole or not at all.
+/// that match the pattern are taken, and their numbers must follow one another; three or more may be as far apart
+/// everywhere, as of `--frames 1-250:5`. The frames are kept. The video is written whole or not at all.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   orogen render rock.rhai --frames 1-250           the frames, rock.0001.png and so on
@@ -75,25 +76,20 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         return Err(Failure::usage("frames of a video are .png files", hint));
     }
     let pattern = Pattern::of(&args.pattern)?;
-    let frames = sequence(&pattern, &args.pattern)?;
-    let count = frames.count;
+    let (frames, count) = sequence(&pattern, &args.pattern)?;
     let progress = Progress::new(terminal, &args.output.path.display().to_string());
     let flag = Interrupt::stopping(&progress).flag();
-    check(&pattern, &frames, &flag).inspect_err(|_| progress.finish())?;
+    check(&pattern, frames, &flag).inspect_err(|_| progress.finish())?;
     let mut missing = false;
     let made = atomic::write_by(&args.output.path, |temporary| {
         let mut command = Command::new("ffmpeg");
-        command.args(["-progress", "pipe:1"]).args(arguments(args, &pattern, &frames, temporary));
-        command.stdin(if frames.step == 1 { Stdio::null() } else { Stdio::piped() }).stdout(Stdio::piped());
+        command.args(["-progress", "pipe:1"]).args(arguments(args, &pattern, (frames, count), temporary));
+        let given = if frames.are_consecutive() { Stdio::null() } else { Stdio::piped() };
+        command.stdin(given).stdout(Stdio::piped());
         let child = command.spawn();
         missing = child.as_ref().is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
-        let mut child = child?;
-        let shown = thread::scope(|scope| {
-            if let Some(input) = child.stdin.take() {
-                scope.spawn(|| feed(input, &pattern, &frames));
-            }
-            follow(&mut child, &flag, |done| progress.set(done as f64 / count as f64))
-        })?;
+        let files = frames.numbers().map(|number| pattern.path(number)).collect();
+        let shown = follow(child?, files, &flag, |done| progress.set(done as f64 / count as f64))?;
         // It leaves out what it cannot read, and says that all went well.
         if shown == count {
             return Ok(());
@@ -103,18 +99,21 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     progress.finish();
     match made {
         Ok(()) => {
-            err(format!(
-                "{}: {} at {} a second",
-                args.output.path.display(),
-                plural(count, "frame"),
-                args.fps
-            ));
+            let left_out = match frames.step() {
+                1 => String::new(),
+                step => format!(", one in {step},"),
+            };
+            let (file, count) = (args.output.path.display(), plural(count, "frame"));
+            err(format!("{file}: {count}{left_out} at {} a second", args.fps));
             Ok(())
         }
         Err(_) if missing => {
-            let command = line(&arguments(args, &pattern, &frames, &args.output.path));
-            let given =
-                if frames.step == 1 { "" } else { ", with the frames one after another as its input" };
+            let command = line(&arguments(args, &pattern, (frames, count), &args.output.path));
+            let given = if frames.are_consecutive() {
+                ""
+            } else {
+                ", with the frames one after another as its input"
+            };
             let hint = format!("install it (https://ffmpeg.org), or run where it is{given}: {command}");
             Err(Failure::error("there is no ffmpeg on the PATH, which makes the video", hint))
         }
@@ -126,55 +125,39 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     }
 }
 
-/// The numbers of frames that are as far apart everywhere.
-struct Frames {
-    first: u32,
-    step: u32,
-    count: u64,
-}
-
-impl Frames {
-    /// All of them, in order.
-    fn numbers(&self) -> impl Iterator<Item = u32> + use<> {
-        (self.first..).step_by(self.step as usize).take(self.count as usize)
-    }
-}
-
 /// Which frames there are.
-fn sequence(pattern: &Pattern, shown: &Path) -> Result<Frames, Failure> {
+fn sequence(pattern: &Pattern, shown: &Path) -> Result<(Frames, u64), Failure> {
     let numbers = pattern.numbers().map_err(|e| {
         let message = format!("cannot read the folder of {} ({e})", shown.display());
         Failure::error(message, "check its name and permissions")
     })?;
-    let Some(&first) = numbers.first() else {
+    let Some(frames) = Frames::through(&numbers) else {
         let hint = "make them with: orogen render SCRIPT --frames A-B";
         return Err(Failure::error(format!("there are no frames called {}", shown.display()), hint));
     };
-    // Of two frames it is not known whether those between them were meant.
-    let step = if numbers.len() > 2 { numbers.windows(2).map(|w| w[1] - w[0]).min().unwrap_or(1) } else { 1 };
-    let frames = Frames { first, step, count: numbers.len() as u64 };
     if let Some((missing, _)) = frames.numbers().zip(&numbers).find(|(expected, number)| expected != *number)
     {
         let message = format!("frame {missing} is missing: there is no {}", pattern.path(missing).display());
         let hint = "render it; for fewer frames a second, render all frames with a smaller --fps";
         return Err(Failure::error(message, hint));
     }
-    Ok(frames)
+    Ok((frames, numbers.len() as u64))
 }
 
-/// Gives the frames to ffmpeg, as long as it takes them: what it has not taken is counted after it has ended.
-fn feed(mut input: ChildStdin, pattern: &Pattern, frames: &Frames) {
-    for number in frames.numbers() {
-        let given = File::open(pattern.path(number)).and_then(|mut file| io::copy(&mut file, &mut input));
-        if given.is_err() {
-            return;
-        }
+/// Gives files to ffmpeg, one after another, until it takes no more.
+fn feed(mut input: ChildStdin, files: &[PathBuf]) -> io::Result<()> {
+    for file in files {
+        match File::open(file).and_then(|mut file| io::copy(&mut file, &mut input)) {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => break,
+            given => given?,
+        };
     }
+    Ok(())
 }
 
 /// Reads all frames, so that none is left out or stretched in silence: ffmpeg goes on without those that are damaged, and
 /// brings the others to the size of the first.
-fn check(pattern: &Pattern, frames: &Frames, flag: &Flag) -> Outcome {
+fn check(pattern: &Pattern, frames: Frames, flag: &Flag) -> Outcome {
     let mut all = None;
     for number in frames.numbers() {
         if flag.load(Ordering::Relaxed) {
@@ -209,9 +192,8 @@ fn size(path: &Path) -> io::Result<[u32; 2]> {
 }
 
 /// What ffmpeg is to do.
-fn arguments(args: &Args, pattern: &Pattern, frames: &Frames, output: &Path) -> Vec<OsString> {
-    let Frames { first, step, count } = *frames;
-    let numbered = step == 1;
+fn arguments(args: &Args, pattern: &Pattern, (frames, count): (Frames, u64), output: &Path) -> Vec<OsString> {
+    let (first, numbered) = (frames.first(), frames.are_consecutive());
     let format =
         if numbered { format!("-start_number {first}") } else { "-f image2pipe -c:v png".to_owned() };
     let input = [
@@ -235,41 +217,58 @@ fn arguments(args: &Args, pattern: &Pattern, frames: &Frames, output: &Path) -> 
     all
 }
 
-/// Waits for ffmpeg, which says how far it is in lines such as `frame=17`; ends it when the flag is raised, whatever it
-/// is waiting for. Returns how many frames it has taken.
-fn follow(child: &mut Child, flag: &Flag, told: impl Fn(u64) + Sync) -> io::Result<u64> {
-    let shown = AtomicU64::new(0);
-    let count = |said: ChildStdout| {
-        for line in BufReader::new(said).lines().map_while(Result::ok) {
-            if let Some(frames) = line.strip_prefix("frame=").and_then(|n| n.trim().parse().ok()) {
-                shown.store(frames, Ordering::Relaxed);
-                told(frames);
-            }
+/// Waits for ffmpeg, and says how far it is; ends it when the flag is raised, whatever it is waiting for. Returns how many
+/// frames it has taken.
+///
+/// What reads from it and writes to it has threads of its own, which nobody waits for: a program that it has begun may keep
+/// its pipes open.
+fn follow(mut child: Child, given: Vec<PathBuf>, flag: &Flag, told: impl Fn(u64)) -> io::Result<u64> {
+    let shown = Arc::new(AtomicU64::new(0));
+    let (said, count) = (child.stdout.take(), shown.clone());
+    let counting = said.map(|said| thread::spawn(move || self::count(said, &count)));
+    let feeding = child.stdin.take().map(|input| thread::spawn(move || feed(input, &given)));
+    let status = loop {
+        if flag.load(Ordering::Relaxed) {
+            // That fails where it has ended already.
+            let _ = child.kill();
+            break child.wait()?;
         }
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        told(shown.load(Ordering::Relaxed));
+        thread::sleep(LOOK);
     };
-    let said = child.stdout.take();
-    let status = thread::scope(|scope| {
-        let counting = said.map(|said| scope.spawn(|| count(said)));
-        loop {
-            if flag.load(Ordering::Relaxed) {
-                child.kill()?;
-                return child.wait();
-            }
-            // Nothing is said any more once it has ended.
-            if counting.as_ref().is_none_or(ScopedJoinHandle::is_finished) {
-                return child.wait();
-            }
-            thread::sleep(LOOK);
+    // Its last words may be on their way.
+    for _ in 0..LAST_WORDS {
+        if counting.as_ref().is_none_or(JoinHandle::is_finished) {
+            break;
         }
-    })?;
+        thread::sleep(LOOK);
+    }
+    if let Some(Ok(Err(error))) = feeding.filter(JoinHandle::is_finished).map(JoinHandle::join) {
+        return Err(io::Error::other(format!("a frame cannot be read any more ({error})")));
+    }
     if status.success() {
-        return Ok(shown.into_inner());
+        return Ok(shown.load(Ordering::Relaxed));
     }
     Err(io::Error::other(format!("ffmpeg failed with {status}; what it says is above")))
 }
 
+/// Reads how many frames were taken in lines such as `frame=17`.
+fn count(said: ChildStdout, shown: &AtomicU64) {
+    for line in BufReader::new(said).lines().map_while(Result::ok) {
+        if let Some(frames) = line.strip_prefix("frame=").and_then(|n| n.trim().parse().ok()) {
+            shown.store(frames, Ordering::Relaxed);
+        }
+    }
+}
+
 /// Time between two looks at the flag.
 const LOOK: Duration = Duration::from_millis(20);
+
+/// Looks for what ffmpeg has said when it has ended.
+const LAST_WORDS: u32 = 50;
 
 /// The command as one types it.
 fn line(arguments: &[OsString]) -> String {

@@ -73,19 +73,21 @@ impl Work {
 
     /// Refuses to write what the script reads.
     pub fn spare(&self, loaded: &Loaded) -> Outcome {
-        spare(loaded, [&self.output].into_iter().chain(&self.stats).map(PathBuf::as_path))
+        let partial = self.partial();
+        spare(loaded, [&self.output, &partial].into_iter().chain(&self.stats).map(PathBuf::as_path))
+    }
+
+    /// Where an unfinished picture goes if there is an earlier one.
+    fn partial(&self) -> PathBuf {
+        self.output.with_extension(match self.output.extension() {
+            Some(e) => format!("partial.{}", e.to_string_lossy()),
+            None => "partial".into(),
+        })
     }
 
     /// Where a picture goes: an unfinished one never takes the place of an earlier picture.
     fn file(&self, picture: &Picture) -> PathBuf {
-        if !picture.finished && self.output.exists() {
-            self.output.with_extension(match self.output.extension() {
-                Some(e) => format!("partial.{}", e.to_string_lossy()),
-                None => "partial".into(),
-            })
-        } else {
-            self.output.clone()
-        }
+        if !picture.finished && self.output.exists() { self.partial() } else { self.output.clone() }
     }
 
     /// Saves what the pixels of a picture cost, in place of the picture. Returns the file that was
@@ -174,7 +176,7 @@ pub fn spare<'a>(loaded: &Loaded, outputs: impl IntoIterator<Item = &'a Path>) -
     for output in outputs {
         if loaded.files().any(|file| is_same(file, output)) {
             let message = format!("the script reads {}, which would be lost", output.display());
-            return Err(Failure::error(message, "give another name for what is made: -o NAME"));
+            return Err(Failure::error(message, "give another name for what is made"));
         }
     }
     Ok(())

@@ -28,6 +28,9 @@ fn plain(d: &Diagnostic) -> String {
             0 => writeln!(out, "   in {}", place.file),
             line => writeln!(out, "   in {}:{line}:{}", place.file, place.column),
         };
+        if let Some(label) = &d.label {
+            let _ = writeln!(out, "   {label}");
+        }
     }
     for hint in &d.hints {
         let _ = writeln!(out, "   Help: {hint}");
@@ -79,4 +82,21 @@ fn offset(text: &str, place: &Place) -> Option<usize> {
     let column = place.column.saturating_sub(1) as usize;
     let body = line.trim_end_matches(['\n', '\r']);
     Some(start + body.char_indices().nth(column).map_or(body.len(), |(i, _)| i))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_are_not_shown() {
+        let told = |length: usize| {
+            let text = format!("\n{}y2\n", "x".repeat(length));
+            let place = Place { file: "a.rhai".into(), line: 2, column: length as u32 + 1, width: 2 };
+            let diagnostic = Diagnostic::error("no such name").at(place).hint("write y");
+            render(&diagnostic, &Sources::from([("a.rhai".into(), text.into())]), false)
+        };
+        assert!(told(100).contains("xxy2"));
+        assert_eq!(told(1000), "Error: no such name\n   in a.rhai:2:1001\n   Help: write y\n");
+    }
 }

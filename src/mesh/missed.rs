@@ -18,36 +18,19 @@ const SAMPLES: usize = 2;
 /// them evenly (Roberts 2018).
 const STEP: DVec3 = DVec3::new(0.819_172_513_396_164_5, 0.671_043_606_703_789_2, 0.549_700_477_901_970_2);
 
-/// How many cells of some blocks have surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Missed {
-    /// Those that have some in the mesh.
-    pub shown: u64,
-    /// Those that have none in it, though samples say that they do.
-    pub hidden: u64,
-}
-
-impl Missed {
-    /// Those of two sets of blocks.
-    pub(super) fn plus(self, other: Missed) -> Missed {
-        Missed { shown: self.shown + other.shown, hidden: self.hidden + other.hidden }
-    }
-}
-
 /// Points evaluated together.
 pub(super) const LANES: usize = 32;
 
-/// Those of a block.
-pub(super) fn missed(
+/// How many cells of a block have surface, as samples say, of which the mesh has none there.
+pub(super) fn hidden(
     block: &Block,
     contour: &Contour,
     lattice: &Lattice,
     values: &mut Evaluator<Many<f64, LANES>>,
-) -> Missed {
+) -> u64 {
     let offsets = (0..SIDE * SIDE * SIDE).map(|i| [i % SIDE, i / SIDE % SIDE, i / (SIDE * SIDE)]);
     let cells = offsets.map(|offset| -> Place { std::array::from_fn(|axis| block.at[axis] + offset[axis]) });
     let bare: Vec<Place> = cells.filter(|at| contour.cell(*at).is_none()).collect();
-    let shown = u64::from(SIDE * SIDE * SIDE) - bare.len() as u64;
     let mut points = Vec::with_capacity(bare.len() * (1 + SAMPLES));
     for (i, at) in bare.iter().enumerate() {
         let corner = lattice.corner(*at);
@@ -61,5 +44,5 @@ pub(super) fn missed(
     values.turn_to(&block.tape);
     values.eval_all(at.each_ref().map(Vec::as_slice), &mut found);
     let is_hidden = |of: &&[f64]| of[1..].iter().any(|value| (*value < 0.0) != (of[0] < 0.0));
-    Missed { shown, hidden: found.chunks(1 + SAMPLES).filter(is_hidden).count() as u64 }
+    found.chunks(1 + SAMPLES).filter(is_hidden).count() as u64
 }

@@ -29,7 +29,6 @@ mod triangles;
 mod weave;
 mod weld;
 
-pub use missed::Missed;
 pub use weld::rounded;
 
 use crate::field::{Stopped, Watch};
@@ -96,8 +95,10 @@ pub struct Meshed {
     pub doubtful: u64,
     /// A place in one of these.
     pub doubt: Option<DVec3>,
-    /// What samples of these say.
-    pub missed: Missed,
+    /// Cells that have surface in the mesh,
+    pub shown: u64,
+    /// and cells of doubtful blocks that have none in it, though samples say that they do.
+    pub hidden: u64,
     /// How far it is from the surface.
     pub deviation: Deviation,
 }
@@ -200,19 +201,20 @@ impl Sketch {
             blocks: self.blocks.len() as u64,
             doubtful: doubts.len() as u64,
             doubt: doubts.first().map(|(at, _)| middle(at)),
-            missed: doubts.iter().fold(Missed::default(), |all, (_, missed)| all.plus(*missed)),
+            shown: self.contours.iter().map(|contour| contour.cells.len() as u64).sum(),
+            hidden: doubts.iter().map(|(_, hidden)| hidden).sum(),
             deviation,
         })
     }
 
-    /// A cell of each block of which it is not proven that nothing is missed there, and what samples say of the block; not
-    /// all of them when stopped.
-    fn doubts(&self, solid: &Solid, watch: &Watch<'_>) -> Vec<(Place, Missed)> {
+    /// A cell of each block of which it is not proven that nothing is missed there, and in how many cells of the block
+    /// samples say that something is; not all of them when stopped.
+    fn doubts(&self, solid: &Solid, watch: &Watch<'_>) -> Vec<(Place, u64)> {
         let evaluators = || (Evaluator::new(solid.tape.clone()), Evaluator::new(solid.tape.clone()));
         let doubts = |(slopes, values): &mut (Evaluator<Slope>, _), (block, contour): (&Block, &Contour)| {
             watch.check().ok()?;
             let at = certificate::doubt(block, contour, &self.lattice, slopes)?;
-            Some((at, missed::missed(block, contour, &self.lattice, values)))
+            Some((at, missed::hidden(block, contour, &self.lattice, values)))
         };
         self.blocks.par_iter().zip(&self.contours).map_init(evaluators, doubts).flatten().collect()
     }

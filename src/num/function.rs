@@ -146,8 +146,8 @@ pub trait Function<const N: usize> {
         None
     }
 
-    /// What is known of a smooth corner between two numbers, of which the first two arguments are these, where their
-    /// difference is in a range.
+    /// What is known of a smooth corner between two numbers, for functions of two that are one, where their difference is in a
+    /// range.
     #[inline(always)]
     fn seam(&self, x: &[f64; N], apart: Interval) -> Option<Seam> {
         let _ = (x, apart);

@@ -118,6 +118,10 @@ impl Function<2> for Corner {
     fn grad<R: Real>(&self, [a, b]: [R; 2]) -> [R; 2] {
         let (zero, one) = (R::of(0.0), R::of(1.0));
         let [ua, ub, _] = outward([a, b]);
+        // At the corner itself the middle of all slopes around it is as good as any.
+        let is_corner = ua + ub;
+        let middle = R::of(std::f64::consts::FRAC_1_SQRT_2);
+        let [ua, ub] = [ua, ub].map(|u| is_corner.if_less(R::of(0.5), middle, u));
         // Inside of the other, a half plane matters alone where it is outside, and where it is nearer.
         let nearer = a.if_less(b, zero, one);
         let inside = |a: R, nearer: R| a.if_less(zero, nearer, one);
@@ -149,15 +153,13 @@ impl Function<2> for Corner {
     }
 }
 
-/// The unit vector from the corner outside of both half planes, which is the middle one at the corner itself, and the
-/// reciprocal of the distance.
+/// The unit vector from the corner outside of both half planes, zero at the corner itself, and the reciprocal of the
+/// distance.
 #[inline(always)]
 fn outward<R: Real>([a, b]: [R; 2]) -> [R; 3] {
     let (a, b) = (a.max(R::of(0.0)), b.max(R::of(0.0)));
-    let (far, tiny) = ((a.square() + b.square()).sqrt(), R::of(1e-300));
-    let shrink = R::of(1.0) / far.max(tiny);
-    let part = |x: R| far.if_less(tiny, R::of(std::f64::consts::FRAC_1_SQRT_2), unit(x, shrink));
-    [part(a), part(b), shrink]
+    let shrink = R::of(1.0) / (a.square() + b.square()).sqrt().max(R::of(1e-300));
+    [unit(a, shrink), unit(b, shrink), shrink]
 }
 
 /// `a . b` of `(a1, a2, a3, b1, b2, b3)`

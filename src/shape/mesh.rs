@@ -19,7 +19,8 @@ impl Mesh {
     /// The mesh turned a quarter about x, so that what was up along y is up along z.
     pub fn with_z_up(&self) -> Mesh {
         let turned = |all: &[DVec3]| all.iter().map(|p| DVec3::new(p.x, -p.z, p.y)).collect();
-        Mesh { points: turned(&self.points), normals: turned(&self.normals), ..self.clone() }
+        let (triangles, colors) = (self.triangles.clone(), self.colors.clone());
+        Mesh { points: turned(&self.points), normals: turned(&self.normals), triangles, colors }
     }
 
     /// The corners of a triangle.

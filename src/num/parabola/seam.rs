@@ -63,9 +63,11 @@ impl<const B: usize, const K: usize> Corners<B, K> {
         for l in 0..B {
             let m = middles(x, l);
             let middle = point(m[0]) - point(m[N - 1]);
-            let Some(seam) = f.seam(&m, self.apart.lane(l).range.hull(middle)) else { return };
-            let ([blur, skew], value) = (seam.blur, f.value(m));
-            bend[l] = seam.bend;
+            let value = f.value(m);
+            // Where there is none nothing is known.
+            let seam = f.seam(&m, self.apart.lane(l).range.hull(middle));
+            let [blur, skew] = seam.map_or([f64::NAN; 2], |seam| seam.blur);
+            bend[l] = seam.map_or(ZERO, |seam| seam.bend);
             (out.mid[0][l], out.rest[0][l]) = (value, blur + SUMS * value.abs());
             let grad = f.grad(m);
             for i in 0..N {
