@@ -343,9 +343,8 @@ fn what_may_be_missed_is_said() {
     let doubt = m.doubt.expect("a doubt");
     assert_eq!(Census::of(&m.mesh).parts, 1);
     assert!((doubt - DVec3::new(1.2345, 0.123, 0.321)).length() < 2.0 * m.cell, "{doubt}");
-    // A sheet thinner than a cell.
-    let sheet = "scene(#{ surface: max(box(2.0), abs(y - 0.0123) - 0.02), bounds: 1.2 })";
-    let m = meshed(sheet, Some(32), None);
+    // A sheet between two layers of corners.
+    let m = meshed_in("max(box(2.0), abs(y - 0.0123) - 0.005)", &Aabb::cube(1.2), 32);
     assert!(m.doubtful > 10 && 10 * m.hidden > m.shown + m.hidden, "{} of {}", m.hidden, m.shown);
     // What cannot be proven of a corner that is told by its distance is there all the same.
     let square = "max(polygon([[-1, -1], [1, -1], [1, 1], [-1, 1]]), abs(z) - 0.3)";
