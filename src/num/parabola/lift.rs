@@ -16,7 +16,7 @@
 use super::band::Band;
 use super::batch::Parabolas;
 use super::seam::Corners;
-use super::{CHARGE, Parabola, ROUND_UP, TINY, choose, pick};
+use super::{CHARGE, Parabola, ROUND_UP, TINY, choose};
 use crate::num::ROUNDOFF;
 use crate::num::simd::widest;
 use crate::num::{Function, Interval};
@@ -472,32 +472,4 @@ fn replaces(beyond: bool, number: f64) -> bool {
 struct Departure<const K: usize> {
     mid: [f64; 3],
     side: [f64; K],
-}
-
-impl<const K: usize> Parabola<K> {
-    /// The other one if `test` holds.
-    #[inline(always)]
-    pub(super) fn unless(mut self, test: bool, other: &Self) -> Self {
-        for j in 0..3 {
-            self.mid[j] = choose(test, other.mid[j], self.mid[j]);
-            self.rest[j] = choose(test, other.rest[j], self.rest[j]);
-        }
-        for k in 0..K {
-            self.side[k] = choose(test, other.side[k], self.side[k]);
-        }
-        self.range = pick(test, other.range, self.range);
-        self
-    }
-
-    #[inline(always)]
-    fn is_finite(&self) -> bool {
-        let mut sum = 0.0;
-        for j in 0..3 {
-            sum += self.mid[j].abs() + self.rest[j];
-        }
-        for k in 0..K {
-            sum += self.side[k].abs();
-        }
-        sum.is_finite()
-    }
 }

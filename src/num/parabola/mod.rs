@@ -228,4 +228,30 @@ impl<const K: usize> Parabola<K> {
         self.range = self.range + Interval { lo: c, hi: c };
         self
     }
+
+    /// The other one if `test` holds.
+    #[inline(always)]
+    fn unless(mut self, test: bool, other: &Self) -> Self {
+        for j in 0..3 {
+            self.mid[j] = choose(test, other.mid[j], self.mid[j]);
+            self.rest[j] = choose(test, other.rest[j], self.rest[j]);
+        }
+        for k in 0..K {
+            self.side[k] = choose(test, other.side[k], self.side[k]);
+        }
+        self.range = pick(test, other.range, self.range);
+        self
+    }
+
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        let mut sum = 0.0;
+        for j in 0..3 {
+            sum += self.mid[j].abs() + self.rest[j];
+        }
+        for k in 0..K {
+            sum += self.side[k].abs();
+        }
+        sum.is_finite()
+    }
 }
