@@ -162,7 +162,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
 
     /// A part of each argument of lane `l`.
     #[inline(always)]
-    pub(super) fn arguments<T: Copy, const N: usize>(
+    fn arguments<T: Copy, const N: usize>(
         x: &[&Self; N],
         l: usize,
         part: impl Fn(&Self, usize) -> T,
@@ -178,15 +178,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
     #[inline(always)]
     fn expanded<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N], by: Expansion, out: &mut Self) {
         let (mut slope, mut steep, mut vague) = ([[0.0; B]; N], [[0.0; B]; N], [[0.0; B]; N]);
-        for l in 0..B {
-            let range = f.range(Self::arguments(
-                x,
-                l,
-                #[inline(always)]
-                |x, l| x.range.lane(l),
-            ));
-            out.range.set(l, range);
-        }
+        out.enclose(f, x);
         for l in 0..B {
             let m = Self::arguments(
                 x,
@@ -244,6 +236,20 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             out.bend(f, x, by);
         }
         out.round();
+    }
+
+    /// Sets the ranges to those of a function of others.
+    #[inline(always)]
+    pub(super) fn enclose<F: Function<N>, const N: usize>(&mut self, f: &F, x: &[&Self; N]) {
+        for l in 0..B {
+            let range = f.range(Self::arguments(
+                x,
+                l,
+                #[inline(always)]
+                |x, l| x.range.lane(l),
+            ));
+            self.range.set(l, range);
+        }
     }
 
     /// Makes room for what the sums of rests have lost.

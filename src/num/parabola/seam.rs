@@ -76,15 +76,7 @@ impl<const B: usize, const K: usize> Corners<B, K> {
                 vague[i][l] = skew + SUMS * steep[i][l];
             }
         }
-        for l in 0..B {
-            let range = f.range(Parabolas::arguments(
-                x,
-                l,
-                #[inline(always)]
-                |x, l| x.range.lane(l),
-            ));
-            out.range.set(l, range);
-        }
+        out.enclose(f, x);
         for j in 1..3 {
             (out.mid[j], out.rest[j]) = ([0.0; B], [0.0; B]);
         }
