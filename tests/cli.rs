@@ -682,6 +682,12 @@ fn what_the_script_reads_is_not_overwritten() {
             &["the script reads", file, "would be lost", "another name"],
         );
     }
+    // Nor by a snapshot, whose name comes of another one.
+    bench.write("steps.rhai", height.replace("hills.png", "a.1.png"));
+    bench.write("a.1.png", &before[0]);
+    let said = stderr(&bench.run("render steps.rhai --size 8x6 -o a.png --snapshots 4").code(1));
+    has(&said, &["the script reads a.1.png", "would be lost"]);
+    assert_eq!(bench.read("a.1.png"), before[0]);
     assert_eq!(["hills.png", "knot.obj", "cloud.json", "cloud.raw"].map(|name| bench.read(name)), before);
 }
 

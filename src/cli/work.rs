@@ -39,7 +39,7 @@ impl Work {
     ) -> Result<Work, Failure> {
         session.set(script.params()?, script.time);
         let output = picture.output(session.script(), "png")?;
-        if stats.is_some_and(|stats| same_file(stats, &output)) {
+        if stats.is_some_and(|stats| is_same(stats, &output)) {
             let hint = "for example: --stats statistics.json";
             return Err(Failure::usage("picture and statistics would be the same file", hint));
         }
@@ -106,7 +106,7 @@ impl Work {
         Ok(path)
     }
 
-    /// Saves a picture to a file.
+    /// Saves a picture to a file, unless the script reads it.
     pub fn save_to(
         &self,
         path: &Path,
@@ -114,6 +114,7 @@ impl Work {
         scene: &Scene,
         picture: &Picture,
     ) -> Result<(), Failure> {
+        spare(loaded, [path])?;
         let script = loaded.sources.get(&*self.session.script().to_string_lossy());
         let metadata = Metadata {
             script: script.map(|text| text.to_string()).unwrap_or_default(),
@@ -133,12 +134,6 @@ impl Work {
         atomic::write(path, |f| writeln!(f, "{text}")).map_err(|e| Diagnostic::error(e.to_string()))?;
         Ok(())
     }
-}
-
-/// Whether two paths name the same file, as far as their texts tell.
-fn same_file(a: &Path, b: &Path) -> bool {
-    let whole = |p: &Path| std::path::absolute(p).ok();
-    whole(a) == whole(b)
 }
 
 /// A script that is to become something other than a picture, and what watches over that.
@@ -182,9 +177,12 @@ pub fn spare<'a>(loaded: &Loaded, outputs: impl IntoIterator<Item = &'a Path>) -
     Ok(())
 }
 
-/// Whether two names are of one file that is there.
+/// Whether two names are of one file: by where they lead if both are there, else as far as their texts tell.
 pub fn is_same(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => matches!((std::path::absolute(a), std::path::absolute(b)), (Ok(a), Ok(b)) if a == b),
+    }
 }
 
 /// Says what a script printed and what is wrong with it.

@@ -11,7 +11,8 @@
 //! 4. where the surface is flat enough, vertices are merged (`merge`),
 //! 5. each quadrangle becomes two triangles, along the diagonal that is closer to the surface (`triangles`),
 //! 6. points at the same place become one (`weld`),
-//! 7. enclosures of the gradient tell whether anything may have been missed (`certificate`).
+//! 7. enclosures of the gradient tell whether anything may have been missed (`certificate`), and where it may,
+//!    samples tell whether much is (`missed`).
 //!
 //! Whatever the number of threads, the mesh is the same, bit for bit.
 
