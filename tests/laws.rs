@@ -116,6 +116,13 @@ fn plain_numbers_are_off_by_no_more_roundoffs_than_stated() {
     run(Near);
 }
 
+/// A value that is a number, or as large as none, lies in the range over a box that holds the point.
+fn value_lies_in_range<F: Function<N>, const N: usize>(name: &str, f: &F, x: [f64; N], sides: [Interval; N]) {
+    let (value, range) = (f.value(x), f.range(sides));
+    let holds = value.is_nan() || (range.lo <= value && value <= range.hi);
+    assert!(holds, "{name} of {x:?}: {value} in {range:?} of {sides:?}");
+}
+
 /// Numbers of very different sizes, next to which others vanish.
 #[test]
 fn what_is_rounded_away_lies_inside_ranges() {
@@ -127,13 +134,34 @@ fn what_is_rounded_away_lies_inside_ranges() {
                     let size = 10f64.powf(rng.random_range(-12.0..18.0));
                     [size, -size, 1.0, 0.0][rng.random_range(0..4)]
                 });
-                let (value, range) = (f.value(x), f.range(x.map(Interval::point)));
-                let holds = value.is_nan() || (range.lo <= value && value <= range.hi);
-                assert!(holds, "{name} of {x:?}: {value} in {range:?}");
+                value_lies_in_range(name, f, x, x.map(Interval::point));
             }
         }
     }
     run(Round);
+}
+
+/// Zeros of either sign, at the ends of boxes: what is as large as no number lies in ranges too.
+#[test]
+fn what_is_zero_lies_inside_ranges() {
+    struct Zero;
+    impl Law for Zero {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            for _ in 0..BOXES * POINTS {
+                let x: [f64; N] = std::array::from_fn(|_| {
+                    let size = rng.random_range(0.1..3.0);
+                    [size, -size, 0.0, -0.0][rng.random_range(0..4)]
+                });
+                let sides = x.map(|x| {
+                    let [less, more] =
+                        [0, 1].map(|_| [0.0, rng.random_range(0.1..3.0)][rng.random_range(0..2)]);
+                    Interval::new(x - less, x + more)
+                });
+                value_lies_in_range(name, f, x, sides);
+            }
+        }
+    }
+    run(Zero);
 }
 
 /// Points of meshes lie exactly on edges.

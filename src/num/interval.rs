@@ -251,10 +251,11 @@ impl Div for Interval {
     #[inline(always)]
     fn div(self, o: Self) -> Self {
         let reciprocal = Interval {
-            lo: choose(o.hi == 0.0, f64::NEG_INFINITY, down(1.0 / o.hi, ULP)),
+            lo: down(1.0 / o.hi, ULP),
             hi: choose(o.lo == 0.0, f64::INFINITY, up(1.0 / o.lo, ULP)),
         };
-        let apart = (o.lo > 0.0) | (o.hi < 0.0) | ((o.lo == 0.0) ^ (o.hi == 0.0));
+        // Zero is a positive one, so that below zero its reciprocal is at the other end.
+        let apart = (o.lo > 0.0) | (o.hi < 0.0) | ((o.lo == 0.0) & (o.hi > 0.0));
         pick(apart, self * reciprocal, Interval::ENTIRE)
     }
 }

@@ -164,5 +164,6 @@ pub fn power<R: Real>(x: R, n: i32) -> R {
         base = base * base;
         left >>= 1;
     }
-    if n < 0 { R::of(1.0) / power } else { power }
+    // A zero is a positive one, as in quotients.
+    if n < 0 { R::of(1.0) / (power + R::of(0.0)) } else { power }
 }

@@ -124,8 +124,13 @@ impl Function<2> for Div {
     fn roundoffs(&self) -> Option<f64> {
         Some(4.0)
     }
+    /// A zero is a positive one, whatever it came from, so that it is known to which end its reciprocal goes.
     #[inline(always)]
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
+        x / (y + R::of(0.0))
+    }
+    #[inline(always)]
+    fn range(&self, [x, y]: [Interval; 2]) -> Interval {
         x / y
     }
     #[inline(always)]
