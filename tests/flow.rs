@@ -398,6 +398,26 @@ fn what_moves_little_is_found() {
 }
 
 #[test]
+fn what_moves_far_from_the_origin_alone_is_followed_as_closely() {
+    for (velocity, centre, radius) in [
+        ("flow::twist([3.0, 0.21, 0], [0, 0, 1], 720.0, 0.5)", [3.0, 0.21, 0.0], 0.5),
+        ("flow::twist([20, 0, 0], [0, 0, 1], 720.0, 3.0)", [20.0, 0.0, 0.0], 3.0),
+        // This one moves everything, by 1e-150 near the origin.
+        ("vec3(-y, x - 20, 0) * (30 * exp(-square(x - 20) - square(y) - square(z)))", [20.0, 0.0, 0.0], 1.5),
+    ] {
+        let mut own = field(&format!("p.flow({velocity}).x"));
+        let mut exact = field(&format!("p.flow({velocity}, #{{ steps: 512 }}).x"));
+        let (mut off, mut far) = (0.0, 0.0);
+        for p in points(15, 200).into_iter().map(|p| DVec3::from(centre) + radius / 1.3 * p) {
+            let (chosen, fine) = (own.value(p), exact.value(p));
+            off += (chosen - fine) * (chosen - fine);
+            far += (fine - p.x) * (fine - p.x);
+        }
+        assert!(off < 4e-6 * far, "{velocity}: off by {} of {}", off.sqrt(), far.sqrt());
+    }
+}
+
+#[test]
 fn a_ball_says_the_same_whatever_its_neighbours() {
     let f = flowed(
         "flow::push([0.5, 0.6, 0.6], [0.2, 0.1, 0], 0.3) + flow::push([-0.5, 0, 0], [0, 0.3, 0], 0.4)",

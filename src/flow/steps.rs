@@ -36,18 +36,32 @@ pub const MOST: u32 = 512;
 /// Fewest steps that are chosen.
 const FEWEST: u32 = 4;
 
-/// Half the cube around the origin in which solids are by habit.
-const HALF: f64 = 1.5;
+/// Half the cube around the origin in which solids are by habit, and halves of the larger cubes that are probed if next to
+/// nothing moves in that.
+const HALVES: [f64; 4] = [1.5, 12.0, 96.0, 768.0];
 
-/// Points that are probed: many all over the cube, and some where the velocity is largest, as far as enclosures tell.
-/// These find what moves in a small part of the cube alone, such as a shell or the reach of a brush.
+/// What moves by less than this share of half a cube, in the time that a flow takes, does not move in it.
+const STILL: f64 = 1e-6;
+
+/// Points that are probed: those of the least cube in which anything is seen to move.
 pub(super) fn probes<V: Code<3>>(velocity: &V) -> Vec<[f64; 3]> {
+    let mut run = velocity.runner::<Interval>();
+    let mut moves =
+        |p: &[f64; 3], half: f64| run(&p.map(Interval::point)).iter().any(|u| u.mig() > STILL * half);
+    let sets = HALVES.iter().map(|half| (*half, probes_within(velocity, *half)));
+    let found = sets.into_iter().find(|(half, probes)| probes.iter().any(|p| moves(p, *half)));
+    found.map(|(_, probes)| probes).unwrap_or_else(|| probes_within(velocity, HALVES[0]))
+}
+
+/// Many points all over a cube, and some where the velocity is largest, as far as enclosures tell. These find what moves
+/// in a small part of the cube alone, such as a shell or the reach of a brush.
+fn probes_within<V: Code<3>>(velocity: &V, half: f64) -> Vec<[f64; 3]> {
     const COUNT: u64 = 256;
     const CUTS: usize = 64;
-    let spread = |i: u64| std::array::from_fn(|axis| HALF * (2.0 * uniform(mix(3 * i + axis as u64)) - 1.0));
+    let spread = |i: u64| std::array::from_fn(|axis| half * (2.0 * uniform(mix(3 * i + axis as u64)) - 1.0));
     let mut probes: Vec<[f64; 3]> = (0..COUNT).map(spread).collect();
     let mut run = velocity.runner::<Interval>();
-    let mut cubes = Cubes::new(HALF, |at| speed(&run(&at)));
+    let mut cubes = Cubes::new(half, |at| speed(&run(&at)));
     for _ in 0..CUTS {
         let Some(cube) = cubes.cut() else { break };
         probes.push(cube.middle);

@@ -58,7 +58,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     });
     lib.def(
         "flow(f, v, options)",
-        "The same with options:\n\n- tolerance: mean error as a share of how far points are carried (1e-9 to 0.1; 1e-3); from it, and from the velocity where it is largest around the origin, follow the steps\n- steps: how many steps there are instead (1 to 512); each asks for the velocity four times",
+        "The same with options:\n\n- tolerance: mean error as a share of how far points are carried (1e-9 to 0.1; 1e-3); from it, and from the velocity around the origin, or where next to nothing moves there, within 768 of it, follow the steps\n- steps: how many steps there are instead (1 to 512); each asks for the velocity four times",
         "sphere(1.0).flow(vec3(0.4 * y, 0, 0), #{ steps: 16 })",
         |c| flow(c, 1.0, precision(c)?),
     );
