@@ -18,11 +18,12 @@ use std::time::Instant;
 
 /// Make a mesh of a script's solid
 ///
-/// Writes the surface as triangles that close up: every edge has two of them, no two parts touch, and sharp
-/// edges stay sharp. The file is written whole or not at all, in the format that its ending says: .glb (glTF) and
-/// .ply hold normals and colours, .obj too, .stl holds triangles alone. A solid without an end is cut off at the
-/// bounds of the scene. Components that the script leaves out are left out. Numbers are those of the script, whatever
-/// its unit is: slicers take them for millimetres, and .glb says that they are metres.
+/// Writes the surface as triangles that close up: every edge has two of them, no two parts share a point, and sharp
+/// edges stay sharp. Where the surface comes nearer to itself than a cell, triangles may cross. The file is written whole
+/// or not at all, in the format that its ending says: .glb (glTF) and .ply hold normals and colours, .obj too, .stl
+/// holds triangles alone. A solid without an end is cut off at the bounds of the scene. Components that the script
+/// leaves out are left out. Numbers are those of the script, whatever its unit is: slicers take them for millimetres,
+/// and .glb says that they are metres.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   orogen mesh rock.rhai -o rock.glb                    128 cells along the longest edge

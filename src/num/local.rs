@@ -1,5 +1,6 @@
 //! What kernels say of all of space, and of balls in it.
 
+use super::slope::length;
 use super::{Interval, Point, ROUNDOFF};
 
 /// Bounds on a kernel over all of space, rounded up: suprema of the absolute value, of the
@@ -117,5 +118,31 @@ impl Local {
         let hessian = if self.sag < self.bounds.hessian { self.sag } else { self.bounds.hessian };
         let bend = if reach == 0.0 { 0.0 } else { 0.5 * hessian * reach * reach };
         Interval::radius(bend).meet(self.bow)
+    }
+}
+
+/// What gradients have in common: none of them leans far from an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lean {
+    /// Of unit length.
+    pub axis: [f64; 3],
+    /// `g . axis >= least` for all gradients `g`; from 0 to 1.
+    pub least: f64,
+}
+
+impl Lean {
+    /// Encloses `g . d` for gradients no longer than `L`: of the part `a` of `d` along the axis there is from `least a`
+    /// to `L a`, and of the part `b` across at most `sqrt(L^2 - least^2) b` either way.
+    pub(super) fn along(&self, d: [Interval; 3], lipschitz: f64) -> Interval {
+        let up = 1.0 + 64.0 * ROUNDOFF;
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let length = |a: [f64; 3]| length(a.map(f64::abs));
+        let middle = d.map(|d| d.mid());
+        let along = dot(middle, self.axis);
+        let across: [f64; 3] = std::array::from_fn(|i| middle[i] - along * self.axis[i]);
+        let sine = (lipschitz * lipschitz - self.least * self.least).max(0.0).sqrt() * up;
+        let spread = length(d.map(|d| d.rad())) + 16.0 * ROUNDOFF * length(middle);
+        Interval::new(self.least, lipschitz) * along
+            + Interval::radius((sine * length(across) + lipschitz * spread) * up)
     }
 }

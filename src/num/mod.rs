@@ -62,7 +62,7 @@ pub use hash::{mix, uniform};
 pub use interval::Interval;
 pub use jet::{Jet, PAIRS};
 pub use keyframes::{Curve, interpolate};
-pub use local::{Bounds, Local};
+pub use local::{Bounds, Lean, Local};
 pub use many::Many;
 pub use morton::{morton2, morton3};
 pub use number::{Centred, Growing, Jets, Kernel, Number, Order, Plain, Point};

@@ -1,6 +1,6 @@
 //! The one interface of every kind of number, and what a kernel states.
 
-use super::local::{Bounds, Local};
+use super::local::{Bounds, Lean, Local};
 use super::pointwise::{Point4, Pointwise};
 use super::{Class, Function, Interval};
 use std::marker::PhantomData;
@@ -92,6 +92,14 @@ pub trait Kernel: Sync {
     #[inline]
     fn over(&self, x: &[Interval; 3]) -> Option<Interval> {
         let _ = x;
+        None
+    }
+
+    /// What all gradients in a ball have in common, for kernels with creases: at one the gradient is any of those
+    /// between both sides', for which it holds too.
+    #[inline]
+    fn lean(&self, at: [f64; 3], radius: f64) -> Option<Lean> {
+        let _ = (at, radius);
         None
     }
 
@@ -315,10 +323,10 @@ pub trait Centred: Number {
     /// the error.
     fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self;
 
-    /// Whether numbers are no more than boxes of places, of which a kernel may know more by [`Kernel::over`].
+    /// Whether numbers are of boxes of places, of which a kernel may know more by [`Kernel::over`] or [`Kernel::lean`].
     const BOX: bool = false;
 
-    /// The same number with what the kernel knows over the box `p`.
+    /// The same number with what else the kernel knows over the box `p`.
     #[inline(always)]
     fn met<K: Kernel + ?Sized>(self, k: &K, p: [&Self; 3]) -> Self {
         let _ = (k, p);

@@ -48,7 +48,7 @@ impl Slope {
 }
 
 /// Of a vector without negative coordinates, no less than its length.
-fn length([x, y, z]: [f64; 3]) -> f64 {
+pub(super) fn length([x, y, z]: [f64; 3]) -> f64 {
     root(x * x + y * y + z * z, x + y + z) * ROUND_UP
 }
 
@@ -133,6 +133,13 @@ impl Centred for Slope {
     }
     fn reach(p: [&Self; 3]) -> f64 {
         Region::around(p.map(|p| p.value)).radius
+    }
+    const BOX: bool = true;
+    fn met<K: Kernel + ?Sized>(self, k: &K, p: [&Self; 3]) -> Self {
+        let Some(lean) = k.lean(Self::centre(p), Self::reach(p)) else { return self };
+        let lipschitz = k.bounds().lipschitz;
+        let along = |axis: usize| lean.along(p.map(|p| p.grad[axis]), lipschitz);
+        Slope { grad: std::array::from_fn(|axis| self.grad[axis].meet(along(axis))), ..self }
     }
     fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self {
         let region = Region::around(p.map(|p| p.value));

@@ -7,7 +7,7 @@
 
 use super::strand::{BOUNDS, Piece, Strand};
 use super::{Body, Digest, lanes};
-use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, ROUNDOFF};
+use crate::num::{Bounds, Class, Jets, Kernel, Lean, Local, Order, ROUNDOFF};
 use glam::{DVec3, DVec4};
 
 /// How a curve follows its points.
@@ -206,6 +206,10 @@ impl Kernel for Curve {
     fn local(&self, order: Order, at: [f64; 3], radius: f64) -> Local {
         let (jet, bow) = self.strand.around(order, at.into(), radius);
         Local { jet, bounds: BOUNDS, bow, sag: f64::INFINITY, turn: f64::INFINITY }
+    }
+
+    fn lean(&self, at: [f64; 3], radius: f64) -> Option<Lean> {
+        self.strand.lean(at.into(), radius)
     }
 
     fn error(&self, size: f64) -> [f64; 3] {

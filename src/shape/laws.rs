@@ -92,9 +92,14 @@ fn ball(k: &dyn Kernel, rng: &mut StdRng, x: DVec3, radius: f64) {
     let here = jet(k, Order::Gradient, x);
     assert_eq!((l.jet.value, l.jet.grad), (here.value, here.grad));
     let error = k.error(x.abs().max_element() + radius);
+    let lean = k.lean(x.into(), radius);
     for _ in 0..10 {
         let h = anywhere(rng).normalize_or_zero() * radius * rng.random_range(0.0..1.0);
         let there = jet(k, Order::Gradient, x + h);
+        if let Some(lean) = lean {
+            let along = DVec3::from(there.grad).dot(lean.axis.into());
+            assert!(along >= lean.least - 2.0 * error[1], "{along} {lean:?} at {x} by {h}");
+        }
         let slack = 2.0 * error[0] + 2.0 * error[1] * h.length();
         let bow = there.value - here.value - DVec3::from(here.grad).dot(h);
         assert!(l.bow.lo - slack <= bow && bow <= l.bow.hi + slack, "{bow} {l:?} at {x} by {h}");

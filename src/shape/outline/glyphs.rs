@@ -61,7 +61,7 @@ impl<'a> Font<'a> {
     /// The characters of a text that it has no letters for, each once.
     pub fn missing(&self, text: &str) -> Vec<char> {
         let mut missing: Vec<char> = Vec::new();
-        for c in text.lines().flat_map(str::chars) {
+        for c in text.lines().flat_map(seen) {
             if self.0.glyph_index(c).is_none() && !missing.contains(&c) {
                 missing.push(c);
             }
@@ -73,7 +73,7 @@ impl<'a> Font<'a> {
     fn placed(&self, line: &str) -> (Vec<(GlyphId, f64)>, f64) {
         let (mut x, mut before) = (0.0, None);
         let mut letters = Vec::new();
-        for c in line.chars() {
+        for c in seen(line) {
             let glyph = self.0.glyph_index(c).unwrap_or(GlyphId(0));
             x += before.map_or(0.0, |before| self.kerning(before, glyph));
             letters.push((glyph, x));
@@ -89,6 +89,18 @@ impl<'a> Font<'a> {
         let plain = tables.filter(|t| t.horizontal && !t.variable && !t.has_cross_stream);
         plain.filter_map(|t| t.glyphs_kerning(left, right)).map(f64::from).next().unwrap_or(0.0)
     }
+}
+
+/// The characters of a line but those that only tell how to break, join and order others.
+fn seen(line: &str) -> impl Iterator<Item = char> {
+    line.chars().filter(|c| !matches!(c, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2060}' | '\u{feff}'))
+}
+
+/// Whether a text has letters of scripts that are written from right to left (Hebrew to Arabic, by their blocks), not in
+/// the forms that joined ones have.
+pub fn runs_left(text: &str) -> bool {
+    let is_digit = |c| matches!(c, '\u{660}'..='\u{66c}' | '\u{6f0}'..='\u{6f9}');
+    text.chars().any(|c| matches!(c, '\u{590}'..='\u{8ff}') && !is_digit(c))
 }
 
 /// Draws one letter.

@@ -16,8 +16,11 @@
 //! ```
 //!
 //! which is quadratic in `r` close to the outline, and zero where it is straight. Away from the outline
-//! the bow of the strand holds, up or down.
+//! the bow of the strand holds, up or down. And the gradient at `x`, the direction away from its nearest place or to
+//! it, is a normal of the outline there, or at a kink, one of the fan between both normals: all gradients in the ball
+//! are within the fan of the normals within `d + 2r`, if it is less than half a turn.
 
+mod fan;
 mod glyphs;
 mod overlap;
 mod path;
@@ -26,13 +29,14 @@ mod pen;
 mod tests;
 mod winding;
 
-pub use glyphs::{Align, Font, Layout};
+pub use glyphs::{Align, Font, Layout, runs_left};
 pub use path::{Garbled, drawn};
 pub use pen::{MOST_PIECES, Pen};
 
 use super::strand::{BOUNDS, Reading, Strand};
 use super::{Body, Digest, lanes};
-use crate::num::{Bounds, Class, Interval, Jets, Kernel, Local, Order, Point, ROUNDOFF};
+use crate::num::{Bounds, Class, Interval, Jets, Kernel, Lean, Local, Order, Point, ROUNDOFF};
+use fan::Fan;
 use glam::{DVec2, DVec3, Vec3Swizzles, Vec4Swizzles};
 use winding::Winding;
 
@@ -57,6 +61,8 @@ pub struct Outline {
     /// Which side of each piece is outside, as seen along it: 1 the left one, -1 the right one.
     outside: Vec<f64>,
     winding: Winding,
+    /// Whether all that was drawn is part of the outline: then each piece has its neighbours.
+    is_whole: bool,
 }
 
 impl Outline {
@@ -71,7 +77,9 @@ impl Outline {
         let size = drawn.iter().flat_map(|p| p.0.0).fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
         let winding = Winding::new(drawn.iter().map(|(p, _)| *p).collect());
         let (mut pieces, mut outside) = (Vec::new(), Vec::new());
-        for (piece, straight) in overlap::cut_at_crossings(&drawn) {
+        let cut = overlap::cut_at_crossings(&drawn);
+        let count = cut.len();
+        for (piece, straight) in cut {
             if let Some(side) = overlap::outer_side(&piece, &winding, size) {
                 pieces.push((piece, straight));
                 outside.push(side);
@@ -80,25 +88,41 @@ impl Outline {
         if pieces.is_empty() {
             return Err(Flaw::Empty);
         }
+        let is_whole = pieces.len() == count && count == drawn.len();
         let strand = Strand::new(pieces);
         let outside = strand.origins().iter().map(|i| outside[*i]).collect();
-        Ok(Outline { strand, outside, winding })
+        Ok(Outline { strand, outside, winding, is_whole })
+    }
+
+    /// Whether another drawing has the same outline.
+    pub fn is_same_as(&self, other: &Outline) -> bool {
+        self.strand.pieces() == other.strand.pieces() && self.outside == other.outside
+    }
+
+    /// Whether a point is inside, and not on the outline.
+    pub fn covers(&self, x: DVec2) -> bool {
+        self.jet(Order::Value, x.extend(0.0)).value < -1e-9 * self.strand.size()
     }
 
     /// The jet at a point within reach, and what is at the nearest place.
     fn nearest(&self, order: Order, x: DVec3) -> (Point, Reading) {
         let (foot, reading) = self.strand.reading(x);
-        let sign = if self.winding.around(x.xy()) == 0 { 1.0 } else { -1.0 };
-        let (tangent, value) = (reading.tangent.xy(), sign * reading.value);
+        let tangent = reading.tangent.xy();
         let normal = self.outside[foot.piece] * tangent.perp().normalize_or_zero();
+        // From a place within a piece the direction is across it, one way or the other. Far away it is not known which of
+        // two places that are close together is the nearest.
+        let is_told = self.is_whole && foot.is_within() && reading.distance <= self.strand.size();
+        let across = if is_told { normal.dot(reading.toward.xy()) } else { 0.0 };
+        let inside = if across.abs() > 0.5 { across < 0.0 } else { self.is_inside(x.xy()) };
+        let sign = if inside { -1.0 } else { 1.0 };
+        let value = sign * reading.value;
         let mut gradient = sign * reading.toward.xy();
         let mut jet = Point { value, ..Point::default() };
         // The direction to a place within a piece is that across it, without the rounding that grows as the
         // place gets close, until nothing else is left of it; so it is at a place where pieces join smoothly.
-        let within = foot.t > 0.0 && foot.t < 1.0;
         let close = reading.distance <= 1e-7 * self.strand.size();
         let lost = reading.distance <= 1e-12 * self.strand.size();
-        let beside = within || close && gradient.dot(normal) > 1.0 - 1e-6 || lost;
+        let beside = foot.is_within() || close && gradient.dot(normal) > 1.0 - 1e-6 || lost;
         if beside {
             gradient = if gradient.dot(normal) < 0.0 && !close { -normal } else { normal };
         }
@@ -117,6 +141,11 @@ impl Outline {
         (jet, reading)
     }
 
+    /// Whether the outline winds around a point.
+    fn is_inside(&self, x: DVec2) -> bool {
+        self.winding.around(x) != 0
+    }
+
     fn jet(&self, order: Order, x: DVec3) -> Point {
         let flat = x.with_z(0.0 * x.z);
         if Strand::reaches(flat) { self.nearest(order, flat).0 } else { self.strand.jet(order, flat) }
@@ -129,7 +158,7 @@ impl Outline {
         let mut e = self.strand.band((c.extend(0.0), reach), (at.extend(0.0), n.extend(0.0)), r)?;
         e += 4.0 * self.strand.slack(c.abs().max_element() + reach);
         let side = (e + 0.5 * r) * n;
-        let splits = self.winding.around(at + side) == 0 && self.winding.around(at - side) != 0;
+        let splits = !self.is_inside(at + side) && self.is_inside(at - side);
         let shift = n.dot(c - at) - jet.value;
         (splits && e < r).then_some(Interval { lo: shift - e, hi: shift + e })
     }
@@ -168,6 +197,26 @@ impl Kernel for Outline {
             None => Interval::ENTIRE,
         };
         Local { jet, bounds: BOUNDS, bow, sag: f64::INFINITY, turn: f64::INFINITY }
+    }
+
+    fn lean(&self, at: [f64; 3], radius: f64) -> Option<Lean> {
+        let x = DVec3::from(at).with_z(0.0 * at[2]);
+        if !self.is_whole || !Strand::reaches(x) || !Strand::reaches(DVec3::splat(radius)) {
+            return None;
+        }
+        let (_, reading) = self.strand.reading(x);
+        let reach = reading.distance + 2.0 * radius + self.strand.slack(x.abs().max_element() + radius);
+        let (mut fan, mut off) = (None, 0.0_f64);
+        let holds = self.strand.tangents(x, reach, |piece, tangent| {
+            let (tangent, rounding) = (tangent.xy(), 16.0 * ROUNDOFF * self.strand.size());
+            if tangent == DVec2::ZERO {
+                return true;
+            }
+            let normal = self.outside[piece] * tangent.perp().normalize_or_zero();
+            off = off.max(rounding / tangent.length());
+            fan.get_or_insert(Fan::of(normal)).widen(normal)
+        });
+        if holds { fan.and_then(|fan: Fan| fan.lean(off)) } else { None }
     }
 
     fn error(&self, size: f64) -> [f64; 3] {

@@ -231,3 +231,19 @@ fn edges_face_outwards_however_close() {
         assert!(gradient.distance(outwards) < 1e-9, "{place}: {gradient} for {outwards}");
     }
 }
+
+#[test]
+fn signs_are_right_far_away_and_across_slits_too_narrow_to_be_told() {
+    let square = polygon(&[&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]]);
+    for far in [1e3, 1e9, 1e12, 1e15] {
+        assert!(value(&square, 0.5, far) > 0.0 && value(&square, -far, 0.5) > 0.0, "{far}");
+    }
+    let w = 4e-9;
+    let blocks = polygon(&[
+        &[[-1.0, -1.0], [0.0, -1.0], [0.0, 1.0], [-1.0, 1.0]],
+        &[[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [w, 1.0], [0.75 * w, 0.5], [0.5 * w, 0.0], [0.25 * w, -0.5]],
+    ]);
+    for y in [-0.515, -0.49, 0.2] {
+        assert!(value(&blocks, 0.3, y) < 0.0 && value(&blocks, -0.3, y) < 0.0, "{y}");
+    }
+}

@@ -6,9 +6,11 @@
 //!
 //! is the distance to the union of the balls about `C(t)` with radii `R(t)`, negative inside. Lines
 //! along which the radius changes evenly (round cones) are solved by a formula. Cubics are searched: a
-//! piece is left as soon as a lower bound for all of it ([`Piece::view`]) is not below the best so far,
-//! solved by Newton's steps where `g` is known to be convex, and else halved. No nearest point is
-//! missed; ties are decided by the order of the search, which depends on the point alone.
+//! piece is left as soon as a lower bound for all of it is not below the best so far, that of a ball about it
+//! ([`Hull::floor`]) or a better one ([`Piece::view`]). From most places the square of the distance is convex
+//! over a piece ([`Hull::is_single`]), or `g` itself is, or goes one way only; then Newton's steps find where it is
+//! least, and else the piece is halved. No nearest point is missed; ties are decided by the order of the search,
+//! which depends on the point alone.
 //!
 //! **Around a point** `c`, with `t*` the nearest place, `u_t` the direction from `C(t)` to `c`,
 //! `u = u_t*`, `D = |c - C(t*)|`: every `g_t` is convex in `x` with slope `u_t`, and `g_t*` is above its
@@ -24,10 +26,12 @@
 //! `g_p - |u_p - u| r - (tau r)^2 / (2 m)`: the enclosure is quadratic in `r` where the strand is smooth,
 //! and where two places are equally near it is as wide as the crease is sharp.
 
+mod lean;
 mod piece;
 #[cfg(test)]
 mod tests;
 
+use piece::Hull;
 pub(super) use piece::{Piece, Reading};
 
 use super::Digest;
@@ -64,6 +68,7 @@ pub(super) struct Strand {
     pieces: Vec<Piece>,
     /// Whether each piece is straight and changes its radius evenly.
     straight: Vec<bool>,
+    hulls: Vec<Hull>,
     /// The number of the piece that it was part of before it was cut.
     origins: Vec<usize>,
     boxes: Boxes,
@@ -80,6 +85,13 @@ pub(super) struct Foot {
     pub t: f64,
     /// `f`.
     pub value: f64,
+}
+
+impl Foot {
+    /// Whether it is at no end of the piece.
+    pub fn is_within(&self) -> bool {
+        self.t > 0.0 && self.t < 1.0
+    }
 }
 
 /// A part of a piece that waits to be searched.
@@ -106,34 +118,6 @@ impl Part {
     }
 }
 
-/// Parts put aside, the next one last.
-struct Aside {
-    parts: [Part; HALVINGS as usize + 2],
-    count: usize,
-}
-
-impl Aside {
-    #[inline(always)]
-    fn new() -> Aside {
-        let nothing = Part { piece: Piece([DVec4::ZERO; 4]), from: 0.0, length: 0.0, halvings: 0 };
-        Aside { parts: [nothing; HALVINGS as usize + 2], count: 0 }
-    }
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Part> {
-        self.count = self.count.checked_sub(1)?;
-        Some(self.parts[self.count])
-    }
-
-    #[inline(always)]
-    fn push(&mut self, parts: [Part; 2]) {
-        for part in parts {
-            self.parts[self.count] = part;
-            self.count += 1;
-        }
-    }
-}
-
 impl Strand {
     /// The strand of pieces; each is told with whether it is straight and changes its radius evenly.
     pub fn new(parts: impl IntoIterator<Item = (Piece, bool)>) -> Strand {
@@ -143,11 +127,15 @@ impl Strand {
             straight.resize(pieces.len(), plain);
             origins.resize(pieces.len(), origin);
         }
-        let girth = |p: &Piece| p.0.iter().fold(f64::NEG_INFINITY, |m: f64, p| m.max(p.w));
-        let extents: Vec<Extent> =
-            pieces.iter().map(|p| Extent::of(p.0.map(|p| p.xyz()), girth(p))).collect();
+        let extents: Vec<Extent> = pieces.iter().map(Strand::extent).collect();
         let size = pieces.iter().flat_map(|p| p.0).fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
-        Strand { boxes: Boxes::new(&extents), pieces, straight, origins, size }
+        let hulls = pieces.iter().map(Piece::hull).collect();
+        Strand { boxes: Boxes::new(&extents), pieces, straight, hulls, origins, size }
+    }
+
+    fn extent(piece: &Piece) -> Extent {
+        let girth = piece.0.iter().fold(f64::NEG_INFINITY, |m: f64, p| m.max(p.w));
+        Extent::of(piece.0.map(|p| p.xyz()), girth)
     }
 
     /// Takes all pieces in.
@@ -181,13 +169,27 @@ impl Strand {
         SLACK * (size + self.size)
     }
 
+    /// Visits all pieces that may be below a limit at a point, those in nearer boxes first. A visit tells the limit from
+    /// then on.
+    #[inline(always)]
+    fn below(&self, x: DVec3, mut limit: f64, mut visit: impl FnMut(usize) -> f64) {
+        self.boxes.below(x, limit, |i| {
+            // What is not a number is not known to be above.
+            let is_above = self.hulls[i].floor(x) >= limit;
+            if !is_above {
+                limit = visit(i);
+            }
+            limit
+        });
+    }
+
     /// The nearest place to a point that is not [too far](FAR).
     #[inline]
     fn foot(&self, x: DVec3) -> Foot {
         let slack = 0.5 * self.slack(x.abs().max_element());
         let mut best = Foot { piece: 0, t: 0.0, value: f64::INFINITY };
-        let mut aside = Aside::new();
-        self.boxes.below(x, f64::INFINITY, |i| {
+        let mut aside = Vec::new();
+        self.below(x, f64::INFINITY, |i| {
             self.search(i, x, slack, &mut best, &mut aside);
             best.value - slack
         });
@@ -196,7 +198,7 @@ impl Strand {
 
     /// Searches a piece for a place that is nearer than the best so far.
     #[inline]
-    fn search(&self, number: usize, x: DVec3, slack: f64, best: &mut Foot, aside: &mut Aside) {
+    fn search(&self, number: usize, x: DVec3, slack: f64, best: &mut Foot, aside: &mut Vec<Part>) {
         let whole = &self.pieces[number];
         let mut limit = best.value - slack;
         let mut take = |t: f64| {
@@ -210,9 +212,18 @@ impl Strand {
             take(whole.straight_bottom(x));
             return;
         }
+        if self.hulls[number].is_single(whole, x) {
+            take(whole.bottom(x));
+            return;
+        }
         let mut next = Some(Part::whole(whole));
-        while let Some(part) = next.take().or_else(|| aside.next()) {
+        while let Some(part) = next.take().or_else(|| aside.pop()) {
             let Some(view) = part.piece.view(x, limit) else { continue };
+            if view.is_monotonic() {
+                let end = if view.middle.slope > 0.0 { 0.0 } else { part.length };
+                limit = take(part.from + end) - slack;
+                continue;
+            }
             if view.bend.lo > 0.0 {
                 limit = take(part.from + part.length * part.piece.bottom(x)) - slack;
                 continue;
@@ -224,12 +235,13 @@ impl Strand {
             limit = take(part.from + 0.5 * part.length) - slack;
             // Where the distance curves down, it is least at an end, and ends are taken already.
             if view.bend.hi > 0.0 && part.halvings < HALVINGS {
-                aside.push(part.halves());
+                aside.extend(part.halves());
             }
         }
     }
 
     /// What is at the nearest place.
+    #[inline]
     pub fn reading(&self, x: DVec3) -> (Foot, Reading) {
         let foot = self.foot(x);
         (foot, self.pieces[foot.piece].read(x, foot.t))
@@ -255,7 +267,7 @@ impl Strand {
         let (u, d) = (at.toward, at.distance);
         let mut jet = Point { value: at.value, grad: u.into(), hess: [0.0; 6] };
         if order == Order::Hessian && d > 0.0 {
-            let moves = foot.t > 0.0 && foot.t < 1.0 && at.bend > 0.0;
+            let moves = foot.is_within() && at.bend > 0.0;
             let w = if moves { (at.tangent - u.dot(at.tangent) * u) / d } else { DVec3::ZERO };
             let bend = if moves { at.bend } else { 1.0 };
             for (pair, (r, c)) in PAIRS.into_iter().enumerate() {
@@ -288,8 +300,8 @@ impl Strand {
         // Nothing is lower than all that may be as steep the other way; nor need it be less than above.
         let least = at.value - above.min(2.0 * radius);
         let mut dip = Dip { x, radius, value: at.value, u, least, patience: PATIENCE };
-        let mut aside = Aside::new();
-        self.boxes.below(x, dip.limit(), |i| {
+        let mut aside = Vec::new();
+        self.below(x, dip.limit(), |i| {
             dip.search(&self.pieces[i], &mut aside);
             dip.limit()
         });
@@ -301,10 +313,10 @@ impl Strand {
     /// `reach` of `c`; nothing if that is more than `most`, or may be. Radii do not count.
     pub fn band(&self, (c, reach): (DVec3, f64), (p, n): (DVec3, DVec3), most: f64) -> Option<f64> {
         let mut widest = 0.0;
-        let mut aside = Aside::new();
-        self.boxes.below(c, reach, |i| {
+        let mut aside = Vec::new();
+        self.below(c, reach, |i| {
             let mut next = Some(Part::whole(&self.pieces[i]));
-            while let Some(part) = next.take().or_else(|| aside.next()) {
+            while let Some(part) = next.take().or_else(|| aside.pop()) {
                 let ends = part.piece.0.map(|q| q.xyz());
                 let beside = ends.map(|q| n.dot(q - p).abs());
                 let wide = beside.iter().fold(widest, |m: f64, b| m.max(*b));
@@ -316,7 +328,7 @@ impl Strand {
                 if part.halvings >= HALVINGS || within && (touched > most || wide <= 1.25 * touched) {
                     widest = wide;
                 } else {
-                    aside.push(part.halves());
+                    aside.extend(part.halves());
                 }
             }
             if widest > most { f64::NEG_INFINITY } else { reach }
@@ -351,10 +363,10 @@ impl Dip {
     }
 
     /// Takes a piece in.
-    fn search(&mut self, piece: &Piece, aside: &mut Aside) {
+    fn search(&mut self, piece: &Piece, aside: &mut Vec<Part>) {
         let (x, r) = (self.x, self.radius);
         let mut next = Some(Part::whole(piece));
-        while let Some(part) = next.take().or_else(|| aside.next()) {
+        while let Some(part) = next.take().or_else(|| aside.pop()) {
             let Some(view) = part.piece.view(x, self.limit()) else { continue };
             // All that the Lipschitz constant says is said at once.
             self.patience = self.patience.saturating_sub(1);
@@ -383,7 +395,7 @@ impl Dip {
             if settled {
                 self.least = floor;
             } else {
-                aside.push(part.halves());
+                aside.extend(part.halves());
             }
         }
     }

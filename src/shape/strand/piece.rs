@@ -3,6 +3,9 @@
 use crate::num::Interval;
 use glam::{DVec3, DVec4, Vec4Swizzles};
 
+/// The chord of an angle, up to a right one, is less than this for its sine.
+pub(super) const CHORD: f64 = 1.4143;
+
 /// A Bezier cubic, `t` from 0 to 1: positions, and radii as `w`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece(pub [DVec4; 4]);
@@ -39,10 +42,66 @@ pub struct View {
     pub swing: f64,
 }
 
+/// What is known of a piece wherever it is seen from.
+#[derive(Clone, Copy, Debug)]
+pub struct Hull {
+    middle: DVec3,
+    /// The piece and its balls are within this of the middle.
+    radius: f64,
+    /// Coefficients of `C''`.
+    bends: [DVec3; 2],
+    /// `|C'|^2` is no less; zero if the radius varies.
+    slow: f64,
+}
+
+impl Hull {
+    /// `g` is no less.
+    #[inline(always)]
+    pub fn floor(&self, x: DVec3) -> f64 {
+        (x - self.middle).length() - self.radius
+    }
+
+    /// Whether one place alone is nearest: the square of the distance is convex, since
+    ///
+    /// ```text
+    /// d^2/dt^2 |x - C|^2 / 2  =  |C'|^2 - (x - C) . C''  >=  min |C'|^2 - max over i, j of (x - P_i) . C''_j  >  0
+    /// ```
+    #[inline(always)]
+    pub fn is_single(&self, piece: &Piece, x: DVec3) -> bool {
+        let pull = |p: &DVec4| self.bends.map(|bend| (x - p.xyz()).dot(bend));
+        let most = piece.0.iter().flat_map(pull).fold(0.0, f64::max);
+        self.slow > most * (1.0 + 1e-9)
+    }
+}
+
+impl View {
+    /// Whether `g` goes one way only, since `g'` differs by no more than half of `g''` from what it is in the middle.
+    pub fn is_monotonic(&self) -> bool {
+        self.middle.slope.abs() > 0.5 * self.bend.mag() * (1.0 + 1e-9)
+    }
+}
+
 impl Piece {
     /// The straight piece between two ends.
     pub fn straight(a: DVec4, b: DVec4) -> Piece {
         Piece([a, a + (b - a) / 3.0, b - (b - a) / 3.0, b])
+    }
+
+    /// What is known of it wherever it is seen from.
+    pub fn hull(&self) -> Hull {
+        let [a, b, c, d] = self.0.map(|p| p.xyz());
+        let tangents = [b - a, c - b, d - c].map(|v| 3.0 * v);
+        let along = (d - a).normalize_or_zero();
+        let slow = tangents.iter().map(|t| t.dot(along)).fold(f64::INFINITY, f64::min).max(0.0);
+        let middle = self.at(0.5)[0].xyz();
+        let radius = self.0.iter().map(|p| (p.xyz() - middle).length() + p.w).fold(0.0, f64::max);
+        let is_even = self.0.iter().all(|p| p.w == self.0[0].w);
+        Hull {
+            middle,
+            radius: radius * (1.0 + 1e-12),
+            bends: [c - b - (b - a), d - c - (c - b)].map(|v| 6.0 * v),
+            slow: if is_even { slow * slow } else { 0.0 },
+        }
     }
 
     /// The two halves.
@@ -126,7 +185,7 @@ impl Piece {
         if near <= 1e-9 * middle.distance {
             return Some(View { middle, floor, bend: Interval::ENTIRE, turn: 2.0, swing: f64::INFINITY });
         }
-        let turn = 1.4143 * spread / middle.distance;
+        let turn = CHORD * spread / middle.distance;
         let tangents = [b - a, c - b, d - c].map(|v| 3.0 * v.xyz());
         let bends = [c - b - (b - a), d - c - (c - b)].map(|v| 6.0 * v);
         let across = tangents.map(|v| v - u.dot(v) * u);
@@ -173,33 +232,49 @@ impl Piece {
         (y + across * k / (free * square).sqrt()).clamp(0.0, 1.0)
     }
 
-    /// Where `g`, convex over the piece, is least: Newton's steps, halving where they leave what is
-    /// known to hold the place.
+    /// Where `g`, convex over the piece, is least: Newton's steps, halving where they leave what is known to hold the
+    /// place. They look for where `k = |x - C| g'` is zero, which close to the curve does not bend as `g'` does.
     #[inline]
     pub fn bottom(&self, x: DVec3) -> f64 {
         let (mut lo, mut hi) = (0.0, 1.0);
-        if self.read(x, lo).slope >= 0.0 {
+        let ([start, _], [end, _]) = (self.pull(x, lo), self.pull(x, hi));
+        if start >= 0.0 {
             return lo;
         }
-        if self.read(x, hi).slope <= 0.0 {
+        if end <= 0.0 {
             return hi;
         }
-        let mut t = 0.5;
+        let mut t = start / (start - end);
         for _ in 0..64 {
-            let reading = self.read(x, t);
-            if reading.slope > 0.0 {
+            let [k, rate] = self.pull(x, t);
+            let step = k / rate;
+            // The next step would be its square.
+            if step.abs() <= 1e-9 {
+                return (t - step).clamp(lo, hi);
+            }
+            if k > 0.0 {
                 hi = t;
             } else {
                 lo = t;
             }
-            let newton = t - reading.slope / reading.bend;
-            let next = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
-            if next == t || hi - lo <= f64::EPSILON * hi {
+            let newton = t - step;
+            t = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
+            if hi - lo <= f64::EPSILON * hi {
                 break;
             }
-            t = next;
         }
         t
+    }
+
+    /// `k = |x - C| g' = (C - x) . C' - R' |x - C|` at `t`, and its derivative.
+    #[inline(always)]
+    fn pull(&self, x: DVec3, t: f64) -> [f64; 2] {
+        let [place, first, second] = self.at(t);
+        let away = x - place.xyz();
+        let (distance, along) = (away.length(), -away.dot(first.xyz()));
+        let grows = if distance > 0.0 { along / distance } else { 0.0 };
+        let bend = first.xyz().length_squared() - away.dot(second.xyz());
+        [along - first.w * distance, bend - second.w * distance - first.w * grows]
     }
 }
 

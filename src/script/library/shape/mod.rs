@@ -6,6 +6,7 @@ mod outline;
 mod tetrahedra;
 
 use super::{Call, Library};
+use crate::expr::NodeId;
 use crate::script::fault::{Fault, Outcome};
 use crate::script::value::{Field, number};
 use crate::shape::{Body, Shape};
@@ -23,6 +24,17 @@ pub(super) fn register(lib: &mut Library<'_>) {
 /// The field of a body at the point.
 fn field(c: &Call<'_>, body: impl Body + 'static) -> Outcome<Dynamic> {
     let p = c.host.point()?;
+    field_at(c, body, p)
+}
+
+/// The field of a body that does not depend on z.
+fn flat_field(c: &Call<'_>, body: impl Body + 'static) -> Outcome<Dynamic> {
+    let [x, y, _] = c.host.point()?;
+    let zero = c.host.graph.borrow_mut().constant(0.0)?;
+    field_at(c, body, [x, y, zero])
+}
+
+fn field_at(c: &Call<'_>, body: impl Body + 'static, p: [NodeId; 3]) -> Outcome<Dynamic> {
     let node = c.host.graph.borrow_mut().shape(Arc::new(Shape::new(body)), p)?;
     Ok(Dynamic::from(Field { node, color: None }))
 }

@@ -1,12 +1,13 @@
 //! `polygon`, `outline` and `text`: what is inside of lines in the plane.
 
-use super::{field, list, numbers};
+use super::{flat_field, list};
 use crate::diag::Diagnostic;
 use crate::script::fault::{Fault, Outcome};
 use crate::script::library::grid::listed;
 use crate::script::library::{Call, Library};
 use crate::script::options::{Options, describe};
-use crate::shape::outline::{Align, Flaw, Font, Layout, Outline, Pen, drawn};
+use crate::script::value::number;
+use crate::shape::outline::{Align, Flaw, Font, Layout, Outline, Pen, drawn, runs_left};
 use glam::DVec2;
 use rhai::{Dynamic, Map};
 
@@ -24,7 +25,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
         outline,
     );
     let sentence = listed(
-        "A text as an outline in the plane, a field of x and y: the signed distance from its letters. The first line stands on y = 0, the next one is below.",
+        "A text as an outline in the plane, a field of x and y: the signed distance from its letters. The first line stands on y = 0, the next one is below. Cut into a plate up to z = top they are difference(plate, max(letters, top - depth - z)), and for a stamp letters.scaled([-1, 1, 1]).",
         &[
             "font: a TrueType or OpenType file in the folder of the script; DejaVu Sans unless given",
             "size: of the font, about the height of a line",
@@ -55,6 +56,11 @@ pub(super) fn register(lib: &mut Library<'_>) {
                 let hint = "text(string, #{ font: \"file.ttf\" }) takes another font";
                 c.host.doubt(Diagnostic::warning(message).at(c.place.clone()).hint(hint));
             }
+            if runs_left(&text) {
+                let message = "letters are set from left to right, each by itself, and these are written from right to left";
+                let hint = "give them in the order in which they are seen, and Arabic ones in their presentation forms";
+                c.host.doubt(Diagnostic::warning(message).at(c.place.clone()).hint(hint));
+            }
             f.write(&text, &layout)
         };
         let pen = if font.is_empty() {
@@ -68,7 +74,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
                 .key("font")
                 .hint("such files end in .ttf or .otf")
         })?;
-        inside(c, pen).map_err(|fault| fault.hint("a text has letters, not only spaces"))
+        flat_field(c, enclosed(pen, "a text has letters, not only spaces")?)
     };
     let text = std::rc::Rc::new(text);
     let plain = text.clone();
@@ -80,9 +86,12 @@ pub(super) fn register(lib: &mut Library<'_>) {
     });
 }
 
-/// The field of what a pen drew.
-fn inside(c: &Call<'_>, pen: Pen) -> Outcome<Dynamic> {
-    field(c, Outline::new(pen).map_err(|flaw: Flaw| Fault::new(flaw.to_string()))?)
+/// What a pen drew, and what to say if nothing is in it.
+fn enclosed(pen: Pen, empty: &str) -> Outcome<Outline> {
+    Outline::new(pen).map_err(|flaw| {
+        let fault = Fault::new(flaw.to_string());
+        if flaw == Flaw::Empty { fault.hint(empty) } else { fault }
+    })
 }
 
 fn polygon(c: &Call<'_>) -> Outcome<Dynamic> {
@@ -90,30 +99,69 @@ fn polygon(c: &Call<'_>) -> Outcome<Dynamic> {
     // A loop of points, or a list of loops.
     let nested = entries.first().and_then(list).is_some_and(|first| first.first().and_then(list).is_some());
     let loops = if nested { entries } else { vec![Dynamic::from(entries)] };
-    let mut pen = Pen::default();
-    for (number, points) in loops.iter().enumerate() {
-        let points = list(points).ok_or_else(|| {
-            Fault::new(format!(
-                "loop {number} of `polygon` must be an array of pairs, not {}",
-                describe(points)
-            ))
-        })?;
-        for (i, point) in points.iter().enumerate() {
-            let pair = pair(point).ok_or_else(|| {
-                let given = describe(point);
-                let of = if nested { format!(" of loop {number}") } else { String::new() };
-                Fault::new(format!("point {i}{of} of `polygon` must be a pair [x, y], not {given}"))
-            })?;
-            if i == 0 { pen.jump(pair) } else { pen.line(pair) }
-        }
+    let loops: Vec<_> = loops
+        .iter()
+        .enumerate()
+        .map(|(k, points)| corners(points, nested.then_some(k)))
+        .collect::<Outcome<_>>()?;
+    let outline =
+        enclosed(pen_of(&loops, None), "a polygon has three points or more that are not on a line")?;
+    if nested {
+        doubt_lost(c, &outline, &loops);
     }
-    inside(c, pen).map_err(|fault| fault.hint("a polygon has three points or more that are not on a line"))
+    flat_field(c, outline)
 }
 
-fn pair(v: &Dynamic) -> Option<DVec2> {
-    match numbers(&list(v)?)?[..] {
-        [x, y] => Some(DVec2::new(x, y)),
-        _ => None,
+/// Draws loops, but for one perhaps.
+fn pen_of(loops: &[Vec<DVec2>], without: Option<usize>) -> Pen {
+    let mut pen = Pen::default();
+    for (_, corners) in loops.iter().enumerate().filter(|(k, _)| Some(*k) != without) {
+        let Some((first, rest)) = corners.split_first() else { continue };
+        pen.jump(*first);
+        rest.iter().for_each(|corner| pen.line(*corner));
+    }
+    pen
+}
+
+/// The points of a loop, which may be one of several.
+fn corners(points: &Dynamic, which: Option<usize>) -> Outcome<Vec<DVec2>> {
+    let of = which.map_or(String::new(), |k| format!(" of loop {k}"));
+    let points = list(points).ok_or_else(|| {
+        let number = which.unwrap_or_default();
+        Fault::new(format!("loop {number} of `polygon` must be an array of pairs, not {}", describe(points)))
+    })?;
+    let corner = |(i, point): (usize, &Dynamic)| {
+        let wrong = |what: &str| Fault::new(format!("point {i}{of} of `polygon` must be {what}"));
+        let entries = list(point).filter(|entries| entries.len() == 2);
+        let entries = entries.ok_or_else(|| wrong(&format!("a pair [x, y], not {}", describe(point))))?;
+        match (number(&entries[0]), number(&entries[1])) {
+            (Some(x), Some(y)) if x.is_finite() && y.is_finite() => Ok(DVec2::new(x, y)),
+            _ => {
+                Err(wrong(&format!("two finite numbers, not [{}, {}]", told(&entries[0]), told(&entries[1]))))
+            }
+        }
+    };
+    points.iter().enumerate().map(corner).collect()
+}
+
+/// An entry of a point as it is to be read.
+fn told(entry: &Dynamic) -> String {
+    if number(entry).is_some() { entry.to_string() } else { describe(entry) }
+}
+
+/// Tells of loops that lie within what others enclose, and without which the outline is the same.
+fn doubt_lost(c: &Call<'_>, outline: &Outline, loops: &[Vec<DVec2>]) {
+    let is_lost = |lost: &usize| {
+        let corners = &loops[*lost];
+        let is_covered = !corners.is_empty() && corners.iter().all(|corner| outline.covers(*corner));
+        is_covered && Outline::new(pen_of(loops, Some(*lost))).is_ok_and(|rest| rest.is_same_as(outline))
+    };
+    for lost in (0..loops.len()).filter(is_lost) {
+        c.host.doubt(
+            Diagnostic::warning(format!("loop {lost} lies within what the others enclose, and changes nothing"))
+                .at(c.place.clone())
+                .hint("inside is what is wound around any number of times but none: a hole goes the other way round, as often as all that it is in"),
+        );
     }
 }
 
@@ -125,5 +173,5 @@ fn outline(c: &Call<'_>) -> Outcome<Dynamic> {
         let near: String = path.chars().skip(from).take(40).collect();
         Fault::new(garbled.to_string()).hint(format!("there it says {near:?}"))
     })?;
-    inside(c, pen)
+    flat_field(c, enclosed(pen, "nothing is between the lines that it draws")?)
 }
