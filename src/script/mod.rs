@@ -52,6 +52,7 @@ pub use tree::tree;
 use crate::diag::{Diagnostic, Sources};
 use crate::expr::{Input, Node, NodeId};
 use crate::num::Class;
+use crate::op::Op;
 use crate::scene::{self, Keep, Material, Moon, Scene, Sea, Sky, Surface};
 use crate::world::World;
 use diagnose::Explainer;
@@ -341,6 +342,19 @@ fn finish(host: &Host, value: &SceneValue) -> fault::Outcome<Scene> {
     })
 }
 
+/// What may be had in place of something that jumps.
+fn without_jump(node: &Node) -> &'static str {
+    match node {
+        Node::Op(Op::Modulo(_) | Op::Fract(_), _) => {
+            "0.5 * period * zigzag(2.0 * x / period) is how far x is from the nearest multiple of a period, without a jump"
+        }
+        Node::Op(Op::Atan2(_), _) => {
+            "an angle jumps by a whole turn behind its centre; nothing is wrong where the field is the same on both sides of that, but rays there are not certain"
+        }
+        _ => "smoothstep(low, high, x) is a step without a jump",
+    }
+}
+
 /// What is allowed, but hardly meant.
 fn warnings(scene: &Scene) -> Vec<Diagnostic> {
     let (graph, field) = (&scene.graph, scene.surface.field);
@@ -359,7 +373,7 @@ fn warnings(scene: &Scene) -> Vec<Diagnostic> {
             Diagnostic::warning("the surface jumps, so rays may not find it and bounds may not hold")
                 .at(graph.place(*first).cloned())
                 .label("discontinuous")
-                .hint("smoothstep(low, high, x) is a step without a jump"),
+                .hint(without_jump(graph.node(*first))),
         );
     }
     if scene.film.occlusion > 0.0 && scene.film.bounces > 0 {

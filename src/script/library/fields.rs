@@ -249,7 +249,7 @@ fn moves(lib: &mut Library<'_>) {
     }
     lib.def(
         "mirrored(f, normal)",
-        "The half of a solid on the side of the normal, and its mirror image.",
+        "The half of a solid on the side of the normal, and its mirror image. The mirror image of all of it, alone, is scaled([-1, 1, 1]).",
         "sphere(1.0).translated([1, 0, 0]).mirrored([1, 0, 0])",
         |c| {
             let n = c.vec3(1)?.try_normalize();
