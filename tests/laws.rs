@@ -164,6 +164,27 @@ fn what_is_zero_lies_inside_ranges() {
     run(Zero);
 }
 
+/// Signs of arguments make no difference where it is said so, each of them, and only there.
+#[test]
+fn signs_matter_where_it_is_said() {
+    struct Signs;
+    impl Law for Signs {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            let mut is_even = true;
+            for _ in 0..BOXES * POINTS {
+                let x: [f64; N] = std::array::from_fn(|_| coordinate(rng));
+                let turned = x.map(|x| if rng.random_bool(0.5) { -x } else { x });
+                let [a, b] = [x, turned].map(|x| f.value(x));
+                let same = a == b || a.is_nan() && b.is_nan();
+                assert!(same || !f.is_even(), "{name} of {x:?} is {a}, of {turned:?} {b}");
+                is_even &= same;
+            }
+            assert!(f.is_even() || !is_even || ["cos", "floor"].contains(&name), "{name} is even");
+        }
+    }
+    run(Signs);
+}
+
 /// Points of meshes lie exactly on edges.
 #[test]
 fn corners_have_a_slope_on_their_edge() {

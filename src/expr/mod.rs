@@ -11,6 +11,7 @@ mod derivative;
 mod fold;
 mod graph;
 mod linear;
+mod mirror;
 pub mod text;
 
 pub use derivative::NoGradient;

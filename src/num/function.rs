@@ -160,6 +160,11 @@ pub trait Function<const N: usize> {
         false
     }
 
+    /// Whether the signs of arguments, of each alone, make no difference to the value.
+    fn is_even(&self) -> bool {
+        false
+    }
+
     /// Whether nothing is worth knowing of the values over a box but their range.
     fn is_vague(&self) -> bool {
         false

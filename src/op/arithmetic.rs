@@ -166,6 +166,9 @@ impl Function<2> for Div {
 pub struct Square;
 
 impl Function<1> for Square {
+    fn is_even(&self) -> bool {
+        true
+    }
     #[inline(always)]
     fn roundoffs(&self) -> Option<f64> {
         Some(1.0)
@@ -247,6 +250,9 @@ impl Powi {
 }
 
 impl Function<1> for Powi {
+    fn is_even(&self) -> bool {
+        self.n % 2 == 0
+    }
     fn is_defined(&self, [x]: &[Interval; 1]) -> bool {
         self.n >= 0 || !x.contains(0.0)
     }

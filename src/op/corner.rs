@@ -40,6 +40,9 @@ impl Norm {
 }
 
 impl Function<2> for Norm {
+    fn is_even(&self) -> bool {
+        true
+    }
     /// A power of an absolute value is as smooth as its exponent is high.
     fn class(&self) -> Class {
         match self.power() {
@@ -340,6 +343,9 @@ impl Zigzag {
 }
 
 impl Function<1> for Zigzag {
+    fn is_even(&self) -> bool {
+        true
+    }
     fn class(&self) -> Class {
         Class::C0
     }

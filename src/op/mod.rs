@@ -65,6 +65,11 @@ macro_rules! ops {
                 match self { $(Op::$op(f) => Function::<$arity>::class(f),)* }
             }
 
+            /// Whether the signs of arguments make no difference to the value.
+            pub fn is_even(&self) -> bool {
+                match self { $(Op::$op(f) => Function::<$arity>::is_even(f),)* }
+            }
+
             /// Whether the operation has a value everywhere in the box `arg(0)`, `arg(1)`, ...
             pub fn is_defined(&self, arg: impl Fn(usize) -> Interval) -> bool {
                 match self {

@@ -7,6 +7,9 @@ use crate::num::{Class, Combine, Form, Function, Interval, ROUNDOFF, Real};
 pub struct Abs;
 
 impl Function<1> for Abs {
+    fn is_even(&self) -> bool {
+        true
+    }
     fn class(&self) -> Class {
         Class::C0
     }

@@ -7,6 +7,9 @@ use crate::num::{Bounds, Class, Combine, Form, Function, Interval, Local, Point,
 pub struct Length;
 
 impl Function<3> for Length {
+    fn is_even(&self) -> bool {
+        true
+    }
     fn class(&self) -> Class {
         Class::C2 // everywhere but at the single point 0, as surfaces are asked about
     }

@@ -258,6 +258,22 @@ fn moves(lib: &mut Library<'_>) {
         },
     );
     lib.def(
+        "is_even(f, axis)",
+        "Whether a solid is seen to be its own mirror image along an axis, \"x\", \"y\" or \"z\", colour and all. It is seen by how it is written, so that one that is not seen to be may be all the same.",
+        "is_even(box(1.0), \"x\")",
+        |c| {
+            let axis = match c.text(1)?.as_str() {
+                "x" => Input::X,
+                "y" => Input::Y,
+                "z" => Input::Z,
+                _ => return Err(c.wrong(1, "\"x\", \"y\" or \"z\"")),
+            };
+            let Field { node, color } = c.field(0)?;
+            let graph = c.host.graph.borrow();
+            Ok([node].into_iter().chain(color.into_iter().flatten()).all(|node| graph.is_even(node, axis)).into())
+        },
+    );
+    lib.def(
         "on_sphere(f)",
         "The same on the sphere: evaluated at p / |p|.",
         "gradient(7).scaled(4.0).on_sphere()",
