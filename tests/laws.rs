@@ -164,22 +164,17 @@ fn what_is_zero_lies_inside_ranges() {
     run(Zero);
 }
 
-/// Signs of arguments make no difference where it is said so, each of them, and only there.
+/// Signs of arguments make no difference where it is said so, each of them.
 #[test]
-fn signs_matter_where_it_is_said() {
+fn signs_do_not_matter_to_what_is_even() {
     struct Signs;
     impl Law for Signs {
         fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
-            let mut is_even = true;
-            for _ in 0..BOXES * POINTS {
+            for _ in 0..if f.is_even() { BOXES * POINTS } else { 0 } {
                 let x: [f64; N] = std::array::from_fn(|_| coordinate(rng));
                 let turned = x.map(|x| if rng.random_bool(0.5) { -x } else { x });
-                let [a, b] = [x, turned].map(|x| f.value(x));
-                let same = a == b || a.is_nan() && b.is_nan();
-                assert!(same || !f.is_even(), "{name} of {x:?} is {a}, of {turned:?} {b}");
-                is_even &= same;
+                assert_eq!(f.value(x), f.value(turned), "{name} of {x:?} and {turned:?}");
             }
-            assert!(f.is_even() || !is_even || ["cos", "floor"].contains(&name), "{name} is even");
         }
     }
     run(Signs);

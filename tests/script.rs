@@ -38,6 +38,7 @@ fn interpreter() -> Interpreter {
     add("cloud.json", b"{ \"type\": \"float32\", \"size\": [2, 2, 2], \"origin\": [1, 2, 3] }");
     add("cloud.raw", (0..8).flat_map(|i| (i as f32).to_le_bytes()).collect::<Vec<u8>>().as_slice());
     add("knot.obj", include_bytes!("../scripts/knot.obj"));
+    add("leaf.svg", include_bytes!("../scripts/leaf.svg"));
     Interpreter::new(Arc::new(world), PathBuf::new(), Limits::default(), None).unwrap()
 }
 

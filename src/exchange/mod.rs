@@ -1,7 +1,8 @@
-//! Files of other programs, in and out: polygon meshes, pictures and volumes.
+//! Files of other programs, in and out: drawings, polygon meshes, pictures and volumes.
 //!
 //! | module | formats | what they become |
 //! |---|---|---|
+//! | [`drawing`] | SVG | what an [`Outline`](crate::shape::outline::Outline) is made of |
 //! | [`grid`] | raw numbers with a header in JSON | [`Samples`](crate::grid::Samples) of a volume |
 //! | [`image`] | PNG, EXR | heights, and slices of volumes |
 //! | [`mesh`] | glTF, OBJ, PLY, STL | a [`Mesh`](crate::shape::Mesh) |
@@ -14,6 +15,7 @@
 //! the things that it counts, and a number with the finite ones. What is wrong is a [`Fault`], which
 //! says where. Writers give the same bytes for the same data, always.
 
+pub mod drawing;
 mod fault;
 pub mod grid;
 pub mod image;

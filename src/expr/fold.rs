@@ -60,8 +60,16 @@ pub fn identity(op: Op, number: impl Fn(usize) -> Option<f64>) -> Option<Identit
         }
         (Op::Mul(_), [Some(0.0), _] | [_, Some(0.0)]) => Some(Number(0.0)),
         (Op::Mix(_), [_, _, Some(0.0)]) => Some(Argument(0)),
+        (Op::Dot(_), _) => coordinate(consts).map(Argument),
         _ => None,
     }
+}
+
+/// Which argument a sum of three products is, if it is that one times one, and two products with zero.
+fn coordinate(args: &[Option<f64>]) -> Option<usize> {
+    let is_nothing = |i: usize| args[i] == Some(0.0) || args[(i + 3) % 6] == Some(0.0);
+    let is_alone = |i: usize| is_nothing((i + 1) % 3) && is_nothing((i + 2) % 3);
+    (0..6).find(|&i| args[(i + 3) % 6] == Some(1.0) && is_alone(i % 3))
 }
 
 /// What an operation on the same expression twice is, or on its own inverse.

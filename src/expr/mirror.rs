@@ -88,10 +88,7 @@ impl Forms {
             Op::Mul(_) | Op::Div(_) => {
                 let is_negative = args[0].is_negative ^ args[1].is_negative;
                 args.iter_mut().for_each(|arg| arg.is_negative = false);
-                if matches!(op, Op::Mul(_)) {
-                    args.sort();
-                }
-                self.plain(Form::Op(op, args)).negated_if(is_negative)
+                self.quotient_or_product(op, args).negated_if(is_negative)
             }
             Op::Dot(_) => self.products(op, args),
             Op::Min(_) => self.least(&args),
@@ -116,15 +113,34 @@ impl Forms {
         self.plain(Form::Op(Op::Add(Add), terms.to_vec())).negated_if(a.is_negative)
     }
 
-    /// A sum of three products, of which the first has no sign.
-    fn products(&mut self, op: Op, mut args: Vec<Signed>) -> Signed {
-        let is_negative = args[0].is_negative ^ args[3].is_negative;
-        for i in 0..3 {
-            let sign = args[i].is_negative ^ args[i + 3].is_negative ^ is_negative;
-            args[i].is_negative = sign;
-            args[i + 3].is_negative = false;
+    /// Of two without signs. Those by one are what is left of those by minus one.
+    fn quotient_or_product(&mut self, op: Op, mut args: Vec<Signed>) -> Signed {
+        let one = self.plain(Form::Const(1f64.to_bits()));
+        match op {
+            _ if args[1] == one => args[0],
+            Op::Mul(_) if args[0] == one => args[1],
+            Op::Mul(_) => {
+                args.sort();
+                self.plain(Form::Op(op, args))
+            }
+            _ => self.plain(Form::Op(op, args)),
         }
-        self.plain(Form::Op(op, args)).negated_if(is_negative)
+    }
+
+    /// A sum of three products, of which the first that is not zero has no sign.
+    fn products(&mut self, op: Op, mut args: Vec<Signed>) -> Signed {
+        let zero = self.plain(Form::Const(0));
+        let mut is_negative = None;
+        for i in 0..3 {
+            let sign = args[i].is_negative ^ args[i + 3].is_negative;
+            [args[i].is_negative, args[i + 3].is_negative] = [false; 2];
+            if args[i] == zero || args[i + 3] == zero {
+                [args[i], args[i + 3]] = [zero; 2];
+            } else {
+                args[i].is_negative = sign ^ *is_negative.get_or_insert(sign);
+            }
+        }
+        self.plain(Form::Op(op, args)).negated_if(is_negative.unwrap_or_default())
     }
 
     fn least(&mut self, args: &[Signed]) -> Signed {

@@ -1,11 +1,12 @@
 //! What scripts read from files other than scripts.
 
-use super::Library;
+use super::{Call, Library};
 use crate::diag::Diagnostic;
 use crate::expr::text;
-use crate::script::fault::Fault;
+use crate::script::fault::{Fault, Outcome};
+use crate::script::modules::Resolver;
 use crate::script::value::Field;
-use rhai::Dynamic;
+use rhai::{Dynamic, Map};
 
 pub(super) fn register(lib: &mut Library<'_>) {
     let folder = lib.folder.clone();
@@ -23,6 +24,23 @@ pub(super) fn register(lib: &mut Library<'_>) {
             Ok(Dynamic::from(Field { node, color: None }))
         },
     );
+}
+
+/// Declares a function of a file and options, and the same without options.
+pub(super) fn with_options(
+    lib: &mut Library<'_>,
+    name: &str,
+    doc: &str,
+    example: &str,
+    f: fn(&Call<'_>, &Resolver) -> Outcome<Dynamic>,
+) {
+    let folder = lib.folder.clone();
+    lib.def(&format!("{name}(file, options)"), doc, example, move |c| f(c, &folder));
+    let folder = lib.folder.clone();
+    lib.bind(name, 1, move |c| {
+        let args = [c.args[0].clone(), Dynamic::from(Map::new())];
+        f(&Call { args: &args, place: c.place.clone(), ..*c }, &folder)
+    });
 }
 
 impl From<Box<Diagnostic>> for Fault {

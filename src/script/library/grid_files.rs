@@ -1,5 +1,6 @@
 //! Grids from files: pictures as heightfields, and volumes.
 
+use super::files::with_options;
 use super::grid::{done, failed, listed};
 use super::{Call, Library};
 use crate::exchange::{self, image};
@@ -8,7 +9,7 @@ use crate::script::fault::{Fault, Outcome};
 use crate::script::modules::Resolver;
 use crate::script::options::Options;
 use glam::DVec3;
-use rhai::{Dynamic, Map};
+use rhai::Dynamic;
 
 pub(super) fn register(lib: &mut Library<'_>) {
     let sentence = listed(
@@ -28,23 +29,6 @@ pub(super) fn register(lib: &mut Library<'_>) {
         &["extent: its length along x", "center", "repeat: true or false"],
     );
     with_options(lib, "load_grid", &sentence, "load_grid(\"cloud.json\", #{ extent: 2.0 })", load_grid);
-}
-
-/// Declares a function of a file and options, and the same without options.
-fn with_options(
-    lib: &mut Library<'_>,
-    name: &str,
-    doc: &str,
-    example: &str,
-    f: fn(&Call<'_>, &Resolver) -> Outcome<Dynamic>,
-) {
-    let folder = lib.folder.clone();
-    lib.def(&format!("{name}(file, options)"), doc, example, move |c| f(c, &folder));
-    let folder = lib.folder.clone();
-    lib.bind(name, 1, move |c| {
-        let args = [c.args[0].clone(), Dynamic::from(Map::new())];
-        f(&Call { args: &args, place: c.place.clone(), ..*c }, &folder)
-    });
 }
 
 fn load_heightfield(c: &Call<'_>, folder: &Resolver) -> Outcome<Dynamic> {

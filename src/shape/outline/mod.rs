@@ -1,7 +1,8 @@
 //! Outlines in the plane: polygons, letters and drawings, as signed distances that do not depend on z.
 //!
 //! A [`Pen`] draws loops of lines, parabolas and cubics; what they wind around any number of times but
-//! none is inside (the nonzero rule), which is how fonts and SVG fill. Lines, parabolas and cubics are
+//! none is inside (the nonzero rule), which is how fonts and SVG fill, or an odd number of times, as SVG may fill too. Of
+//! several drawings what any of them covers is inside. Lines, parabolas and cubics are
 //! kept as they are, and the nearest place on them is found as on any other strand (`strand`), so the
 //! distance is exact. What loops draw inside of others is no part of the outline and is dropped (`overlap`).
 //!
@@ -38,6 +39,7 @@ use super::{Body, Digest, lanes};
 use crate::num::{Bounds, Class, Interval, Jets, Kernel, Lean, Local, Order, Point, ROUNDOFF};
 use fan::Fan;
 use glam::{DVec2, DVec3, Vec3Swizzles, Vec4Swizzles};
+pub use winding::Rule;
 use winding::Winding;
 
 /// Why a drawing is no outline.
@@ -66,16 +68,33 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// The outline of what a pen drew.
+    /// The outline of what a pen drew, filled by the nonzero rule.
     ///
     /// # Errors
     /// When it encloses nothing, or a coordinate is not finite.
     pub fn new(pen: Pen) -> Result<Outline, Flaw> {
-        let drawn = pen.finish()?;
-        let drawn: Vec<_> =
-            drawn.iter().flat_map(|(p, plain)| winding::turning(p).map(|p| (p, *plain))).collect();
+        Outline::of_layers(vec![(pen, Rule::NonZero)])
+    }
+
+    /// The outline of what several drawings cover, each filled by its own rule.
+    ///
+    /// # Errors
+    /// As of one.
+    pub fn of_layers(layers: Vec<(Pen, Rule)>) -> Result<Outline, Flaw> {
+        let mut drawn = Vec::new();
+        let mut winding = Vec::with_capacity(layers.len());
+        for (pen, rule) in layers {
+            let before = drawn.len();
+            for (piece, straight) in pen.finish()? {
+                drawn.extend(winding::turning(&piece).map(|part| (part, straight)));
+            }
+            if drawn.len() > MOST_PIECES {
+                return Err(Flaw::Count(drawn.len()));
+            }
+            winding.push((rule, drawn[before..].iter().map(|(p, _)| *p).collect()));
+        }
         let size = drawn.iter().flat_map(|p| p.0.0).fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
-        let winding = Winding::new(drawn.iter().map(|(p, _)| *p).collect());
+        let winding = Winding::new(winding);
         let (mut pieces, mut outside) = (Vec::new(), Vec::new());
         let cut = overlap::cut_at_crossings(&drawn);
         let count = cut.len();
@@ -141,9 +160,8 @@ impl Outline {
         (jet, reading)
     }
 
-    /// Whether the outline winds around a point.
     fn is_inside(&self, x: DVec2) -> bool {
-        self.winding.around(x) != 0
+        self.winding.covers(x)
     }
 
     fn jet(&self, order: Order, x: DVec3) -> Point {

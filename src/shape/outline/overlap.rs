@@ -109,7 +109,7 @@ fn lines_meet(a: &Piece, b: &Piece, near: f64) -> Vec<[f64; 2]> {
 pub(super) fn outer_side(piece: &Piece, winding: &Winding, size: f64) -> Option<f64> {
     let [place, tangent, _] = piece.at(0.5);
     let across = tangent.xy().perp().normalize_or_zero() * (1e-9 * size);
-    match [across, -across].map(|d| winding.around(place.xy() + d) == 0) {
+    match [across, -across].map(|d| !winding.covers(place.xy() + d)) {
         [true, false] => Some(1.0),
         [false, true] => Some(-1.0),
         _ => None,

@@ -8,28 +8,60 @@ use crate::shape::boxes::{Boxes, Extent};
 use crate::shape::strand::Piece;
 use glam::{DVec2, Vec4Swizzles};
 
+/// What is covered of what a drawing winds around.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Rule {
+    /// All of it.
+    NonZero,
+    /// What it winds around an odd number of times.
+    EvenOdd,
+}
+
+impl Rule {
+    fn covers(self, turns: i32) -> bool {
+        match self {
+            Rule::NonZero => turns != 0,
+            Rule::EvenOdd => turns % 2 != 0,
+        }
+    }
+}
+
 /// Pieces that do not turn up or down, and the boxes around them.
 #[derive(Debug)]
 pub(super) struct Winding {
-    pieces: Vec<Piece>,
+    /// Each with the number of its drawing.
+    pieces: Vec<(Piece, usize)>,
+    rules: Vec<Rule>,
     boxes: Boxes,
 }
 
 impl Winding {
-    /// The winding of pieces, none of which turns up or down within.
-    pub fn new(pieces: Vec<Piece>) -> Winding {
-        let extents: Vec<Extent> = pieces.iter().map(|p| Extent::of(p.0.map(|p| p.xyz()), 0.0)).collect();
-        Winding { boxes: Boxes::new(&extents), pieces }
+    /// The winding of drawings, each of pieces none of which turns up or down within.
+    pub fn new(layers: Vec<(Rule, Vec<Piece>)>) -> Winding {
+        let rules = layers.iter().map(|(rule, _)| *rule).collect();
+        let numbered = layers.into_iter().enumerate();
+        let pieces: Vec<_> =
+            numbered.flat_map(|(k, (_, pieces))| pieces.into_iter().map(move |piece| (piece, k))).collect();
+        let extents: Vec<Extent> =
+            pieces.iter().map(|(p, _)| Extent::of(p.0.map(|p| p.xyz()), 0.0)).collect();
+        Winding { boxes: Boxes::new(&extents), pieces, rules }
     }
 
-    /// How often the outline winds around a point, counter-clockwise.
-    pub fn around(&self, p: DVec2) -> i32 {
-        let mut turns = 0;
+    /// Whether any of the drawings covers a point.
+    pub fn covers(&self, p: DVec2) -> bool {
+        // Of the first drawing, which is mostly the only one, and each crossing of the others.
+        let (mut first, mut others) = (0, Vec::new());
         self.boxes.each(
             |e| e.lo.y <= p.y && p.y <= e.hi.y && p.x <= e.hi.x,
-            |i| turns += crossing(&self.pieces[i], p),
+            |i| match &self.pieces[i] {
+                (piece, 0) => first += crossing(piece, p),
+                (piece, layer) => others.push((*layer, crossing(piece, p))),
+            },
         );
-        turns
+        others.sort_unstable();
+        let turns = |layer: &[(usize, i32)]| layer.iter().map(|(_, turn)| turn).sum();
+        self.rules.first().is_some_and(|rule| rule.covers(first))
+            || others.chunk_by(|a, b| a.0 == b.0).any(|layer| self.rules[layer[0].0].covers(turns(layer)))
     }
 }
 

@@ -2,9 +2,12 @@
 
 use super::{flat_field, list};
 use crate::diag::Diagnostic;
+use crate::exchange::drawing;
 use crate::script::fault::{Fault, Outcome};
+use crate::script::library::files::with_options;
 use crate::script::library::grid::listed;
 use crate::script::library::{Call, Library};
+use crate::script::modules::Resolver;
 use crate::script::options::{Options, describe};
 use crate::script::value::number;
 use crate::shape::outline::{Align, Flaw, Font, Layout, Outline, Pen, drawn, runs_left};
@@ -24,6 +27,14 @@ pub(super) fn register(lib: &mut Library<'_>) {
         "outline(\"M 0 0 H 2 V -1 Q 1 -2 0 -1 Z\")",
         outline,
     );
+    let sentence = listed(
+        "What an SVG file in the folder of the main script or below paints, in whatever colour, as an outline in the plane: filled shapes, and strokes as wide as they are. Text is to be made paths of; clips and masks do not count. Options:",
+        &[
+            "size: the longest edge of the box around it, and its middle is at the origin; unless given it is as large as it says, 96 units an inch, and its upper left corner is at the origin (.scaled(25.4 / 96.0) for millimetres)",
+        ],
+    );
+    let example = "max(load_outline(\"leaf.svg\", #{ size: 2.0 }), abs(z) - 0.1)";
+    with_options(lib, "load_outline", &sentence, example, load_outline);
     let sentence = listed(
         "A text as an outline in the plane, a field of x and y: the signed distance from its letters. The first line stands on y = 0, the next one is below. Cut into a plate up to z = top they are difference(plate, max(letters, top - depth - z)), and for a stamp letters.scaled([-1, 1, 1]).",
         &[
@@ -86,9 +97,29 @@ pub(super) fn register(lib: &mut Library<'_>) {
     });
 }
 
+fn load_outline(c: &Call<'_>, folder: &Resolver) -> Outcome<Dynamic> {
+    let (file, bytes) = folder.bytes(&c.text(0)?)?;
+    let mut o = Options::new(c, 1)?;
+    let is_fitted = o.get("size").is_some();
+    let size = o.number("size", 1e-9..=1e9, 1.0)?;
+    o.finish()?;
+    let drawing = drawing::read(&file, &bytes, is_fitted.then_some(size))
+        .map_err(|e| Fault::new(format!("{}{}: {}", e.file, e.place, e.what)).hint(e.remedy))?;
+    if !drawing.left_out.is_empty() {
+        let message = format!("{file} has {}, which is left out", drawing.left_out.join(", "), file = &*file);
+        c.host.doubt(Diagnostic::warning(message).at(c.place.clone()));
+    }
+    let empty = "nothing in it is filled or stroked";
+    flat_field(c, outlined(Outline::of_layers(drawing.layers), empty)?)
+}
+
 /// What a pen drew, and what to say if nothing is in it.
 fn enclosed(pen: Pen, empty: &str) -> Outcome<Outline> {
-    Outline::new(pen).map_err(|flaw| {
+    outlined(Outline::new(pen), empty)
+}
+
+fn outlined(outline: Result<Outline, Flaw>, empty: &str) -> Outcome<Outline> {
+    outline.map_err(|flaw| {
         let fault = Fault::new(flaw.to_string());
         if flaw == Flaw::Empty { fault.hint(empty) } else { fault }
     })
