@@ -16,6 +16,9 @@ const DEEPEST: usize = 200;
 /// The largest error of the edge of a stroke, in sizes of the drawing.
 const PRECISION: f32 = 1e-4;
 
+/// What to do about what is no drawing.
+const PLAIN: &str = "save the drawing as plain SVG";
+
 /// What is painted.
 #[derive(Debug)]
 pub struct Drawing {
@@ -47,13 +50,22 @@ pub fn read(name: &str, bytes: &[u8], size: Option<f64>) -> Result<Drawing, Faul
 fn parsed(bytes: &[u8]) -> Result<(usvg::Tree, Vec<&'static str>), Fault> {
     let whole = |what: &str, remedy: &'static str| Fault::new(Place::Whole, what).remedy(remedy);
     if bytes.starts_with(&[0x1f, 0x8b]) {
-        return Err(whole("the drawing is compressed", "unpack it, or save it as plain SVG"));
+        return Err(whole("the drawing is compressed", PLAIN));
     }
-    let text = std::str::from_utf8(bytes)
-        .map_err(|_| whole("the file is no text", "save the drawing as plain SVG"))?;
+    let text = std::str::from_utf8(bytes).map_err(|_| whole("the file is no text", PLAIN))?;
     let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options)
-        .map_err(|e| Fault::new(Place::Line(e.pos().row as usize), format!("the drawing is garbled: {e}")))?;
+    let document = Document::parse_with_options(text, options).map_err(|e| {
+        let said = e.to_string();
+        let what = said.rsplit_once(" at ").map_or(&*said, |(what, _)| what);
+        Fault::new(Place::Line(e.pos().row as usize), format!("the drawing is garbled: {what}"))
+    })?;
+    let first = document.root_element().tag_name().name();
+    if first != "svg" {
+        return Err(whole(
+            &format!("the file is no drawing: `{first}` is its first element, not `svg`"),
+            PLAIN,
+        ));
+    }
     let is_deep = |node: usvg::roxmltree::Node<'_, '_>| node.ancestors().nth(DEEPEST).is_some();
     if document.descendants().any(is_deep) {
         return Err(whole("too many groups lie within groups", "flatten the groups of the drawing"));
@@ -72,7 +84,7 @@ fn parsed(bytes: &[u8]) -> Result<(usvg::Tree, Vec<&'static str>), Fault> {
             whole("the drawing has no size", "give it a width and a height, or a viewBox")
         }
         usvg::Error::ElementsLimitReached => whole("the drawing has too many elements", "simplify it"),
-        e => whole(&format!("the file is no drawing: {e}"), "save the drawing as plain SVG"),
+        e => whole(&format!("the drawing is not understood: {e}"), PLAIN),
     })?;
     Ok((tree, left_out))
 }

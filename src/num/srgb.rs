@@ -3,7 +3,12 @@
 
 /// What stands for a linear value; made for values from 0 to 1, it goes on beyond them.
 pub fn encode(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
+    if linear <= 0.003_130_8 {
+        return 12.92 * linear;
+    }
+    // The exponent is 1 / 2.4 = 1/3 + 1/12; roots take a fraction of the time of a power.
+    let root = libm::cbrt(linear);
+    1.055 * root * root.sqrt().sqrt() - 0.055
 }
 
 /// The linear value that a number stands for.

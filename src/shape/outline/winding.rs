@@ -67,29 +67,28 @@ impl Winding {
 
 /// 1 or -1 if the piece crosses the line to the right of the point, upwards or downwards.
 fn crossing(piece: &Piece, p: DVec2) -> i32 {
-    let [a, b, c, d] = piece.0;
+    let [a, .., d] = piece.0;
     let sense = match (a.y <= p.y, d.y <= p.y) {
         (true, false) => 1,
         (false, true) => -1,
         _ => return 0,
     };
-    let [right, left] = [a.x.min(b.x).min(c.x).min(d.x) > p.x, a.x.max(b.x).max(c.x).max(d.x) <= p.x];
-    if right || (!left && at_level(piece, p.y, sense > 0) > p.x) { sense } else { 0 }
+    if is_right(piece, p, sense > 0) { sense } else { 0 }
 }
 
-/// Where a piece that goes up (or down) is at a level, by halving.
-fn at_level(piece: &Piece, level: f64, up: bool) -> f64 {
-    let (mut lo, mut hi) = (0.0, 1.0);
+/// Whether a piece that goes up (or down) is to the right of a point at its level, by halving. What goes on
+/// to one side lies between its ends, so that it mostly takes a few steps to tell.
+fn is_right(piece: &Piece, p: DVec2, up: bool) -> bool {
+    let (mut lo, mut hi) = ((0.0, piece.0[0].x), (1.0, piece.0[3].x));
     for _ in 0..56 {
-        let t = 0.5 * (lo + hi);
-        let place = piece.at(t)[0];
-        if (place.y <= level) == up {
-            lo = t;
-        } else {
-            hi = t;
+        if lo.1.min(hi.1) > p.x || lo.1.max(hi.1) <= p.x {
+            break;
         }
+        let t = 0.5 * (lo.0 + hi.0);
+        let place = piece.at(t)[0];
+        *if (place.y <= p.y) == up { &mut lo } else { &mut hi } = (t, place.x);
     }
-    piece.at(0.5 * (lo + hi))[0].x
+    0.5 * (lo.1 + hi.1) > p.x
 }
 
 /// Cuts a piece where it turns up or down, left or right: what is left neither meets a level twice nor
