@@ -11,9 +11,9 @@ pub struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// The lines of a text.
+    /// The lines of a text, without the mark of its encoding that some programs begin with.
     pub fn of(text: &'a [u8]) -> Self {
-        Lines { rest: text, number: 1 }
+        Lines { rest: text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text), number: 1 }
     }
 }
 

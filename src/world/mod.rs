@@ -40,22 +40,29 @@ pub struct Disk;
 
 impl World for Disk {
     fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
-        if is_device(&std::fs::metadata(path)?) {
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is a device, which may have no end"));
+        match endless(path, &std::fs::metadata(path)?) {
+            Some(why) => Err(io::Error::new(io::ErrorKind::InvalidInput, why)),
+            None => std::fs::read(path).map(Arc::from),
         }
-        std::fs::read(path).map(Arc::from)
     }
 }
 
+/// Why reading something might not come to an end.
 #[cfg(unix)]
-fn is_device(file: &Metadata) -> bool {
+fn endless(path: &Path, file: &Metadata) -> Option<&'static str> {
     use std::os::unix::fs::FileTypeExt;
-    file.file_type().is_char_device() || file.file_type().is_block_device()
+    let kind = file.file_type();
+    if kind.is_char_device() || kind.is_block_device() {
+        return Some("it is a device, which may have no end");
+    }
+    // What a shell gives as a file, `<(command)`, has somebody who writes to it.
+    let is_named = kind.is_fifo() && !path.starts_with("/dev");
+    is_named.then_some("it is a named pipe, to which perhaps nobody writes")
 }
 
 #[cfg(not(unix))]
-fn is_device(_: &Metadata) -> bool {
-    false
+fn endless(_: &Path, _: &Metadata) -> Option<&'static str> {
+    None
 }
 
 /// Files of another world as they were when they were first asked for: a job that asks again and again, as that of an
@@ -112,9 +119,13 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn devices_are_not_read() {
-        let error = Disk.bytes(Path::new("/dev/zero")).unwrap_err();
-        assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
+    fn devices_and_named_pipes_are_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        for path in [Path::new("/dev/zero"), &pipe] {
+            assert_eq!(Disk.bytes(path).unwrap_err().kind(), io::ErrorKind::InvalidInput);
+        }
     }
 
     #[test]

@@ -59,7 +59,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     let folder = lib.folder.clone();
     lib.def(
         "load_mesh(file)",
-        "The triangle mesh in a file (`.obj`, `.ply`, `.stl`, `.glb` or `.gltf`) in the folder of the main script or below. Where a field is needed it is a solid: the distance from its surface, negative inside. Holes get lids, parts may overlap; a mesh that is inside out is turned.",
+        "The triangle mesh in a file (`.obj`, `.ply`, `.stl`, `.glb` or `.gltf`) in the folder of the main script or below. Where a field is needed it is a solid: the distance from its surface, negative inside. Holes get lids; triangles that are turned against their neighbours, and parts that are inside out but no voids, are turned. Parts may overlap, but where they do the walls inside count for the distance.",
         "load_mesh(\"knot.obj\").fitted(2.0)",
         move |c| {
             let path = c.text(0)?;
@@ -126,8 +126,12 @@ fn mesh_of(c: &Call<'_>) -> Outcome<Dynamic> {
         let corners =
             given.read_lock::<Array>().and_then(|a| a.iter().map(corner).collect::<Option<Vec<u32>>>());
         let corners = corners.and_then(|corners| <[u32; 3]>::try_from(corners).ok());
-        let wanted = format!("three numbers of points, from 0 to {}", count.saturating_sub(1));
-        mesh.triangles.push(corners.ok_or_else(|| wrong("triangle", i, &wanted, given))?);
+        mesh.triangles.push(corners.ok_or_else(|| {
+            let last = count.saturating_sub(1);
+            Fault::new(format!(
+                "triangle {i} of `mesh_of` must be three numbers of points, from 0 to {last}, not {given}"
+            ))
+        })?);
     }
     Ok(Dynamic::from(MeshValue::new(mesh)))
 }

@@ -7,6 +7,7 @@
 //! taken apart into loops; each gets a fan of triangles to the mean of its points.
 
 use super::super::Mesh;
+use super::oriented::{turn_parts, turned_alike};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -14,28 +15,49 @@ use std::collections::HashMap;
 /// Three corners, counter-clockwise as seen from outside.
 pub(super) type Corners = [DVec3; 3];
 
-/// The triangles of a mesh and of its lids. A surface that is inside out, so that it holds a negative
-/// volume, is turned.
+/// The triangles of a mesh and of its lids, all turned so that what they enclose is inside (`oriented.rs`).
 pub(super) fn closed(mesh: &Mesh) -> Vec<Corners> {
     let (points, number) = welded(&mesh.points);
     let named = mesh.triangles.iter().map(|t| t.map(|i| number[i as usize]));
     let mut triangles: Vec<[u32; 3]> = named.filter(|[a, b, c]| a != b && b != c && c != a).collect();
-    let mut lids = Vec::new();
-    for rim in loops(&rims(&triangles)) {
-        let sum: DVec3 = rim.iter().map(|i| points[*i as usize] / rim.len() as f64).sum();
-        let next = rim.iter().cycle().skip(1);
-        match rim[..] {
-            [a, b, c] => triangles.push([a, b, c]),
-            _ => lids
-                .extend(rim.iter().zip(next).map(|(a, b)| [points[*a as usize], points[*b as usize], sum])),
+    let mut part = turned_alike(&mut triangles);
+    let rims = rims(&triangles);
+    let at_edge = parts_at(&rims, &triangles, &part);
+    let mut all: Vec<Corners> = triangles.iter().map(|t| t.map(|i| points[i as usize])).collect();
+    for rim in loops(&rims) {
+        let corners: Vec<DVec3> = rim.iter().map(|i| points[*i as usize]).collect();
+        let before = all.len();
+        match corners[..] {
+            [a, b, c] => all.push([a, b, c]),
+            _ => {
+                let sum: DVec3 = corners.iter().map(|p| p / corners.len() as f64).sum();
+                let next = corners.iter().cycle().skip(1);
+                all.extend(corners.iter().zip(next).map(|(a, b)| [*a, *b, sum]));
+            }
+        }
+        let own = at_edge.get(&ends(rim[0], rim[1])).copied().unwrap_or_default();
+        part.resize(part.len() + all.len() - before, own);
+    }
+    turn_parts(&mut all, &part);
+    all
+}
+
+/// An edge, whichever way it is passed.
+fn ends(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// The part of a triangle at each of some edges.
+fn parts_at(edges: &[[u32; 2]], triangles: &[[u32; 3]], part: &[u32]) -> HashMap<[u32; 2], u32> {
+    let mut parts: HashMap<[u32; 2], u32> = edges.iter().map(|[a, b]| (ends(*a, *b), 0)).collect();
+    if !parts.is_empty() {
+        for ([a, b, c], part) in triangles.iter().zip(part) {
+            for edge in [ends(*a, *b), ends(*b, *c), ends(*c, *a)] {
+                parts.entry(edge).and_modify(|known| *known = *part);
+            }
         }
     }
-    let mut all: Vec<Corners> = triangles.iter().map(|t| t.map(|i| points[i as usize])).collect();
-    all.extend(lids);
-    if volume(&all) < 0.0 {
-        all.iter_mut().for_each(|t| t.swap(1, 2));
-    }
-    all
+    parts
 }
 
 /// The different points, and which of them each point is.
@@ -101,7 +123,7 @@ fn loops(edges: &[[u32; 2]]) -> Vec<Vec<u32>> {
 }
 
 /// The volume that is enclosed, up to rounding.
-fn volume(triangles: &[Corners]) -> f64 {
+pub(super) fn volume(triangles: &[Corners]) -> f64 {
     let Some([origin, ..]) = triangles.first() else { return 0.0 };
     triangles.iter().map(|[a, b, c]| (a - origin).dot((b - origin).cross(c - origin))).sum()
 }

@@ -4,7 +4,8 @@
 //! hierarchy of boxes (`tree.rs`, `search.rs`); `f` is negative where the surface winds around the point more often
 //! one way than the other, more than half a turn in all (`winding.rs`).
 //!
-//! Any mesh will do. One with holes gets lids first (`closed.rs`), so that the winding number is whole
+//! Any mesh will do. Triangles that are turned against their neighbours, and parts that are inside out, are turned
+//! (`oriented.rs`); one with holes gets lids (`closed.rs`), so that the winding number is whole
 //! and changes at triangles only; and since the distance is zero there, `f` is continuous, however the
 //! triangles meet, overlap or pass through one another. Sheets inside of a solid, where it overlaps
 //! itself, are places where `f` touches zero from below. Triangles without area are left out.
@@ -20,6 +21,7 @@ mod hints;
 mod lattice;
 mod nearest;
 mod order;
+mod oriented;
 mod search;
 #[cfg(test)]
 mod tests;

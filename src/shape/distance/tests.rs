@@ -168,6 +168,34 @@ fn distances_and_signs_are_those_of_all_triangles() {
     }
 }
 
+/// Whichever way some triangles and some parts are turned, inside is where it was.
+#[test]
+fn what_is_turned_the_wrong_way_is_turned_back() {
+    let mut rng = StdRng::seed_from_u64(12);
+    for (name, mesh) in all() {
+        if ["open", "soup", "lonely", "twice", "thin"].contains(&name) {
+            continue;
+        }
+        let right = Distance::new(&mesh).unwrap();
+        for share in [0.3, 1.0] {
+            let mut wrong = mesh.clone();
+            // Some of the triangles, or all of a part but that within another, which would be something else.
+            let first = if name == "hollow" { 128 } else { mesh.triangles.len() / 2 };
+            for t in &mut wrong.triangles[..first] {
+                if rng.random_bool(share) {
+                    t.swap(1, 2);
+                }
+            }
+            let wrong = Distance::new(&wrong).unwrap();
+            for _ in 0..200 {
+                let x = anywhere(&mesh, &mut rng).to_array();
+                let [a, b] = [&right, &wrong].map(|d| d.jet(Order::Value, x).value);
+                assert!((a - b).abs() < 1e-12, "{name} at {x:?}, {share} turned: {a} and {b}");
+            }
+        }
+    }
+}
+
 #[test]
 fn gradients_and_second_derivatives_match_differences() {
     let mut compared = 0;
