@@ -19,6 +19,7 @@ mod ball;
 mod closed;
 mod hints;
 mod lattice;
+mod lean;
 mod nearest;
 mod order;
 mod oriented;
@@ -29,7 +30,7 @@ mod tree;
 mod winding;
 
 use super::{Body, Digest, Flaw, Mesh};
-use crate::num::{Bounds, Class, Interval, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
+use crate::num::{Bounds, Class, Interval, Jets, Kernel, Lean, Local, Order, Point, ROUNDOFF, widest};
 use ball::Ball;
 use closed::closed;
 use glam::DVec3;
@@ -258,6 +259,16 @@ impl Kernel for Distance {
         let bow = bow + Interval::radius(4.0 * slack + 2.0 * self.gap);
         let bow = if bow.mag() < 2.0 * radius { bow } else { unknown };
         Local { jet, bounds: self.bounds(), bow, sag: f64::INFINITY, turn: f64::INFINITY }
+    }
+
+    fn lean(&self, at: [f64; 3], radius: f64) -> Option<Lean> {
+        let centre = DVec3::from(at);
+        if !is_near(centre) || !radius.is_finite() {
+            return None;
+        }
+        let distance = self.jet(Order::Value, at).value.abs();
+        // Farther away than that much of the surface would have to face one way.
+        (distance + radius <= self.size).then(|| self.lean_around(centre, radius, distance)).flatten()
     }
 
     /// Distances are off by less than the slack of searches. The sign may be wrong within as much of

@@ -47,6 +47,11 @@ fn sine_squared([a, b, c]: &Corners) -> f64 {
     ab.cross(ac).length_squared() / (ab.length_squared() * ac.length_squared())
 }
 
+/// Whether a triangle is too thin for its normal to be known to nine digits or so.
+pub(super) fn is_thin(t: &Corners) -> bool {
+    sine_squared(t) < 1e-12
+}
+
 /// How far a place of the triangle is from what counts of it, at most: zero unless it is thin.
 pub(super) fn gap(t: &Corners) -> f64 {
     if sine_squared(t) > 1.01 * THIN * THIN {

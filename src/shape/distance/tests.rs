@@ -313,7 +313,7 @@ fn threads_make_no_difference() {
 
 #[test]
 fn balls_hold_what_is_said_of_them() {
-    let mut sharp = 0;
+    let (mut sharp, mut leaning) = (0, 0);
     for (name, mesh) in all() {
         let field = Distance::new(&mesh).expect(name);
         let mut rng = StdRng::seed_from_u64(7);
@@ -322,6 +322,8 @@ fn balls_hold_what_is_said_of_them() {
             let r = 10f64.powf(rng.random_range(-6.0..0.3));
             let local = field.local(Order::Gradient, c.to_array(), r);
             sharp += usize::from(local.bow.width() < r);
+            let lean = field.lean(c.to_array(), r);
+            leaning += usize::from(lean.is_some());
             let off = field.error(c.abs().max_element() + r);
             for _ in 0..30 {
                 let h = DVec3::new(
@@ -330,7 +332,12 @@ fn balls_hold_what_is_said_of_them() {
                     rng.random_range(-1.0..1.0),
                 );
                 let h = r * if rng.random() { h.normalize() } else { h / 2.0 };
-                let value = field.jet(Order::Value, (c + h).to_array()).value;
+                let there = field.jet(Order::Gradient, (c + h).to_array());
+                if let Some(lean) = lean {
+                    let along = DVec3::from(there.grad).dot(lean.axis.into());
+                    assert!(along >= lean.least - 2.0 * off[1], "{name}: {along} {lean:?} at {h} from {c}");
+                }
+                let value = there.value;
                 let bow = value - local.jet.value - DVec3::from(local.jet.grad).dot(h);
                 let known = local.bow + Interval::radius(2.0 * off[0] + 2.0 * off[1] * r);
                 assert!(known.contains(bow), "{name}: {bow:e} is not in {known:?} at {h} from {c}");
@@ -342,6 +349,7 @@ fn balls_hold_what_is_said_of_them() {
         }
     }
     assert!(sharp > 1500, "only {sharp} bows say anything");
+    assert!(leaning > 1000, "only {leaning} balls have gradients of one way");
 }
 
 #[test]

@@ -188,13 +188,20 @@ impl Witnesses {
             return number > 0;
         }
         // Around the lattice there is nothing.
-        distance > slack && self.has(at) && self.ask(surface, x, at, stack)
+        let is_within = distance > slack && self.has(at);
+        is_within && self.ask(surface, x, at, stack).is_some_and(|number| number > 0)
     }
 
-    /// Whether `x` is inside according to the first witness around a place that can tell.
+    /// The winding number at `x`, where it can be told. The stack may hold anything.
+    pub(super) fn number(&self, surface: Surface<'_>, x: DVec3, stack: &mut Vec<u32>) -> Option<i32> {
+        let at = self.lattice.nearest(x);
+        if self.has(at) { self.ask(surface, x, at, stack) } else { Some(0) }
+    }
+
+    /// The winding number at `x` according to the first witness around a place that can tell.
     #[cold]
     #[inline(never)]
-    fn ask(&self, surface: Surface<'_>, x: DVec3, at: [isize; 3], stack: &mut Vec<u32>) -> bool {
+    fn ask(&self, surface: Surface<'_>, x: DVec3, at: [isize; 3], stack: &mut Vec<u32>) -> Option<i32> {
         // The nearest, its neighbours, and all around them.
         for reach in 0..3_isize {
             let near = -reach..=reach;
@@ -208,11 +215,11 @@ impl Witnesses {
                 if let Some((witness, number)) = self.known([at[0] + i, at[1] + j, at[2] + k])
                     && let Some(change) = surface.change(witness, x, stack)
                 {
-                    return number + change > 0;
+                    return Some(number + change);
                 }
             }
         }
-        false
+        None
     }
 }
 
