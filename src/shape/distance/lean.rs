@@ -16,7 +16,7 @@ use super::nearest::{is_thin, square};
 use super::search::slack;
 use super::tree::{BLOCK, IS_BLOCK, NOTHING, WIDE, in_frame};
 use super::winding::Surface;
-use crate::num::Lean;
+use crate::num::{Lean, shortest};
 use glam::DVec3;
 
 /// Triangles that are looked at; a ball that has more is large.
@@ -33,7 +33,7 @@ impl Distance {
         let mut looked = 1.1 * reach;
         for _ in 0..3 {
             let normals = self.normals_within(centre, looked)?;
-            let axis = normals.iter().sum::<DVec3>().try_normalize()?;
+            let axis = shortest(&normals).try_normalize()?;
             let least = normals.iter().fold(1.0, |m: f64, n| m.min(n.dot(axis))) - BLUR;
             if least <= 0.0 {
                 return None;

@@ -7,7 +7,7 @@
 //! and an enclosure of the derivative along it proves that.
 
 use super::tree::{Known, State};
-use crate::num::{Dual, Interval, Many, Slope};
+use crate::num::{Dual, Interval, Many, Slope, shortest};
 use crate::scene::Aabb;
 use crate::tape::{Cells, Evaluator, Tape};
 use glam::DVec3;
@@ -154,24 +154,10 @@ impl Bounds {
 /// Corners of a box.
 const CORNERS: usize = 8;
 
-/// Steps towards the shortest vector.
-const STEPS: usize = 24;
-
-/// A direction that goes up by all of these gradients: about the shortest vector in their hull (Gilbert 1966).
+/// A direction that goes up by all of these gradients.
 fn common_rise(gradients: &[DVec3]) -> Option<DVec3> {
-    let mut shortest = *gradients.first()?;
-    let least = |along: DVec3| {
-        gradients.iter().copied().min_by(|a, b| a.dot(along).total_cmp(&b.dot(along))).unwrap_or(along)
-    };
-    for _ in 0..STEPS {
-        let back = least(shortest) - shortest;
-        let share = -shortest.dot(back) / back.length_squared();
-        if share.is_nan() || share <= 0.0 {
-            break;
-        }
-        shortest += share.min(1.0) * back;
-    }
-    let rises = least(shortest).dot(shortest) > 0.0;
+    let shortest = shortest(gradients);
+    let rises = gradients.iter().all(|gradient| gradient.dot(shortest) > 0.0);
     // The part along an axis that is next to nothing would only add a face to leave the cell by.
     let most = shortest.abs().max_element();
     let direction = DVec3::select(shortest.abs().cmpgt(DVec3::splat(0.05 * most)), shortest, DVec3::ZERO);
