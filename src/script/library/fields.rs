@@ -259,7 +259,7 @@ fn moves(lib: &mut Library<'_>) {
     );
     lib.def(
         "is_even(f, axis)",
-        "Whether a solid is seen to be its own mirror image along an axis, \"x\", \"y\" or \"z\", colour and all. It is seen by how it is written, so that one that is not seen to be may be all the same.",
+        "Whether a solid is seen to be its own mirror image along an axis, \"x\", \"y\" or \"z\", colour and all. That is seen by how the solid is written: one of which it is not seen may be even all the same.",
         "is_even(box(1.0), \"x\")",
         |c| {
             let axis = match c.text(1)?.as_str() {

@@ -6,6 +6,7 @@
 
 use super::closed::{Corners, volume};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
@@ -54,7 +55,7 @@ fn neighbours(triangles: &[[u32; 3]]) -> Vec<[Option<(usize, bool)>; 3]> {
             edges.push(([a.min(b), a.max(b)], i, side, a < b));
         }
     }
-    edges.sort_unstable();
+    edges.par_sort_unstable();
     let mut across = vec![[None; 3]; triangles.len()];
     for same in edges.chunk_by(|a, b| a.0 == b.0) {
         if let [(_, i, side, forward), (_, k, other, back)] = *same {
