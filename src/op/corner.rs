@@ -351,7 +351,8 @@ impl Function<1> for Zigzag {
     }
     #[inline(always)]
     fn value<R: Real>(&self, [x]: [R; 1]) -> R {
-        R::of(1.0) - (Self::phase(x) - R::of(1.0)).abs()
+        let above = Self::phase(x.abs());
+        above.min(R::of(2.0) - above)
     }
     #[inline(always)]
     fn grad<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
