@@ -2,16 +2,22 @@
 //!
 //! A drawing is read as a browser reads it, with its styles, groups, copies, transformations and units; what comes
 //! out of that is paths. Each covers what its own rule says that it fills, and where it is stroked, what the stroke
-//! covers; no matter in which colour, and what is painted over something else takes nothing away. Coordinates have 24 bits.
+//! covers; no matter in which colour, and what is painted over something else takes nothing away. Numbers are kept to seven digits.
 
 use super::fault::{Fault, Place};
-use crate::shape::outline::{Pen, Rule};
+use crate::shape::outline::{MOST_PIECES, Pen, Rule};
 use glam::DVec2;
 use usvg::roxmltree::{Document, ParsingOptions};
 use usvg::tiny_skia_path::{PathSegment, Point, Transform};
 
-/// Elements within elements: as deep as the stack holds with certainty.
+/// Elements within elements; copies of copies go on from there, as far as `usvg` lets them.
 const DEEPEST: usize = 200;
+
+/// Letters of paths, with all copies that may be made of them, up to which a drawing is looked at: there is memory for so many.
+const LONGEST: usize = 300_000_000;
+
+/// Dashes of one line.
+const MOST_DASHES: f32 = 1e5;
 
 /// The largest error of the edge of a stroke, in sizes of the drawing.
 const PRECISION: f32 = 1e-4;
@@ -28,22 +34,40 @@ pub struct Drawing {
     pub left_out: Vec<&'static str>,
 }
 
-/// Reads a drawing: as large as it says, 96 units an inch, its upper left corner at the origin; or with its middle
-/// there, and as large as that, which is the longest edge of the box around it.
+/// Reads a drawing: without a size as large as it says, 96 units an inch, its upper left corner at the origin. With one its
+/// middle is there, and the longest edge of the box around it is that.
 ///
 /// # Errors
-/// When it is no SVG.
+/// When it is no SVG, or there is too much of it.
 pub fn read(name: &str, bytes: &[u8], size: Option<f64>) -> Result<Drawing, Fault> {
     let (tree, left_out) = parsed(bytes).map_err(|fault| fault.of(name))?;
-    let mut painted = Painted { paths: Vec::new(), left_out, scale: 1.0 };
+    let mut painted = Painted { paths: Vec::new(), left_out, scale: 1.0, pieces: 0 };
     let extent = tree.root().abs_stroke_bounding_box();
     painted.scale = 0.25 / (PRECISION * extent.width().max(extent.height()).max(f32::MIN_POSITIVE));
     painted.group(tree.root());
+    if painted.pieces > MOST_PIECES {
+        return Err(too_much().of(name));
+    }
     let place = placement(&painted.paths, size);
     let layers = painted.paths.iter().map(|(path, rule)| (drawn(path, &place), *rule)).collect();
     painted.left_out.sort_unstable();
     painted.left_out.dedup();
     Ok(Drawing { layers, left_out: painted.left_out })
+}
+
+fn too_much() -> Fault {
+    Fault::new(Place::Whole, "there is too much in the drawing")
+        .remedy("leave out copies of copies, and what is not needed")
+}
+
+/// How many letters paths have, with all copies and marks on their corners that may be made of them.
+fn length_with_copies(document: &Document<'_>) -> usize {
+    let lengths = document.descendants().filter_map(|node| node.attribute("d").or(node.attribute("points")));
+    let length: usize = lengths.map(str::len).sum();
+    let count = |tag: &str| document.descendants().filter(|node| node.tag_name().name() == tag).count();
+    // A corner takes two letters or more.
+    let marks = if count("marker") > 0 { length / 2 } else { 0 };
+    length.saturating_mul(1 + count("use") + marks)
 }
 
 /// The tree of a file, and what in it is not read.
@@ -70,6 +94,9 @@ fn parsed(bytes: &[u8]) -> Result<(usvg::Tree, Vec<&'static str>), Fault> {
     if document.descendants().any(is_deep) {
         return Err(whole("too many groups lie within groups", "flatten the groups of the drawing"));
     }
+    if length_with_copies(&document) > LONGEST {
+        return Err(too_much());
+    }
     let has = |tag: &str| document.descendants().any(|node| node.tag_name().name() == tag);
     let left_out = [("text", "text (make paths of it)"), ("image", "pictures")];
     let left_out = left_out.into_iter().filter(|(tag, _)| has(tag)).map(|(_, words)| words).collect();
@@ -83,7 +110,8 @@ fn parsed(bytes: &[u8]) -> Result<(usvg::Tree, Vec<&'static str>), Fault> {
         usvg::Error::InvalidSize => {
             whole("the drawing has no size", "give it a width and a height, or a viewBox")
         }
-        usvg::Error::ElementsLimitReached => whole("the drawing has too many elements", "simplify it"),
+        usvg::Error::ElementsLimitReached => too_much(),
+        usvg::Error::ParsingFailed(usvg::roxmltree::Error::NodesLimitReached) => too_much(),
         e => whole(&format!("the drawing is not understood: {e}"), PLAIN),
     })?;
     Ok((tree, left_out))
@@ -95,10 +123,15 @@ struct Painted {
     left_out: Vec<&'static str>,
     /// How finely the edges of strokes are followed.
     scale: f32,
+    /// Pieces of all paths.
+    pieces: usize,
 }
 
 impl Painted {
     fn group(&mut self, group: &usvg::Group) {
+        if group.opacity().get() == 0.0 {
+            return;
+        }
         if group.clip_path().is_some() || group.mask().is_some() {
             self.left_out.push("clips and masks");
         }
@@ -122,6 +155,12 @@ impl Painted {
         }
         if let Some(stroke) = path.stroke().filter(|stroke| stroke.opacity().get() > 0.0) {
             let stroke = stroke.to_tiny_skia();
+            let dashes =
+                path.stroke().and_then(usvg::Stroke::dasharray).map(|dashes| dashes.iter().sum::<f32>());
+            if dashes.is_some_and(|dashes| length(path.data()) > MOST_DASHES * dashes) {
+                self.pieces = usize::MAX;
+                return;
+            }
             let dashed = stroke.dash.as_ref().and_then(|dash| path.data().dash(dash, self.scale));
             let scale = self.scale * usvg::tiny_skia_path::PathStroker::compute_resolution_scale(&place);
             if let Some(edge) = dashed.as_ref().unwrap_or(path.data()).stroke(&stroke, scale) {
@@ -131,8 +170,18 @@ impl Painted {
     }
 
     fn push(&mut self, path: usvg::tiny_skia_path::Path, place: Transform, rule: Rule) {
-        self.paths.extend(path.transform(place).map(|path| (path, rule)));
+        self.pieces = self.pieces.saturating_add(path.len());
+        match path.transform(place) {
+            Some(path) if self.pieces <= MOST_PIECES => self.paths.push((path, rule)),
+            Some(_) => {}
+            None => self.left_out.push("paths with numbers too large or too small"),
+        }
     }
+}
+
+/// The length of the lines between the points of a path, which no curve between them is longer than.
+fn length(path: &usvg::tiny_skia_path::Path) -> f32 {
+    path.points().windows(2).map(|pair| pair[0].distance(pair[1])).sum()
 }
 
 /// Where a point of the drawing is, in which y goes down.

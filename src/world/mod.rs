@@ -56,7 +56,8 @@ fn endless(path: &Path, file: &Metadata) -> Option<&'static str> {
         return Some("it is a device, which may have no end");
     }
     // What a shell gives as a file, `<(command)`, has somebody who writes to it.
-    let is_named = kind.is_fifo() && !path.starts_with("/dev");
+    let is_given = ["/dev/fd", "/dev/stdin", "/proc"].iter().any(|given| path.starts_with(given));
+    let is_named = kind.is_fifo() && !is_given;
     is_named.then_some("it is a named pipe, to which perhaps nobody writes")
 }
 

@@ -7,7 +7,7 @@
 //! taken apart into loops; each gets a fan of triangles to the mean of its points.
 
 use super::super::Mesh;
-use super::oriented::{turn_parts, turned_alike};
+use super::oriented::{turn_all, turned_alike};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -15,8 +15,8 @@ use std::collections::HashMap;
 /// Three corners, counter-clockwise as seen from outside.
 pub(super) type Corners = [DVec3; 3];
 
-/// The triangles of a mesh and of its lids, all turned so that what they enclose is inside (`oriented.rs`).
-pub(super) fn closed(mesh: &Mesh) -> Vec<Corners> {
+/// The triangles of a mesh and of its lids, turned alike (`oriented.rs`), and which part each is of.
+pub(super) fn closed(mesh: &Mesh) -> (Vec<Corners>, Vec<u32>) {
     let (points, number) = welded(&mesh.points);
     let named = mesh.triangles.iter().map(|t| t.map(|i| number[i as usize]));
     let mut triangles: Vec<[u32; 3]> = named.filter(|[a, b, c]| a != b && b != c && c != a).collect();
@@ -38,8 +38,8 @@ pub(super) fn closed(mesh: &Mesh) -> Vec<Corners> {
         let own = at_edge.get(&ends(rim[0], rim[1])).copied().unwrap_or_default();
         part.resize(part.len() + all.len() - before, own);
     }
-    turn_parts(&mut all, &part);
-    all
+    turn_all(&mut all);
+    (all, part)
 }
 
 /// An edge, whichever way it is passed.

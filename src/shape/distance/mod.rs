@@ -32,11 +32,12 @@ mod winding;
 use super::{Body, Digest, Flaw, Mesh};
 use crate::num::{Bounds, Class, Interval, Jets, Kernel, Lean, Local, Order, Point, ROUNDOFF, widest};
 use ball::Ball;
-use closed::closed;
+use closed::{Corners, closed};
 use glam::DVec3;
 use hints::Hints;
 use nearest::{Feature, Place, gap, larger, place, turned};
 use order::{MANY, PIECE, along_curve};
+use oriented::turn_parts;
 use search::{BATCH, Found, NOWHERE, Search, slack};
 use std::ops::Range;
 use tree::Tree;
@@ -50,6 +51,8 @@ pub struct Distance {
     witnesses: Witnesses,
     /// Largest coordinate of a corner.
     size: f64,
+    /// Diagonal of the box around them.
+    extent: f64,
     /// How far the surface may be from what is measured: zero unless triangles are very thin.
     gap: f64,
     digest: Digest,
@@ -90,21 +93,33 @@ impl Distance {
         if mesh.points.iter().any(|p| p.abs().max_element() > 1e60) {
             return Err(Unfit::Size);
         }
-        let triangles: Vec<_> = closed(mesh).into_iter().filter_map(turned).collect();
+        let (all, parts) = closed(mesh);
+        let sound = all.into_iter().zip(parts).filter_map(|(t, part)| Some((turned(t)?, part)));
+        let (mut triangles, parts): (Vec<_>, Vec<_>) = sound.unzip();
         let mut corners = triangles.iter().flatten();
         let first = *corners.next().ok_or(Unfit::Empty)?;
         let (lo, hi) = corners.fold((first, first), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
         if (hi - lo).max_element() < 1e-60 {
             return Err(Unfit::Size);
         }
-        let mut digest = Digest::default();
-        digest.numbers(triangles.iter().flatten().flat_map(|p| p.to_array()));
         let size = lo.abs().max(hi.abs()).max_element();
         let gap = triangles.iter().map(gap).fold(0.0, larger);
-        let tree = Tree::new(&triangles);
+        let grown = |triangles: &[Corners]| {
+            let tree = Tree::new(triangles);
+            let witnesses = Witnesses::new(Surface { tree: &tree, size }, (lo, hi), triangles.len());
+            (tree, witnesses)
+        };
+        let (mut tree, mut witnesses) = grown(&triangles);
+        let winding = |x| witnesses.number(Surface { tree: &tree, size }, x, &mut Vec::new());
+        if turn_parts(&mut triangles, &parts, winding) {
+            triangles = triangles.into_iter().filter_map(turned).collect();
+            (tree, witnesses) = grown(&triangles);
+        }
+        let mut digest = Digest::default();
+        digest.numbers(triangles.iter().flatten().flat_map(|p| p.to_array()));
         let hints = Hints::new(&tree, size, (lo, hi), triangles.len());
-        let witnesses = Witnesses::new(Surface { tree: &tree, size }, (lo, hi), triangles.len());
-        Ok(Distance { tree, hints, witnesses, size, gap, digest })
+        let extent = (hi - lo).length();
+        Ok(Distance { tree, hints, witnesses, size, extent, gap, digest })
     }
 
     /// The jet at a point, given its nearest triangle; the stack may hold anything.
@@ -268,7 +283,7 @@ impl Kernel for Distance {
         }
         let distance = self.jet(Order::Value, at).value.abs();
         // Farther away than that much of the surface would have to face one way.
-        (distance + radius <= self.size).then(|| self.lean_around(centre, radius, distance)).flatten()
+        (distance + radius <= self.extent).then(|| self.lean_around(centre, radius, distance)).flatten()
     }
 
     /// Distances are off by less than the slack of searches. The sign may be wrong within as much of

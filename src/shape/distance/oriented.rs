@@ -1,14 +1,15 @@
 //! Which side of a triangle is outside, where a mesh is not of one mind.
 //!
 //! Triangles that share an edge with no third one are turned alike, the way most of those are that hang together so;
-//! where that cannot be, as on a Möbius strip, they are left as they are. A closed part that encloses less than nothing has
-//! its outside within: it is the surface of a void where other parts wind around it, and else is turned.
+//! where that cannot be, as on a Möbius strip, they are left as they are. A mesh that encloses less than
+//! nothing is turned as a whole, with all its voids. Then a closed part that does so has its outside within: it is the
+//! surface of a void where others wind around it, so that nothing is left in there, and is turned where less than
+//! nothing is.
 
 use super::closed::{Corners, volume};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
-use std::f64::consts::TAU;
+use std::collections::{BTreeMap, HashMap};
 
 /// Turns triangles, given by the numbers of their points, as their neighbours are; for each the number of its part.
 pub(super) fn turned_alike(triangles: &mut [[u32; 3]]) -> Vec<u32> {
@@ -66,72 +67,54 @@ fn neighbours(triangles: &[[u32; 3]]) -> Vec<[Option<(usize, bool)>; 3]> {
     across
 }
 
-/// Turns parts that are inside out, each triangle with the number of its part.
-pub(super) fn turn_parts(triangles: &mut [Corners], part: &[u32]) {
+/// Turns all triangles if they enclose less than nothing, as where the mesh is inside out with all its voids.
+pub(super) fn turn_all(triangles: &mut [Corners]) {
     if volume(triangles) < 0.0 {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
-    let mut parts: HashMap<u32, Vec<usize>> = HashMap::new();
+}
+
+/// Turns parts that are inside out, and says whether there are any. Given are the number of the part of each triangle,
+/// and how often all of them wind around a point.
+pub(super) fn turn_parts(
+    triangles: &mut [Corners],
+    part: &[u32],
+    winding: impl Fn(DVec3) -> Option<i32>,
+) -> bool {
+    let mut parts: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     part.iter().enumerate().for_each(|(i, part)| parts.entry(*part).or_default().push(i));
-    let mut parts: Vec<Part> = parts.into_values().map(|members| Part::new(members, triangles)).collect();
     if parts.len() == 1 {
-        return;
+        return false;
     }
-    // Of those within one another the outer ones come first.
-    parts.sort_by(|a, b| b.volume.abs().total_cmp(&a.volume.abs()).then(a.members.cmp(&b.members)));
-    for i in 0..parts.len() {
-        if parts[i].volume < 0.0 && parts[i].is_closed(triangles) && !is_void(&parts, i, triangles) {
-            parts[i].members.iter().for_each(|t| triangles[*t].swap(1, 2));
-        }
-    }
-}
-
-/// Triangles that hang together.
-struct Part {
-    members: Vec<usize>,
-    volume: f64,
-    lo: DVec3,
-    hi: DVec3,
-}
-
-impl Part {
-    fn new(members: Vec<usize>, triangles: &[Corners]) -> Part {
+    let is_inside_out = |members: &&Vec<usize>| {
         let own: Vec<Corners> = members.iter().map(|i| triangles[*i]).collect();
-        let corners = own.as_flattened().iter();
-        let (lo, hi) =
-            corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
-        Part { volume: volume(&own), members, lo, hi }
-    }
+        volume(&own) < 0.0
+            && is_closed(&own)
+            && before(&own).and_then(&winding).is_some_and(|turns| turns < 0)
+    };
+    let wrong: Vec<usize> = parts.values().filter(is_inside_out).flatten().copied().collect();
+    wrong.iter().for_each(|i| triangles[*i].swap(1, 2));
+    !wrong.is_empty()
+}
 
-    /// Whether each edge is passed as often one way as the other: else it encloses nothing by itself.
-    fn is_closed(&self, triangles: &[Corners]) -> bool {
-        let mut edges: HashMap<[[u64; 3]; 2], i32> = HashMap::new();
-        for [a, b, c] in self.members.iter().map(|i| triangles[*i].map(|p| p.to_array().map(f64::to_bits))) {
-            for [from, to] in [[a, b], [b, c], [c, a]] {
-                let (edge, way) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
-                *edges.entry(edge).or_default() += way;
-            }
+/// A place just before the widest of some triangles, on the side that is outside by it: within a part that is inside
+/// out, and within the void if it is that of one.
+fn before(triangles: &[Corners]) -> Option<DVec3> {
+    let normal = |t: &Corners| (t[1] - t[0]).cross(t[2] - t[0]);
+    let area = |t: &Corners| normal(t).length();
+    let widest = triangles.iter().max_by(|a, b| area(a).total_cmp(&area(b)))?;
+    let off = 1e-6 * area(widest).sqrt() * normal(widest).try_normalize()?;
+    Some(widest.iter().sum::<DVec3>() / 3.0 + off)
+}
+
+/// Whether each edge is passed as often one way as the other: else triangles enclose nothing by themselves.
+fn is_closed(triangles: &[Corners]) -> bool {
+    let mut edges: HashMap<[[u64; 3]; 2], i32> = HashMap::new();
+    for [a, b, c] in triangles.iter().map(|t| t.map(|p| p.to_array().map(f64::to_bits))) {
+        for [from, to] in [[a, b], [b, c], [c, a]] {
+            let (edge, way) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
+            *edges.entry(edge).or_default() += way;
         }
-        edges.values().all(|passed| *passed == 0)
     }
-}
-
-/// Whether other parts wind around one.
-fn is_void(parts: &[Part], which: usize, triangles: &[Corners]) -> bool {
-    let own = &parts[which];
-    let area = |i: &usize| triangles[*i].map(|p| p - triangles[*i][0]);
-    let area = |i: &usize| area(i)[1].cross(area(i)[2]).length();
-    let Some(&widest) = own.members.iter().max_by(|a, b| area(a).total_cmp(&area(b))) else { return false };
-    let x = triangles[widest].iter().sum::<DVec3>() / 3.0;
-    let holds = |part: &&Part| part.lo.cmplt(own.lo).all() && own.hi.cmplt(part.hi).all();
-    let around = parts.iter().filter(holds).flat_map(|part| &part.members);
-    around.map(|i| solid_angle(triangles[*i], x)).sum::<f64>() > TAU
-}
-
-/// The solid angle of a triangle, positive from behind (van Oosterom and Strackee, 1983).
-fn solid_angle(triangle: Corners, x: DVec3) -> f64 {
-    let [a, b, c] = triangle.map(|p| p - x);
-    let [u, v, w] = [a, b, c].map(DVec3::length);
-    let below = u * v * w + a.dot(b) * w + b.dot(c) * u + c.dot(a) * v;
-    2.0 * libm::atan2(a.dot(b.cross(c)), below)
+    edges.values().all(|passed| *passed == 0)
 }

@@ -161,5 +161,5 @@ fn common_rise(gradients: &[DVec3]) -> Option<DVec3> {
     // The part along an axis that is next to nothing would only add a face to leave the cell by.
     let most = shortest.abs().max_element();
     let direction = DVec3::select(shortest.abs().cmpgt(DVec3::splat(0.05 * most)), shortest, DVec3::ZERO);
-    (rises && direction.is_finite()).then(|| direction.normalize_or_zero())
+    (rises && most > 0.0 && direction.is_finite()).then(|| direction.normalize_or_zero())
 }

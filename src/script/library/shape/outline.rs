@@ -30,7 +30,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     let sentence = listed(
         "What an SVG file in the folder of the main script or below paints, in whatever colour, as an outline in the plane: filled shapes, and strokes as wide as they are. Text is to be made paths of; clips and masks do not count.",
         &[
-            "size: the longest edge of the box around it, and its middle is at the origin; unless given it is as large as it says, 96 units an inch, and its upper left corner is at the origin (.scaled(25.4 / 96.0) for millimetres)",
+            "size: scales it so that this is the longest edge of the box around it, the middle of which is at the origin; without it the drawing is as large as it says, 96 units an inch, with its upper left corner at the origin (.scaled(25.4 / 96.0) for millimetres)",
         ],
     );
     let example = "max(load_outline(\"leaf.svg\", #{ size: 2.0 }), abs(z) - 0.1)";
