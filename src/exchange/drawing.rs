@@ -2,7 +2,8 @@
 //!
 //! A drawing is read as a browser reads it, with its styles, groups, copies, transformations and units; what comes
 //! out of that is paths. Each covers what its own rule says that it fills, and where it is stroked, what the stroke
-//! covers; no matter in which colour, and what is painted over something else takes nothing away. Numbers are kept to seven digits.
+//! covers; no matter in which colour, and what is painted over something else takes nothing away. Numbers are kept to
+//! seven digits.
 
 use super::fault::{Fault, Place};
 use crate::shape::outline::{MOST_PIECES, Pen, Rule};
@@ -13,7 +14,8 @@ use usvg::tiny_skia_path::{PathSegment, Point, Transform};
 /// Elements within elements; copies of copies go on from there, as far as `usvg` lets them.
 const DEEPEST: usize = 200;
 
-/// Letters of paths, with all copies that may be made of them, up to which a drawing is looked at: there is memory for so many.
+/// Letters of paths, times the copies that may be made of them, beyond which a drawing is refused: those in memory are many
+/// times as long.
 const LONGEST: usize = 300_000_000;
 
 /// Dashes of one line.

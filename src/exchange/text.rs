@@ -70,3 +70,14 @@ pub fn shown(word: &[u8]) -> String {
     let short: String = text.chars().take(20).collect();
     format!("{short:?}")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mark_of_the_encoding_is_no_part_of_the_first_line() {
+        let lines: Vec<_> = Lines::of(b"\xef\xbb\xbfv 1\nv 2\n").collect();
+        assert_eq!(lines, [(1, &b"v 1\n"[..]), (2, b"v 2\n")]);
+    }
+}

@@ -106,7 +106,7 @@ fn load_outline(c: &Call<'_>, folder: &Resolver) -> Outcome<Dynamic> {
     let drawing = drawing::read(&file, &bytes, is_fitted.then_some(size))
         .map_err(|e| Fault::new(format!("{}{}: {}", e.file, e.place, e.what)).hint(e.remedy))?;
     if !drawing.left_out.is_empty() {
-        let message = format!("{file} has {}, which is left out", drawing.left_out.join(", "), file = &*file);
+        let message = format!("{file} has {}, which is left out", drawing.left_out.join(", "));
         c.host.doubt(Diagnostic::warning(message).at(c.place.clone()));
     }
     let empty = "nothing in it is filled or stroked";
