@@ -150,8 +150,8 @@ mod tests {
 
     /// Functions that come to numbers, settings or files, and those that leave out components of a solid.
     const UNSEEN: &str = ".. affine at bounds class_of color::blend color::ramp color_of component_of curl degrees \
-        enclosure film fitted hessian interval is_colored is_field is_nan is_number is_vector lamp \
-        largest_component lipschitz load_expression load_grid load_heightfield load_mesh material \
+        enclosure film fitted hessian interval is_colored is_even is_field is_nan is_number is_vector lamp \
+        largest_component lipschitz load_expression load_grid load_heightfield load_mesh load_outline material \
         metres moon options::of param planet::extent preset radians range region rgb round show slope stats \
         terrain::alpine texture::flat texture::load texture::spherical texture::triplanar to_float \
         to_int vec3 vector_noise warp::fold_by_flow warp::fold_by_noise without_specks";
