@@ -3,8 +3,9 @@
 //! An expression and its mirror image, in which one coordinate has the other sign, are brought into one form: signs go
 //! outwards through sums and products, and vanish where an operation is even; what is added or chosen among is put in
 //! order. Where both forms are the same the expression is even, in every bit but for the signs of zeros, and of the
-//! infinities that they divide to: negation is exact, and so `(-a) + (-b) = -(a + b)`, `max(a, b) = -min(-a, -b)`. So a solid is seen to be symmetric of which one half
-//! is even itself, and of which two parts are mirror images of each other.
+//! infinities that they divide to: negation is exact, and so `(-a) + (-b) = -(a + b)` and `max(a, b) = -min(-a, -b)`. So a
+//! solid is seen to be symmetric of which one half is even itself, and of which two parts are mirror images of each
+//! other.
 
 use super::graph::{Graph, Input, Node, NodeId};
 use crate::op::{Add, Op};
@@ -172,7 +173,7 @@ impl Forms {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::op::{Max, Min, Mul, Neg};
+    use crate::op::{Abs, Clamp, Div, Dot, Max, Min, Mul, Neg, Sub};
     use crate::tape::{Evaluator, Tape};
     use rand::{RngExt, SeedableRng, rngs::StdRng};
     use std::sync::Arc;
@@ -184,15 +185,15 @@ mod tests {
         let [x, y, _] = graph.point().unwrap();
         let [zero, one] = [0.0, 1.0].map(|c| graph.constant(c).unwrap());
         let mut op = |op: Op, args: &[NodeId]| graph.op(op, args).unwrap();
-        let (more, less) = (op(Op::Add(Add), &[x, one]), op(Op::Sub(crate::op::Sub), &[x, one]));
-        let clamped = op(Op::Clamp(crate::op::Clamp), &[x, more, less]);
-        let crossed = op(Op::Abs(crate::op::Abs), &[clamped]);
+        let (more, less) = (op(Op::Add(Add), &[x, one]), op(Op::Sub(Sub), &[x, one]));
+        let clamped = op(Op::Clamp(Clamp), &[x, more, less]);
+        let crossed = op(Op::Abs(Abs), &[clamped]);
         let half = op(Op::Max(Max), &[x, zero]);
-        let pole = op(Op::Div(crate::op::Div), &[one, half]);
-        let nothing = op(Op::Dot(crate::op::Dot), &[zero, y, y, pole, one, one]);
+        let pole = op(Op::Div(Div), &[one, half]);
+        let nothing = op(Op::Dot(Dot), &[zero, y, y, pole, one, one]);
         let minus = op(Op::Neg(Neg), &[one]);
-        let inner = op(Op::Clamp(crate::op::Clamp), &[x, minus, one]);
-        let even = op(Op::Abs(crate::op::Abs), &[inner]);
+        let inner = op(Op::Clamp(Clamp), &[x, minus, one]);
+        let even = op(Op::Abs(Abs), &[inner]);
         assert_eq!([crossed, nothing, even].map(|root| graph.is_even(root, Input::X)), [false, false, true]);
     }
 

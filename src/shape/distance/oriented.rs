@@ -89,8 +89,8 @@ pub(super) fn turn_parts(
     let is_inside_out = |members: &&Vec<usize>| {
         let own: Vec<Corners> = members.iter().map(|i| triangles[*i]).collect();
         volume(&own) < 0.0
-            && is_closed(&own)
             && before(&own).and_then(&winding).is_some_and(|turns| turns < 0)
+            && is_closed(&own)
     };
     let wrong: Vec<usize> = parts.values().filter(is_inside_out).flatten().copied().collect();
     wrong.iter().for_each(|i| triangles[*i].swap(1, 2));

@@ -202,7 +202,9 @@ fn outline(c: &Call<'_>) -> Outcome<Dynamic> {
         // Around the place, since paths are long.
         let from = garbled.at.saturating_sub(20);
         let near: String = path.chars().skip(from).take(40).collect();
-        Fault::new(garbled.to_string()).hint(format!("there it says {near:?}"))
+        let fault = Fault::new(garbled.to_string()).hint(format!("there it says {near:?}"));
+        let is_file = path.contains('<') || path.ends_with(".svg");
+        if is_file { fault.hint("load_outline(file) reads SVG files") } else { fault }
     })?;
     flat_field(c, enclosed(pen, "nothing is between the lines that it draws")?)
 }
