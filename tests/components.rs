@@ -250,6 +250,33 @@ fn shapes() {
     }
 }
 
+/// Solids at whose rims all ways down lead up the side again, and on whose sides the way along an axis leads back.
+#[test]
+fn rims() {
+    for (script, half) in [
+        ("max(max(abs(x), abs(z)) + 0.7 * y - 0.5, -y - 0.4)", 1.5),
+        ("max(sqrt(x * x + z * z) + 0.5 * y - 0.4, -y - 0.6)", 1.5),
+        ("max(max(0.3 - x, -y), max(-z, x + y + z - 1.0))", 1.5),
+        (
+            "mesh_of([[0, 0, 0], [1.1, 0.1, 0.2], [0.2, 0.9, 0.1], [0.1, 0.2, 1.2]],
+                     [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])",
+            1.5,
+        ),
+        ("import \"std/shapes\" as shapes; shapes::pyramid(3, 1.0, 1.2)", 1.5),
+    ] {
+        let found = certified(script, half, 1);
+        compare(script, half, &found, 40);
+    }
+}
+
+/// Creases of cones: no axis leads down in all of a cell, but all gradients are within the noise's bound of one direction.
+#[test]
+fn cells_of_noise() {
+    let script = "sphere(1.0) - 0.3 * cellular(3).scaled(3.0)";
+    let found = certified(script, 1.5, 1);
+    compare(script, 1.5, &found, 40);
+}
+
 /// A hollow shell with a ball in it.
 #[test]
 fn shells() {

@@ -4,7 +4,7 @@
 //! the same picture. (`0 x` is 0 even where `x` is infinite or not a number, and a zero may lose its sign.)
 
 use super::{Graph, NodeId};
-use crate::op::Op;
+use crate::op::{Op, Square};
 
 /// What becomes of an operation.
 pub(super) enum Folded {
@@ -12,8 +12,10 @@ pub(super) enum Folded {
     Node(NodeId),
     /// It is a number.
     Const(f64),
-    /// It stays, with its arguments in canonical order.
-    Op(Vec<NodeId>),
+    /// It stays, or is another one that has the same bits, with its arguments in canonical order.
+    Op(Op, Vec<NodeId>),
+    /// It is the sum of the squares of these.
+    Squares(Vec<NodeId>),
 }
 
 /// What an operation is, given which of its arguments are numbers.
@@ -39,7 +41,7 @@ pub(super) fn fold(graph: &Graph, op: Op, args: &[NodeId]) -> Folded {
     if matches!(op, Op::Add(_) | Op::Mul(_)) {
         args.sort();
     }
-    Folded::Op(args)
+    Folded::Op(op, args)
 }
 
 /// What an operation is, where that follows from those arguments that are numbers; `number(i)` says
@@ -77,6 +79,9 @@ fn of_equals(graph: &Graph, op: Op, args: &[NodeId]) -> Option<Folded> {
     match op {
         Op::Min(_) | Op::Max(_) if args[0] == args[1] => Some(Folded::Node(args[0])),
         Op::Sub(_) if args[0] == args[1] => Some(Folded::Const(0.0)),
+        // An enclosure of a product does not know that both are the same, and so may be below zero.
+        Op::Mul(_) if args[0] == args[1] => Some(Folded::Op(Op::Square(Square), vec![args[0]])),
+        Op::Dot(_) if args[..3] == args[3..] => Some(Folded::Squares(args[..3].to_vec())),
         Op::Neg(_) => match graph.node(args[0]) {
             super::Node::Op(Op::Neg(_), inner) => Some(Folded::Node(inner[0])),
             _ => None,

@@ -6,7 +6,7 @@ use crate::flow::Precision;
 use crate::grid::{Grid, never};
 use crate::noise::{Fractal, Noise};
 use crate::num::{Class, Kernel};
-use crate::op::Op;
+use crate::op::{self, Op};
 use crate::shape::Shape;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -168,8 +168,22 @@ impl Graph {
         match fold::fold(self, op, args) {
             fold::Folded::Node(id) => Ok(id),
             fold::Folded::Const(c) => self.constant(c),
-            fold::Folded::Op(args) => self.intern(Node::Op(op, args)),
+            fold::Folded::Op(op, args) => self.intern(Node::Op(op, args)),
+            fold::Folded::Squares(args) => self.squares(&args),
         }
+    }
+
+    /// The sum of squares, from the left.
+    fn squares(&mut self, args: &[NodeId]) -> Result<NodeId, TooLarge> {
+        let mut sum = None;
+        for &arg in args {
+            let square = self.op(Op::Square(op::Square), &[arg])?;
+            sum = Some(match sum {
+                Some(sum) => self.op(Op::Add(op::Add), &[sum, square])?,
+                None => square,
+            });
+        }
+        sum.map_or_else(|| self.constant(0.0), Ok)
     }
 
     /// A noise at a point.
@@ -429,5 +443,20 @@ mod tests {
         assert_eq!(graph.exchange(sum, sum, x), Ok(x));
         // What is not part of it changes nothing.
         assert_eq!(graph.exchange(sum, cosine, x), Ok(sum));
+    }
+
+    #[test]
+    fn what_is_multiplied_by_itself_is_a_square() {
+        use crate::op::{Dot, Mul, Square};
+        let mut graph = Graph::default();
+        let [x, y, z] = graph.point().unwrap();
+        let op = |graph: &mut Graph, op: Op, args: &[NodeId]| graph.op(op, args).unwrap();
+        let [a, b, c] = [x, y, z].map(|x| op(&mut graph, Op::Square(Square), &[x]));
+        assert_eq!(op(&mut graph, Op::Mul(Mul), &[y, y]), b);
+        assert_ne!(op(&mut graph, Op::Mul(Mul), &[x, y]), b);
+        let sum = op(&mut graph, Op::Add(Add), &[a, b]);
+        let sum = op(&mut graph, Op::Add(Add), &[sum, c]);
+        assert_eq!(op(&mut graph, Op::Dot(Dot), &[x, y, z, x, y, z]), sum);
+        assert_ne!(op(&mut graph, Op::Dot(Dot), &[x, y, z, y, x, z]), sum);
     }
 }

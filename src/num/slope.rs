@@ -145,6 +145,9 @@ impl Centred for Slope {
         let region = Region::around(p.map(|p| p.value));
         let grad = region.gradient(local, error);
         let own = length(grad.map(Interval::mag)).min(local.bounds.lipschitz);
-        Slope::new(region.value(local, error), chain(&grad, &p), own * spectral(&p) * ROUND_UP)
+        let norm = own * spectral(&p) * ROUND_UP;
+        // No component is longer than the whole: along a direction across the axes the components together say less.
+        let within = |part: Interval| if norm.is_finite() { part.meet(Interval::radius(norm)) } else { part };
+        Slope::new(region.value(local, error), chain(&grad, &p).map(within), norm)
     }
 }

@@ -3,7 +3,8 @@
 //! What is proven stays proven when other cells are cut, so only what is open is looked at again.
 
 use super::super::sets::Sets;
-use super::tree::{Node, Pair, State, Tree};
+use super::tree::{Pair, State, Tree};
+use super::ways::Ways;
 use rayon::prelude::*;
 
 /// Where the solid in a cell belongs.
@@ -170,15 +171,13 @@ fn differ(homes: &[Home], sets: &mut Sets, pair: &Pair) -> bool {
     }
 }
 
-/// Ways out of a cell: down along each axis, and down across them.
-const WAYS: usize = 4;
-
 /// A wait of a way out of an open cell for another cell.
 #[derive(Clone, Copy)]
 struct Wait {
     on: u32,
     cell: u32,
-    way: usize,
+    /// The axes along which it goes.
+    set: usize,
 }
 
 /// How far a way out of a cell is known.
@@ -195,7 +194,7 @@ struct Descent<'a> {
     /// In increasing order.
     open: Vec<u32>,
     /// Of the open cells.
-    ways: Vec<[Way; WAYS]>,
+    ways: Vec<[Way; Ways::SETS]>,
     /// Sorted by the cells that are waited for.
     waits: Vec<Wait>,
     tree: &'a Tree,
@@ -207,11 +206,11 @@ impl<'a> Descent<'a> {
         open.sort_unstable();
         open.retain(|&n| homes[n as usize].is_open());
         open.iter().for_each(|&n| homes[n as usize] = Home::Unknown);
-        let way = |n: u32, way: usize| {
-            let waiting = is_open(&tree.nodes[n as usize], way).then_some(0);
+        let way = |n: u32, set: usize| {
+            let waiting = tree.nodes[n as usize].way(set).map(|_| 0);
             Way { waiting, home: Home::Nothing }
         };
-        let ways = open.iter().map(|&n| std::array::from_fn(|k| way(n, k))).collect();
+        let ways = open.iter().map(|&n| std::array::from_fn(|set| way(n, set))).collect();
         let mut descent = Descent { open, ways, waits: Vec::new(), tree };
         for pair in pairs {
             let mut faces = (0..3).filter(|&axis| pair.towards[axis] != 0);
@@ -229,15 +228,15 @@ impl<'a> Descent<'a> {
             return;
         }
         let Ok(place) = self.open.binary_search(&cell) else { return };
-        let known = &self.tree.nodes[cell as usize].known;
-        for (way, falls) in [(axis, known.falls[axis]), (3, known.slant[axis])] {
-            let Way { waiting: Some(waiting), home } = &mut self.ways[place][way] else { continue };
-            if falls != sign {
+        let node = &self.tree.nodes[cell as usize];
+        for (set, way) in self.ways[place].iter_mut().enumerate() {
+            let Way { waiting: Some(waiting), home } = way else { continue };
+            if node.known.ways.of(set).is_none_or(|direction| direction[axis] != sign) {
                 continue;
             }
             if homes[on as usize] == Home::Unknown {
                 *waiting += 1;
-                self.waits.push(Wait { on, cell, way });
+                self.waits.push(Wait { on, cell, set });
             } else {
                 *home = home.or(homes[on as usize], sets);
             }
@@ -249,25 +248,25 @@ impl<'a> Descent<'a> {
     fn follow(mut self, homes: &mut [Home], sets: &mut Sets) {
         let (mut clear, mut unclear) = (Vec::new(), Vec::new());
         for place in 0..self.open.len() {
-            (0..WAYS).for_each(|way| self.note(place, way, &mut clear, &mut unclear));
+            (0..Ways::SETS).for_each(|set| self.note(place, set, &mut clear, &mut unclear));
         }
-        while let Some((place, way)) = clear.pop().or_else(|| unclear.pop()) {
+        while let Some((place, set)) = clear.pop().or_else(|| unclear.pop()) {
             let cell = self.open[place];
             if homes[cell as usize] != Home::Unknown {
                 continue;
             }
-            let home = self.ways[place][way].home;
+            let home = self.ways[place][set].home;
             homes[cell as usize] = home;
             let from = self.waits.partition_point(|wait| wait.on < cell);
             let to = from + self.waits[from..].partition_point(|wait| wait.on == cell);
             for i in from..to {
-                let Wait { cell, way, .. } = self.waits[i];
+                let Wait { cell, set, .. } = self.waits[i];
                 let Ok(place) = self.open.binary_search(&cell) else { continue };
-                if let Way { waiting: Some(waiting), home: so_far } = &mut self.ways[place][way] {
+                if let Way { waiting: Some(waiting), home: so_far } = &mut self.ways[place][set] {
                     *so_far = so_far.or(home, sets);
                     *waiting -= 1;
                 }
-                self.note(place, way, &mut clear, &mut unclear);
+                self.note(place, set, &mut clear, &mut unclear);
             }
         }
     }
@@ -276,28 +275,14 @@ impl<'a> Descent<'a> {
     fn note(
         &self,
         place: usize,
-        way: usize,
+        set: usize,
         clear: &mut Vec<(usize, usize)>,
         unclear: &mut Vec<(usize, usize)>,
     ) {
-        let Way { waiting, home } = self.ways[place][way];
+        let Way { waiting, home } = self.ways[place][set];
         if waiting == Some(0) {
             let list = if home == Home::Several { unclear } else { clear };
-            list.push((place, way));
+            list.push((place, set));
         }
     }
-}
-
-/// Whether the field falls along a way out of a cell, and that leads nowhere out of the region.
-fn is_open(node: &Node, way: usize) -> bool {
-    let known = &node.known;
-    if way < 3 {
-        return known.falls[way] != 0 && !node.ends(way, known.falls[way]);
-    }
-    known.slant != [0; 3] && (0..3).all(|axis| known.slant[axis] == 0 || !node.ends(axis, known.slant[axis]))
-}
-
-/// Whether there is any way out of a cell.
-pub(super) fn has_way(node: &Node) -> bool {
-    (0..WAYS).any(|way| is_open(node, way))
 }

@@ -43,6 +43,7 @@ mod bounds;
 mod joins;
 mod measure;
 mod tree;
+mod ways;
 
 use super::border::is_closed;
 use super::sets::Sets;
@@ -51,7 +52,7 @@ use crate::num::Interval;
 use crate::scene::Aabb;
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
-use joins::{Home, Joins, has_way};
+use joins::{Home, Joins};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use tree::{State, Tree};
@@ -203,10 +204,10 @@ pub fn components(
     let cells = Cells::new(tape.clone(), &region.intervals());
     let (mut tree, mut joins) = (Tree::new(*region), Joins::default());
     let (mut cut, mut fresh) = (Vec::new(), vec![0]);
-    let mut ran_short = false;
+    let (mut is_close, mut ran_short) = (false, false);
     loop {
         let boxes: Vec<Aabb> = fresh.iter().map(|&n| tree.cell(n)).collect();
-        for (&n, known) in fresh.iter().zip(bounds::bound(&cells, &boxes, watch.cancel)) {
+        for (&n, known) in fresh.iter().zip(bounds::bound(&cells, &boxes, is_close, watch.cancel)) {
             tree.nodes[n as usize].known = known;
         }
         watch.check()?;
@@ -215,7 +216,8 @@ pub fn components(
         (watch.progress)(clusters.settled(&tree));
         // Volumes are known as well as they can be if cells run short.
         cut = coarse(&tree, &fresh, limits);
-        if cut.is_empty() {
+        is_close = cut.is_empty();
+        if is_close {
             cut = clusters.to_cut(&tree, limits);
         }
         cut.sort_unstable_by_key(|&n| (tree.nodes[n as usize].level, n));
@@ -308,7 +310,7 @@ impl Clusters {
         for &n in open.iter() {
             let cluster = clusters.entry(near.of(n)).or_default();
             match homes[n as usize] {
-                Home::Unknown if has_way(&tree.nodes[n as usize]) => cluster.homeless.push(n),
+                Home::Unknown if tree.nodes[n as usize].has_way() => cluster.homeless.push(n),
                 Home::Unknown => cluster.blind.push(n),
                 _ => {
                     cluster.between.insert(n);

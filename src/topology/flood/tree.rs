@@ -1,5 +1,6 @@
 //! An octree over a region, and which of its cells touch.
 
+use super::ways::Ways;
 use crate::scene::Aabb;
 use glam::DVec3;
 
@@ -18,16 +19,13 @@ pub(super) enum State {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known {
     pub state: State,
-    /// The direction along each axis in which the field falls everywhere in the cell, -1 or 1; 0 if none is
-    /// known.
-    pub falls: [i8; 3],
-    /// The signs of a direction across the axes in which it does; all 0 if none is known.
-    pub slant: [i8; 3],
+    /// Directions in which the field falls everywhere in the cell.
+    pub ways: Ways,
 }
 
 impl Known {
     /// Nothing.
-    pub const NOTHING: Known = Known { state: State::Mixed, falls: [0; 3], slant: [0; 3] };
+    pub const NOTHING: Known = Known { state: State::Mixed, ways: Ways::NONE };
 }
 
 /// A cell of the tree.
@@ -77,6 +75,18 @@ impl Node {
             is_leaf || (0..3).all(|axis| towards[axis] == 0 || is_high(axis) == (towards[axis] > 0))
         };
         (0..count).filter(faces).map(move |i| first + i)
+    }
+
+    /// The way down along a set of axes, if there is one that leads nowhere out of the region.
+    pub fn way(&self, set: usize) -> Option<[i8; 3]> {
+        let leads_out =
+            |direction: &[i8; 3]| (0..3).any(|axis| direction[axis] != 0 && self.ends(axis, direction[axis]));
+        self.known.ways.of(set).filter(|direction| !leads_out(direction))
+    }
+
+    /// Whether there is any such way.
+    pub fn has_way(&self) -> bool {
+        (0..Ways::SETS).any(|set| self.way(set).is_some())
     }
 
     /// Whether its face towards -1 or 1 along an axis is on that of the region.
