@@ -4,11 +4,16 @@
 use super::engine::{INPUTS, Limits, Setup, Stop};
 use super::fault::Fault;
 use super::lexer;
+use super::marks::plain;
 use super::options::{describe, with_article};
 use super::synonyms;
+use super::wording::{function_name, lower_first, type_text, without_position};
 use crate::diag::{self, Diagnostic, Place, Sources};
 use rhai::{Dynamic, EvalAltResult, ParseErrorType, Position};
 use std::sync::Arc;
+
+/// What a trace says before the name of a function.
+const CALL: &str = "in the call of ";
 
 /// What is needed to explain an error.
 pub struct Explainer<'a> {
@@ -29,7 +34,7 @@ impl Explainer<'_> {
             let (what, inner, source, position) = match error {
                 EvalAltResult::ErrorInFunctionCall(name, source, inner, pos) => {
                     is_called = true;
-                    (format!("in the call of {}", function_name(name)), inner, source.as_str(), *pos)
+                    (format!("{CALL}{}", function_name(name)), inner, source.as_str(), *pos)
                 }
                 EvalAltResult::ErrorInModule(name, inner, pos) => {
                     (format!("in the import of {name}"), inner, name.as_str(), *pos)
@@ -67,9 +72,12 @@ impl Explainer<'_> {
         self.setup.loaded.sources.borrow().clone()
     }
 
-    /// A position in a file, as wide as the token there.
+    /// A position in a file, as wide as the token there; none on the lines that are added to modules.
     fn place(&self, file: &str, position: Position) -> Option<Place> {
-        Some(self.measured(file, position.line()? as u32, position.position().unwrap_or(1).max(1) as u32))
+        let line = position.line()?;
+        let is_added = self.sources().get(file).is_some_and(|text| line > text.lines().count().max(1));
+        let column = position.position().unwrap_or(1).max(1) as u32;
+        (!is_added).then(|| self.measured(file, line as u32, column))
     }
 
     /// A place as wide as the token there.
@@ -120,6 +128,14 @@ impl Explainer<'_> {
         if let Some(inner) = inner {
             d.trace.truncate(own);
             d.trace.insert(0, ("raised".to_owned(), inner));
+        }
+        // What the library throws itself is a sentence about the call, what comes of it inside is not.
+        let is_sentence = matches!(error, EvalAltResult::ErrorRuntime(payload, _) if payload.is_string());
+        if d.hints.is_empty()
+            && !is_sentence
+            && let Some((_, called)) = d.trace.last()
+        {
+            d.hints.extend(usage(what.trim_start_matches(CALL), called));
         }
         d.place = self.key_place(error, Some(&place)).or(Some(place));
         d.label.get_or_insert(what);
@@ -281,7 +297,8 @@ impl Explainer<'_> {
     }
 
     fn unknown_function(&self, signature: &str, file: &str) -> Diagnostic {
-        let (full, types) = signature.split_once(" (").unwrap_or((signature, ")"));
+        let signature = plain(signature);
+        let (full, types) = signature.split_once(" (").unwrap_or((&signature, ")"));
         let given = type_text(types.trim_end_matches(')'));
         let name = full.rsplit("::").next().unwrap_or(full).trim();
         if super::library::is_operator(name) {
@@ -337,6 +354,15 @@ impl Explainer<'_> {
             None => d,
         }
     }
+}
+
+/// How a function of the standard library is called, which is defined where a place is.
+fn usage(name: &str, place: &Place) -> Option<String> {
+    let module = place.file.strip_suffix(".rhai")?;
+    let is_it = |e: &super::library::Entry| e.group == module && e.name.rsplit("::").next() == Some(name);
+    let entries = super::std_entries().into_iter().filter(is_it);
+    let signatures: Vec<String> = entries.map(|e| e.signature).collect();
+    (!signatures.is_empty()).then(|| format!("it is called as {}", signatures.join(" or ")))
 }
 
 fn fault_of(error: &EvalAltResult) -> Option<Fault> {
@@ -438,62 +464,5 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
         }
         P::TooManyFunctions => Diagnostic::error("the script defines too many functions"),
         other => Diagnostic::error(lower_first(&type_text(&other.to_string()))),
-    }
-}
-
-fn lower_first(text: &str) -> String {
-    let mut chars = text.chars();
-    let acronym = text.chars().nth(1).is_some_and(char::is_uppercase);
-    match chars.next() {
-        Some(c) if !acronym => c.to_lowercase().chain(chars).collect(),
-        _ => text.to_owned(),
-    }
-}
-
-fn function_name(name: &str) -> &str {
-    if name.starts_with("anon$") { "a function without a name" } else { name }
-}
-
-fn without_position(text: &str) -> String {
-    text.split(" (line ").next().unwrap_or(text).to_owned()
-}
-
-/// Names of types in an engine's message, as scripts have them.
-fn type_text(text: &str) -> String {
-    let mut out = text.to_owned();
-    let pairs = [
-        ("&str | ImmutableString | String", "string"),
-        ("ImmutableString", "string"),
-        ("rhai::FnPtr", "function"),
-        ("FnPtr", "function"),
-        ("i64", "integer"),
-        ("f64", "float"),
-        ("()", "nothing"),
-        ("#{}", "object map"),
-        ("floating-point number", "float"),
-    ];
-    for (from, to) in pairs {
-        out = out.replace(from, to);
-    }
-    // Whatever path is left names a type of the host.
-    out.split(' ').map(own_name).collect::<Vec<_>>().join(" ")
-}
-
-/// The name that scripts have for a type of the host.
-fn own_name(word: &str) -> &str {
-    let Some((_, last)) = word.rsplit_once("::") else { return word };
-    if !(word.starts_with("orogen::")
-        || word.contains('<')
-        || word.starts_with("core::")
-        || word.starts_with("alloc::"))
-    {
-        return word;
-    }
-    match last.trim_end_matches(['>', ',', ')']) {
-        "SceneValue" => "Scene",
-        "Source" => "Noise",
-        name @ ("Field" | "VectorField" | "Vec3" | "Region" | "AffineVec3" | "Interval" | "Affine") => name,
-        name @ ("Camera" | "Sun" | "Sky" | "Film" | "Air") => name,
-        _ => "value",
     }
 }

@@ -1,5 +1,6 @@
 //! The script engine: which of its parts a script may use, and how much of everything.
 
+use super::fault::Fault;
 use super::host::Host;
 use super::lexer;
 use super::library::{self, Entry};
@@ -126,6 +127,7 @@ pub fn setup(
     bound(&mut engine, limits);
     watch(&mut engine, &host);
     listen(&mut engine, &host);
+    tell_of_faults(&mut engine);
     let folder = resolver(loaded.clone());
     engine.set_module_resolver(folder.clone());
     let entries = library::register(&mut engine, &host, &folder);
@@ -135,7 +137,7 @@ pub fn setup(
     for (name, text) in modules::STD.iter().filter(|(name, _)| modules::PRELUDE.contains(name)) {
         let file = format!("std/{name}.rhai");
         loaded.source(&file, &Arc::from(*text));
-        let module = modules::build(&engine, &file, text).map_err(|e| broken(e.to_string()))?;
+        let module = loaded.build_prelude(&engine, &file, text).map_err(|e| broken(e.to_string()))?;
         engine.register_global_module(module.into());
         lexer::functions(text).iter().for_each(|function| as_method(&mut engine, function));
     }
@@ -169,6 +171,15 @@ fn resolve(engine: &mut Engine, globals: HashMap<&'static str, Dynamic>) {
         let is_local = place > 0 || context.scope().contains(name);
         Ok(if is_local { None } else { globals.get(name).cloned() })
     });
+}
+
+/// Lets scripts that catch an error print it, or ask for its `message`.
+fn tell_of_faults(engine: &mut Engine) {
+    let message = |fault: &mut Fault| fault.message.clone();
+    engine.register_type_with_name::<Fault>("Error").register_get("message", message);
+    for name in ["to_string", "to_debug", "print", "debug"] {
+        engine.register_fn(name, message);
+    }
 }
 
 /// `x y z p time` and a few numbers.
@@ -216,8 +227,10 @@ fn listen(engine: &mut Engine, host: &Rc<Host>) {
     const LINES: usize = 10_000;
     let say = |host: &Host, text: &str| {
         let mut output = host.output.borrow_mut();
-        if output.len() < LINES {
-            output.push(text.to_owned());
+        match output.len() {
+            ..LINES => output.push(text.to_owned()),
+            LINES => output.push(format!("(what is said after {LINES} lines is left out)")),
+            _ => {}
         }
     };
     let (first, second) = (host.clone(), host.clone());

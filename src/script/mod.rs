@@ -26,6 +26,7 @@ pub mod help;
 mod host;
 mod lexer;
 mod library;
+mod marks;
 mod modules;
 mod noises;
 mod options;
@@ -38,6 +39,7 @@ mod synonyms;
 mod syntax;
 mod tree;
 mod value;
+mod wording;
 
 pub use complete::{Candidate, Completion};
 pub use definitions::definitions;

@@ -6,10 +6,11 @@
 
 use super::fault::Fault;
 use super::lexer;
+use super::marks::Marks;
 use crate::diag::{self, Sources};
 use crate::world::World;
 use rhai::{Engine, EvalAltResult, Module, ModuleResolver, Position, Scope, Shared};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -58,6 +59,10 @@ pub struct Loaded {
     modules: RefCell<HashMap<String, (SharedModule, Vec<lexer::Documented>)>>,
     /// Imports in progress, for cycles.
     chain: RefCell<Vec<String>>,
+    /// Functions that need no import.
+    prelude: RefCell<Marks>,
+    /// Modules that were built.
+    built: Cell<usize>,
 }
 
 impl Loaded {
@@ -85,9 +90,27 @@ impl Loaded {
         self.modules.borrow().get(path).map_or(Vec::new(), |(_, functions)| functions.clone())
     }
 
+    /// Runs a text as a module.
+    pub fn build(&self, engine: &Engine, name: &str, text: &str) -> Result<Module> {
+        let number = self.built.replace(self.built.get() + 1);
+        let marked = self.prelude.borrow().put(text, number);
+        let mut ast = engine.compile(marked).map_err(Box::<EvalAltResult>::from)?;
+        ast.set_source(name);
+        Module::eval_ast_as_new(Scope::new(), &ast, engine)
+    }
+
+    /// Runs a text as a module whose functions need no import.
+    pub fn build_prelude(&self, engine: &Engine, name: &str, text: &str) -> Result<Module> {
+        let number = self.built.get();
+        let module = self.build(engine, name, text)?;
+        self.prelude.borrow_mut().learn(text, number);
+        Ok(module)
+    }
+
     /// Forgets all modules, so that changed files are read again.
     pub fn clear(&self) {
         self.modules.borrow_mut().clear();
+        self.built.set(PRELUDE.len());
     }
 }
 
@@ -110,7 +133,7 @@ impl ModuleResolver for Resolver {
         let (name, text) = self.read(path).map_err(|f| at(f, pos))?;
         self.loaded.source(&name, &text);
         self.loaded.chain.borrow_mut().push(path.to_owned());
-        let module = build(engine, &name, &text);
+        let module = self.loaded.build(engine, &name, &text);
         self.loaded.chain.borrow_mut().pop();
         let module: SharedModule =
             module.map_err(|e| Box::new(EvalAltResult::ErrorInModule(name.clone(), e, pos)))?.into();
@@ -118,13 +141,6 @@ impl ModuleResolver for Resolver {
         self.loaded.modules.borrow_mut().insert(path.to_owned(), (module.clone(), functions));
         Ok(module)
     }
-}
-
-/// Runs a text as a module.
-pub fn build(engine: &Engine, name: &str, text: &str) -> Result<Module> {
-    let mut ast = engine.compile(text).map_err(Box::<EvalAltResult>::from)?;
-    ast.set_source(name);
-    Module::eval_ast_as_new(Scope::new(), &ast, engine)
 }
 
 fn at(fault: Fault, pos: Position) -> Box<EvalAltResult> {

@@ -222,11 +222,15 @@ impl Call<'_> {
         } else {
             format!("{which} of `{}` must be {wanted}, not {given}", self.name)
         });
-        match self.args[i].is::<Corrected>() {
-            true => {
+        let given = &self.args[i];
+        let is_pair = given.read_lock::<rhai::Array>().is_some_and(|array| array.len() == 2);
+        match () {
+            () if given.is::<Corrected>() => {
                 fault.hint("correct last: colour, move and combine before, and end with largest_component(f)")
             }
-            false => fault,
+            () if given.is_char() => fault.hint("a text is in double quotes: \"A\""),
+            () if is_pair && wanted.contains("vector") => fault.hint("a vector has three parts: [1, 2, 0]"),
+            () => fault,
         }
     }
 

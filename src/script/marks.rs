@@ -1,0 +1,249 @@
+//! Names of functions kept apart: what a module calls is its own, or the library's.
+//!
+//! The engine finds a function by its name and the number of its arguments, and remembers what it found, whoever asked.
+//! Where a script and a module, or two modules, have functions of the same name, one would be given that of the other;
+//! and a function of a module that was found from within would be called from without as if it had no module around it,
+//! and not see what is private there. So no two modules may have a function of the same name. Before a module is compiled,
+//! its functions are *marked*, where they are defined and where they are called: the first character of the name becomes
+//! one that no script has, a different one for each module. Lines and columns stay as they are.
+//! Others call such a function by a second one with the plain name, on a line after the last. So are marked the calls of
+//! functions that need no import, which a script may define otherwise for itself. Functions that use `this` cannot be
+//! called by others, and are left as they are.
+
+use super::lexer::{Kind, Token, tokens};
+use std::collections::HashMap;
+use std::fmt::Write;
+
+/// The characters that names may begin with.
+const FIRST: &str = "_ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz";
+
+/// The first character of marked names: ideographs so rare that no script has them.
+const MARKS: u32 = 0x20000;
+
+/// Modules for which there are enough.
+const MODULES: usize = 0xa6d0 / FIRST.len();
+
+/// A function by its name and number of arguments.
+type Function = (String, usize);
+
+/// Functions that are marked, and the module that they are of.
+#[derive(Clone, Default, Debug)]
+pub struct Marks(HashMap<Function, usize>);
+
+/// A name with the mark of a module; the name itself where there are no more marks.
+fn marked(name: &str, module: usize) -> String {
+    let mut rest = name.chars();
+    let place = rest.next().and_then(|first| FIRST.find(first)).filter(|_| module < MODULES);
+    let mark = place.and_then(|place| char::from_u32(MARKS + (module * FIRST.len() + place) as u32));
+    mark.map_or_else(|| name.to_owned(), |mark| format!("{mark}{}", rest.as_str()))
+}
+
+/// A message about names as scripts have them.
+pub fn plain(text: &str) -> String {
+    let of = |c: char| {
+        let place = (c as u32).checked_sub(MARKS).map(|n| n as usize).filter(|n| *n < MODULES * FIRST.len());
+        place.and_then(|n| FIRST.chars().nth(n % FIRST.len())).unwrap_or(c)
+    };
+    text.chars().map(of).collect()
+}
+
+/// A function that a module defines.
+struct Definition {
+    name: String,
+    /// As they are written.
+    parameters: String,
+    is_private: bool,
+    uses_this: bool,
+}
+
+impl Definition {
+    fn function(&self) -> Function {
+        (self.name.clone(), super::lexer::parameters(&self.parameters))
+    }
+}
+
+/// The tokens of a text that mean something.
+fn meaning(text: &str) -> Vec<Token<'_>> {
+    tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect()
+}
+
+/// The place of the bracket that closes the one at a place.
+fn closing(tokens: &[Token<'_>], open: usize) -> Option<usize> {
+    let mut depth = 0;
+    for (i, token) in tokens.iter().enumerate().skip(open) {
+        match token.text {
+            "(" | "{" | "[" => depth += 1,
+            ")" | "}" | "]" => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return Some(i);
+        }
+    }
+    None
+}
+
+/// How many arguments there are between brackets.
+fn arguments(tokens: &[Token<'_>], open: usize) -> Option<usize> {
+    let close = closing(tokens, open)?;
+    let (mut count, mut i) = (usize::from(close > open + 1), open + 1);
+    while i < close {
+        match tokens[i].text {
+            "(" | "{" | "[" => i = closing(tokens, i)?,
+            // Parameters of a function without a name.
+            "|" if matches!(tokens[i - 1].text, "(" | ",") => {
+                i += 1 + tokens[i + 1..close].iter().position(|t| t.text == "|")?;
+            }
+            "," if i + 1 < close => count += 1,
+            _ => {}
+        }
+        i += 1;
+    }
+    Some(count)
+}
+
+/// The functions that a text defines.
+fn definitions(text: &str) -> Vec<Definition> {
+    let tokens = meaning(text);
+    let define = |i: usize| {
+        let (name, open) = (tokens.get(i + 1)?, i + 2);
+        if tokens[i].text != "fn" || name.kind != Kind::Word || tokens.get(open)?.text != "(" {
+            return None;
+        }
+        let close = closing(&tokens, open)?;
+        let body = closing(&tokens, close + 1)?;
+        Some(Definition {
+            name: name.text.to_owned(),
+            parameters: text[tokens[open].end()..tokens[close].start].to_owned(),
+            is_private: i > 0 && tokens[i - 1].text == "private",
+            uses_this: tokens[close..body].iter().any(|t| t.text == "this"),
+        })
+    };
+    (0..tokens.len()).filter_map(define).collect()
+}
+
+impl Marks {
+    /// Takes the functions of a module in.
+    pub fn learn(&mut self, text: &str, module: usize) {
+        let own = definitions(text).into_iter().filter(|definition| !definition.uses_this);
+        self.0.extend(own.map(|definition| (definition.function(), module)));
+    }
+
+    /// The text of a module with its functions marked, and those that are marked already.
+    pub fn put(&self, text: &str, module: usize) -> String {
+        let mut marks = self.clone();
+        let defined = definitions(text);
+        // What it defines itself and cannot be marked is not that of another.
+        for own in &defined {
+            marks.0.remove(&own.function());
+        }
+        marks.learn(text, module);
+        let mut out = marks.marked_text(text);
+        for own in defined.iter().filter(|own| !own.uses_this) {
+            let (name, parameters) = (&own.name, &own.parameters);
+            let names = parameters.split(',').map(|name| name.trim()).collect::<Vec<_>>().join(", ");
+            let private = if own.is_private { "private " } else { "" };
+            let _ = write!(out, "\n{private}fn {name}({names}) {{ {}({names}) }}", marked(name, module));
+        }
+        out
+    }
+
+    fn marked_text(&self, text: &str) -> String {
+        let tokens = meaning(text);
+        let (mut out, mut done) = (String::with_capacity(text.len()), 0);
+        for (i, token) in tokens.iter().enumerate() {
+            let is_private = token.text == "private" && self.is_marked(&tokens, i + 2);
+            let replaced = match token.kind {
+                Kind::Text => self.in_text(token.text, i > 1 && tokens[i - 2].text == "Fn"),
+                // Nobody else knows the marked name, and others must find it.
+                Kind::Word if is_private => Some(" ".repeat(token.text.len())),
+                Kind::Word => self.module_of(&tokens, i).map(|module| marked(token.text, module)),
+                _ => None,
+            };
+            if let Some(replaced) = replaced {
+                out += &text[done..token.start];
+                out += &replaced;
+                done = token.end();
+            }
+        }
+        out + &text[done..]
+    }
+
+    fn is_marked(&self, tokens: &[Token<'_>], i: usize) -> bool {
+        tokens.get(i).is_some_and(|token| token.kind == Kind::Word) && self.module_of(tokens, i).is_some()
+    }
+
+    /// The module of the function that is called or defined at a token, if it is marked.
+    fn module_of(&self, tokens: &[Token<'_>], i: usize) -> Option<usize> {
+        let is_named_otherwise = i > 0 && matches!(tokens[i - 1].text, "." | ":");
+        let is_called = tokens.get(i + 1)?.text == "(" && !is_named_otherwise;
+        let function = (tokens[i].text.to_owned(), arguments(tokens, i + 1).filter(|_| is_called)?);
+        self.0.get(&function).copied()
+    }
+
+    /// A text with the expressions in it marked, or with the name that it is.
+    fn in_text(&self, text: &str, is_name: bool) -> Option<String> {
+        if is_name {
+            let name = text.trim_matches(['"', '`']);
+            let module = self.0.iter().find(|((own, _), _)| own == name).map(|(_, module)| *module)?;
+            return Some(text.replacen(name, &marked(name, module), 1));
+        }
+        let (before, rest) = text.strip_prefix('`').and_then(|inner| inner.split_once("${"))?;
+        // Brackets may be in brackets.
+        let inner = format!("{{{rest}");
+        let tokens = meaning(&inner);
+        let end = tokens[closing(&tokens, 0)?].start;
+        let after = format!("`{}", &inner[end..]);
+        let after = self.in_text(&after, false).unwrap_or(after);
+        Some(format!("`{before}${}{}", self.marked_text(&inner[..end]), &after[1..]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(text: &str) -> String {
+        let marked = Marks::default().put(text, 7);
+        assert!(plain(&marked).starts_with(text) || text.contains("private"));
+        marked.chars().map(|c| if c as u32 >= MARKS { '*' } else { c }).collect()
+    }
+
+    #[test]
+    fn what_is_defined_is_marked_where_it_is_called() {
+        let text =
+            "fn half(a) { low(a, |i, j| i) / 2 }\nprivate fn low(a, b) { a.half() + m::half(a) + half }";
+        let all =
+            "fn *alf(a) { *ow(a, |i, j| i) / 2 }\n        fn *ow(a, b) { a.half() + m::half(a) + half }";
+        let others = "\nfn half(a) { *alf(a) }\nprivate fn low(a, b) { *ow(a, b) }";
+        assert_eq!(shown(text), format!("{all}{others}"));
+    }
+
+    #[test]
+    fn texts_are_marked_within() {
+        let text =
+            "fn f(a) { `f(1) ${f(a) + #{b: f(2)}.b} and ${f( [1, 2] )}` + \"f(1)\" + Fn(\"f\").call(1) }";
+        let all =
+            "fn *(a) { `f(1) ${*(a) + #{b: *(2)}.b} and ${*( [1, 2] )}` + \"f(1)\" + Fn(\"*\").call(1) }";
+        assert_eq!(shown(text), format!("{all}\nfn f(a) {{ *(a) }}"));
+    }
+
+    #[test]
+    fn other_functions_stay() {
+        for text in ["fn f(a) { this + f(a) }", "f(1) + g(2)", "let f = 1; fn int.f(a) { f }", "fn f(a) {"] {
+            assert_eq!(shown(text), text);
+        }
+        // A function by the same name with other arguments is another.
+        assert_eq!(shown("fn f(a) { f(a, 1,) + f() }"), "fn *(a) { f(a, 1,) + f() }\nfn f(a) { *(a) }");
+    }
+
+    #[test]
+    fn modules_have_marks_of_their_own() {
+        let names: std::collections::HashSet<String> = (0..MODULES)
+            .flat_map(|module| FIRST.chars().map(move |c| marked(&c.to_string(), module)))
+            .collect();
+        assert_eq!(names.len(), MODULES * FIRST.len());
+        assert!(names.iter().all(|name| plain(name).len() == 1 && FIRST.contains(&plain(name))));
+        assert_eq!(marked("f", MODULES), "f");
+    }
+}
