@@ -146,7 +146,7 @@ impl Form {
             }
             let fill = |out: &mut BufWriter<&mut File>| match (self, i) {
                 (Form::Raw, 0) => file::write(samples, out),
-                (Form::Raw, _) => out.write_all(file::header(&samples.frame).as_bytes()),
+                (Form::Raw, _) => out.write_all(file::header(samples).as_bytes()),
                 (Form::Slices, i) => {
                     file::slice(samples, i).map_or(Ok(()), |slice| image::write(&slice, out))
                 }

@@ -1,7 +1,8 @@
 //! `orogen new`: a script to start from.
 
 use super::report::{Failure, Outcome, err, quoted};
-use std::fs::OpenOptions;
+use crate::diag::Diagnostic;
+use crate::world::atomic::{self, WriteError};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -22,13 +23,14 @@ pub struct Args {
 pub fn run(args: &Args) -> Outcome {
     let path = script_path(&args.name)?;
     let shown = path.display();
-    let mut options = OpenOptions::new();
-    let mut file = options.write(true).create_new(true).open(&path).map_err(|e| refusal(&path, &e))?;
-    if let Err(e) = file.write_all(STARTER.as_bytes()) {
-        // The file is new, so removing it loses nothing.
-        let _ = std::fs::remove_file(&path);
-        return Err(refusal(&path, &e));
+    if path.symlink_metadata().is_ok() {
+        return Err(refusal(&path, &ErrorKind::AlreadyExists.into()));
     }
+    atomic::write(&path, |file| file.write_all(STARTER.as_bytes())).map_err(|error| match error {
+        WriteError::NoFolder(_) => refusal(&path, &ErrorKind::NotFound.into()),
+        WriteError::Folder { source, .. } | WriteError::Other { source, .. } => refusal(&path, &source),
+        other => Diagnostic::error(other.to_string()).into(),
+    })?;
     let typed = quoted(&path);
     err(format_args!(
         "created {shown}\n\n\

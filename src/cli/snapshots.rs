@@ -1,7 +1,7 @@
 //! `--snapshots`: pictures of a picture on its way.
 
 use super::report::Failure;
-use super::work::Work;
+use super::work::{self, Work};
 use crate::render::{Picture, Rect, Rough, Snapshots, Steering};
 use crate::scene::Scene;
 use crate::session::Loaded;
@@ -61,7 +61,8 @@ impl Series {
         for (number, &side) in (1..).zip(&self.sides) {
             let focus = self.focus.filter(|_| number > 1);
             let snapshot = self.seen.at(side, focus, picture);
-            work.save_to(&numbered(&work.output, number), loaded, scene, &snapshot)?;
+            let file = work::place(&numbered(&work.output, number), picture);
+            work.save_to(&file, loaded, scene, &snapshot)?;
         }
         Ok(())
     }

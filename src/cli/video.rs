@@ -17,9 +17,9 @@ use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -85,7 +85,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         let mut command = Command::new("ffmpeg");
         command.args(["-progress", "pipe:1"]).args(arguments(args, &pattern, (frames, count), temporary));
         let given = if frames.are_consecutive() { Stdio::null() } else { Stdio::piped() };
-        command.stdin(given).stdout(Stdio::piped());
+        command.stdin(given).stdout(Stdio::piped()).stderr(Stdio::piped());
         let child = command.spawn();
         missing = child.as_ref().is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
         let files = frames.numbers().map(|number| pattern.path(number)).collect();
@@ -224,6 +224,9 @@ fn arguments(args: &Args, pattern: &Pattern, (frames, count): (Frames, u64), out
 /// its pipes open.
 fn follow(mut child: Child, given: Vec<PathBuf>, flag: &Flag, told: impl Fn(u64)) -> io::Result<u64> {
     let shown = Arc::new(AtomicU64::new(0));
+    let complained = Arc::new(AtomicBool::new(false));
+    let (told_of, is_told) = (child.stderr.take(), complained.clone());
+    let relaying = told_of.map(|text| thread::spawn(move || relay(text, &is_told)));
     let (said, count) = (child.stdout.take(), shown.clone());
     let counting = said.map(|said| thread::spawn(move || self::count(said, &count)));
     let feeding = child.stdin.take().map(|input| thread::spawn(move || feed(input, &given)));
@@ -241,7 +244,8 @@ fn follow(mut child: Child, given: Vec<PathBuf>, flag: &Flag, told: impl Fn(u64)
     };
     // Its last words may be on their way.
     for _ in 0..LAST_WORDS {
-        if counting.as_ref().is_none_or(JoinHandle::is_finished) {
+        let is_heard = relaying.as_ref().is_none_or(JoinHandle::is_finished);
+        if is_heard && counting.as_ref().is_none_or(JoinHandle::is_finished) {
             break;
         }
         thread::sleep(LOOK);
@@ -249,10 +253,20 @@ fn follow(mut child: Child, given: Vec<PathBuf>, flag: &Flag, told: impl Fn(u64)
     if let Some(Ok(Err(error))) = feeding.filter(JoinHandle::is_finished).map(JoinHandle::join) {
         return Err(io::Error::other(format!("a frame cannot be read any more ({error})")));
     }
-    if status.success() {
-        return Ok(shown.load(Ordering::Relaxed));
+    // Where the disk is full it says so, and that all went well.
+    match (status.success(), complained.load(Ordering::Relaxed)) {
+        (true, false) => Ok(shown.load(Ordering::Relaxed)),
+        (true, true) => Err(io::Error::other("ffmpeg failed; what it says is above")),
+        _ => Err(io::Error::other(format!("ffmpeg failed with {status}; what it says is above"))),
     }
-    Err(io::Error::other(format!("ffmpeg failed with {status}; what it says is above")))
+}
+
+/// Passes on what is said of errors, and notes that there was something.
+fn relay(told: ChildStderr, any: &AtomicBool) {
+    for line in BufReader::new(told).lines().map_while(Result::ok) {
+        any.store(true, Ordering::Relaxed);
+        err(line);
+    }
 }
 
 /// Reads how many frames were taken in lines such as `frame=17`.

@@ -7,7 +7,7 @@ use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, count, in_quotes, out, plural, seconds};
 use crate::cast::CastStats;
 use crate::diag::Diagnostic;
-use crate::render::{self, About, Heatmap, Metadata, Part, Picture};
+use crate::render::{self, About, Heatmap, Metadata, Part, Picture, Saved};
 use crate::scene::{Scene, Value};
 use crate::session::{Digests, Loaded, Order, Session};
 use crate::world::{Disk, atomic};
@@ -73,27 +73,20 @@ impl Work {
 
     /// Refuses to write what the script reads.
     pub fn spare(&self, loaded: &Loaded) -> Outcome {
-        let partial = self.partial();
-        spare(loaded, [&self.output, &partial].into_iter().chain(&self.stats).map(PathBuf::as_path))
+        spare(loaded, [&self.output].into_iter().chain(&self.stats).map(PathBuf::as_path))
     }
 
-    /// Where an unfinished picture goes if there is an earlier one.
-    fn partial(&self) -> PathBuf {
-        self.output.with_extension(match self.output.extension() {
-            Some(e) => format!("partial.{}", e.to_string_lossy()),
-            None => "partial".into(),
-        })
-    }
-
-    /// Where a picture goes: an unfinished one never takes the place of an earlier picture.
-    fn file(&self, picture: &Picture) -> PathBuf {
-        if !picture.finished && self.output.exists() { self.partial() } else { self.output.clone() }
+    /// Whether a file holds this picture already, finished.
+    pub fn is_made(&self, path: &Path) -> bool {
+        let Ok(saved) = Saved::open(path) else { return false };
+        let departs = self.session.departure(&saved.about.recipe, &self.order, &mut Digests::new()).is_some();
+        !saved.about.is_unfinished() && !departs
     }
 
     /// Saves what the pixels of a picture cost, in place of the picture. Returns the file that was
     /// written.
     pub fn save_heatmap(&self, picture: &Picture) -> Result<PathBuf, Failure> {
-        let path = self.file(picture);
+        let path = place(&self.output, picture);
         let figure = Heatmap::of(picture).draw().map_err(|e| Diagnostic::error(e.to_string()))?;
         atomic::write(&path, |f| figure.write_png(f)).map_err(|e| Diagnostic::error(e.to_string()))?;
         Ok(path)
@@ -101,7 +94,7 @@ impl Work {
 
     /// Saves a picture. Returns the file that was written.
     pub fn save(&self, loaded: &Loaded, scene: &Scene, picture: &Picture) -> Result<PathBuf, Failure> {
-        let path = self.file(picture);
+        let path = place(&self.output, picture);
         self.save_to(&path, loaded, scene, picture)?;
         Ok(path)
     }
@@ -131,9 +124,24 @@ impl Work {
         let statistics = Statistics::new(self, file, scene, picture);
         let text = serde_json::to_string_pretty(&statistics)
             .map_err(|e| Diagnostic::error(format!("cannot write the statistics ({e})")))?;
-        atomic::write(path, |f| writeln!(f, "{text}")).map_err(|e| Diagnostic::error(e.to_string()))?;
+        let path = place(path, picture);
+        atomic::write(&path, |f| writeln!(f, "{text}")).map_err(|e| Diagnostic::error(e.to_string()))?;
         Ok(())
     }
+}
+
+/// Where something of a picture goes: what is of an unfinished one never takes the place of an earlier file, but that of
+/// `NAME.partial.png`, or the first name with a number that is free.
+pub fn place(path: &Path, picture: &Picture) -> PathBuf {
+    if picture.finished || !path.exists() {
+        return path.to_owned();
+    }
+    let ending = path.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
+    let named = |number: u32| {
+        let number = if number == 1 { String::new() } else { number.to_string() };
+        path.with_extension(format!("partial{number}{ending}"))
+    };
+    (1..).map(named).find(|name| !name.exists()).unwrap_or_else(|| named(1))
 }
 
 /// A script that is to become something other than a picture, and what watches over that.

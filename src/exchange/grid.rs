@@ -8,12 +8,14 @@
 //!
 //! The header says what programs that read raw data ask for. It may leave out the place (samples are
 //! then one apart from the origin on) and the edge, and may say more than that; what it says of the
-//! size is compared with the length of the data before anything else. Programs that read pictures
+//! size is compared with the length of the data before anything else, and a digest, which those have that are written
+//! here, with the numbers: two files are not replaced at one stroke. Programs that read pictures
 //! are better served with [slices](slice()).
 
 use super::fault::{Fault, Place};
 use super::image::Image;
 use crate::grid::{Edge, Failure, Frame, Samples};
+use crate::num::Digest;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
@@ -33,6 +35,9 @@ struct Header {
     spacing: [f64; 3],
     #[serde(default = "clamp")]
     edge: String,
+    /// Of the numbers, so that no others are taken for them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    digest: Option<String>,
 }
 
 const FLOAT32: &str = "float32";
@@ -59,13 +64,21 @@ pub fn data_name(header: &str) -> String {
 }
 
 /// The header of a grid.
-pub fn header(frame: &Frame) -> String {
-    let Frame { size, origin, spacing, edge } = *frame;
+pub fn header(samples: &Samples) -> String {
+    let Frame { size, origin, spacing, edge } = samples.frame;
     let edge = if edge == Edge::Repeat { "repeat".to_owned() } else { clamp() };
-    let header =
-        Header { kind: FLOAT32.to_owned(), endian: little(), order: xyz(), size, origin, spacing, edge };
+    let digest = Some(digest(samples.values.iter().map(|value| *value as f32)));
+    let (kind, endian, order) = (FLOAT32.to_owned(), little(), xyz());
+    let header = Header { kind, endian, order, size, origin, spacing, edge, digest };
     // Texts and finite numbers can always be written.
     serde_json::to_string_pretty(&header).unwrap_or_default() + "\n"
+}
+
+/// The digest of numbers.
+fn digest(numbers: impl Iterator<Item = f32>) -> String {
+    let mut digest = Digest::default();
+    numbers.for_each(|number| digest.whole(u64::from(number.to_bits())));
+    digest.to_string()
 }
 
 /// Writes the numbers of a grid, rounded to 32 bits.
@@ -90,10 +103,10 @@ pub fn write(samples: &Samples, out: &mut dyn Write) -> io::Result<()> {
 /// The grid of a header and the numbers that belong to it; `name` is that of the header.
 ///
 /// # Errors
-/// When the header is damaged or asks for what is not read, when the numbers are not as many as it says,
-/// and when one of them is not finite.
+/// When the header is damaged or asks for what is not read, when the numbers are not as many as it says or not those
+/// that it was written with, and when one of them is not finite.
 pub fn read(name: &str, header: &[u8], data: &[u8]) -> Result<Samples, Fault> {
-    let frame = frame(header).map_err(|fault| fault.of(name))?;
+    let (frame, known) = frame(header).map_err(|fault| fault.of(name))?;
     let data_name = data_name(name);
     let wanted = 4 * frame.count();
     if data.len() != wanted {
@@ -103,6 +116,11 @@ pub fn read(name: &str, header: &[u8], data: &[u8]) -> Result<Samples, Fault> {
         return Err(Fault::new(Place::Whole, what).remedy(remedy).of(&data_name));
     }
     let single = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    if known.is_some_and(|known| known != digest(data.chunks_exact(4).map(single))) {
+        let what = format!("these are not the numbers that {name} was written with");
+        let remedy = format!("write both files again; if the numbers are right, take `digest` out of {name}");
+        return Err(Fault::new(Place::Whole, what).remedy(remedy).of(&data_name));
+    }
     let values: Vec<f64> = data.chunks_exact(4).map(|bytes| f64::from(single(bytes))).collect();
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(Samples { frame, values }),
@@ -113,8 +131,8 @@ pub fn read(name: &str, header: &[u8], data: &[u8]) -> Result<Samples, Fault> {
     }
 }
 
-/// Where the samples lie, by a header.
-fn frame(text: &[u8]) -> Result<Frame, Fault> {
+/// Where the samples lie, by a header, and their digest if it has one.
+fn frame(text: &[u8]) -> Result<(Frame, Option<String>), Fault> {
     let at = |path: &str, what: String| Fault::new(Place::Value(path.to_owned()), what);
     let header: Header = serde_json::from_slice(text).map_err(|e| {
         at("its JSON text", e.to_string())
@@ -137,15 +155,16 @@ fn frame(text: &[u8]) -> Result<Frame, Fault> {
             return Err(fault.remedy("an edge is \"clamp\" or \"repeat\""));
         }
     };
-    let Header { size, origin, spacing, .. } = header;
-    Frame { size, origin, spacing, edge }.checked().map_err(|failure| {
+    let Header { size, origin, spacing, digest, .. } = header;
+    let frame = Frame { size, origin, spacing, edge }.checked().map_err(|failure| {
         let path = match failure {
             Failure::Spacing(_) => "spacing",
             Failure::Place(_) => "origin",
             _ => "size",
         };
         at(path, failure.to_string()).remedy("correct the header")
-    })
+    })?;
+    Ok((frame, digest))
 }
 
 /// The samples of a volume at number `level` along y as a picture that is seen from above: x to the

@@ -182,7 +182,12 @@ fn volumes_come_back() {
     grid::write(&samples, &mut data).unwrap();
     assert_eq!(data.len(), 96);
     assert_eq!(grid::data_name("a/b.json"), "a/b.raw");
-    assert_eq!(grid::read("a.json", grid::header(&samples.frame).as_bytes(), &data).unwrap(), samples);
+    let header = grid::header(&samples);
+    assert_eq!(grid::read("a.json", header.as_bytes(), &data).unwrap(), samples);
+    let mut others = data.clone();
+    others[5] ^= 1;
+    let fault = grid::read("a.json", header.as_bytes(), &others).unwrap_err().to_string();
+    assert!(fault.starts_with("a.raw: these are not the numbers that a.json was written with"), "{fault}");
     let short = grid::read("a.json", b"{\"type\":\"float32\",\"size\":[4,3,2],\"more\":[]}", &data).unwrap();
     assert_eq!(
         short.frame,

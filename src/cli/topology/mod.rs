@@ -198,7 +198,7 @@ fn check(args: &Args) -> Result<(), Failure> {
         let hint = format!("for example: --json {}", path.with_extension("json").display());
         return Err(Failure::usage(format!("`{}` does not end in .json", path.display()), hint));
     }
-    if json.is_some() && json == args.complex {
+    if json.as_ref().zip(args.complex.as_ref()).is_some_and(|(json, complex)| work::is_same(json, complex)) {
         let hint = "for example: --json report.json --complex complex.json";
         return Err(Failure::usage("report and complex would be the same file", hint));
     }

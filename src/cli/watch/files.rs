@@ -154,11 +154,13 @@ impl State {
                 return self.wait_for_save();
             }
         };
-        let saved = self.work.save(&attempt.loaded, &attempt.scene, &picture);
-        let saved = saved.and_then(|file| match stage {
-            Stage::First | Stage::Better => Ok(file),
-            Stage::Full => self.work.save_stats(&file, &attempt.scene, &picture).map(|()| file),
-        });
+        let saved = match stage {
+            Stage::First | Stage::Better => self.save_preview(attempt, &picture),
+            Stage::Full => {
+                let saved = self.work.save(&attempt.loaded, &attempt.scene, &picture);
+                saved.and_then(|file| self.work.save_stats(&file, &attempt.scene, &picture).map(|()| file))
+            }
+        };
         let elapsed = attempt.start.elapsed().as_secs_f64();
         match (saved, stage) {
             (Ok(_), Stage::Better) => {}
@@ -174,6 +176,16 @@ impl State {
             }
             (Err(Failure::Reported), _) => {}
         }
+    }
+
+    /// Saves a quick picture as one that is not finished, unless the file holds the full one of this script already.
+    fn save_preview(&self, attempt: &Attempt, picture: &Picture) -> Result<PathBuf, Failure> {
+        let Attempt { loaded, scene, .. } = attempt;
+        let file = self.work.output.clone();
+        if !self.work.is_made(&file) {
+            self.work.save_to(&file, loaded, scene, &Picture { finished: false, ..picture.clone() })?;
+        }
+        Ok(file)
     }
 
     fn wait_for_save(&self) {

@@ -2,10 +2,12 @@
 //!
 //! They lie in a folder for such things: `OROGEN_CACHE` if it is set, else `orogen` in `XDG_CACHE_HOME` or in
 //! `.cache` at home; nowhere if it is set to `off`. A file is named after the expression and the region, and holds both their hash and the version of
-//! the program: one that does not match, or cannot be read, is as if it were not there. Files may be removed at
+//! the program on a first line, and a digest of the rest: one that does not match, or cannot be read, is as if it were not
+//! there. Files may be removed at
 //! any time; those that were not used for longest are when there are too many.
 
 use crate::expr::{Flow, Graph, Node, NodeId};
+use crate::num::Digest;
 use crate::scene::Aabb;
 use crate::topology::Complex;
 use crate::world::atomic;
@@ -59,15 +61,41 @@ fn renumbered(node: &Node, name: impl Fn(&NodeId) -> NodeId) -> Node {
 }
 
 /// Raised when analyses of old must not be taken for those of now.
-const REVISION: u32 = 5;
+const REVISION: u32 = 6;
 
-/// What a file holds.
-#[derive(Serialize, Deserialize)]
-struct Stored<C> {
+/// What is on the first line of a file; the analysis follows.
+#[derive(Serialize, Deserialize, PartialEq)]
+struct Head {
     revision: u32,
     version: String,
     key: u64,
-    complex: C,
+    digest: String,
+}
+
+impl Head {
+    fn new(key: Key, complex: &[u8]) -> Head {
+        let mut digest = Digest::default();
+        digest.bytes(complex);
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        Head { revision: REVISION, version, key: key.0, digest: digest.to_string() }
+    }
+}
+
+/// The text of a file.
+fn text(key: Key, complex: &Complex) -> serde_json::Result<Vec<u8>> {
+    let complex = serde_json::to_vec(complex)?;
+    let mut text = serde_json::to_vec(&Head::new(key, &complex))?;
+    text.push(b'\n');
+    text.extend(complex);
+    Ok(text)
+}
+
+/// The analysis in the text of a file, if it is whole and of this.
+fn read(key: Key, text: &[u8]) -> Option<Complex> {
+    let (head, complex) = text.split_at(text.iter().position(|byte| *byte == b'\n')?);
+    let complex = &complex[1..];
+    let is_whole = serde_json::from_slice::<Head>(head).ok()? == Head::new(key, complex);
+    serde_json::from_slice(complex).ok().filter(|_| is_whole)
 }
 
 fn file(key: Key) -> Option<PathBuf> {
@@ -84,9 +112,7 @@ fn file(key: Key) -> Option<PathBuf> {
 /// The analysis that was saved last, if there is one.
 pub fn load(key: Key) -> Option<Complex> {
     let path = file(key)?;
-    let stored: Stored<Complex> = serde_json::from_slice(&std::fs::read(&path).ok()?).ok()?;
-    let is_ours = stored.revision == REVISION && stored.version == env!("CARGO_PKG_VERSION");
-    let found = (is_ours && stored.key == key.0).then_some(stored.complex)?;
+    let found = read(key, &std::fs::read(&path).ok()?)?;
     touch(&path);
     Some(found)
 }
@@ -102,10 +128,7 @@ fn touch(path: &Path) {
 /// Saves an analysis where that is possible; that it could not be is no harm.
 pub fn save(key: Key, complex: &Complex) {
     let Some(path) = file(key) else { return };
-    let version = env!("CARGO_PKG_VERSION").to_owned();
-    let Ok(text) = serde_json::to_vec(&Stored { revision: REVISION, version, key: key.0, complex }) else {
-        return;
-    };
+    let Ok(text) = text(key, complex) else { return };
     // One so large would drive out all others, and itself.
     if text.len() as u64 > MOST {
         return;
@@ -145,7 +168,35 @@ fn trim(folder: &Path, most: u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::topology::SearchStats;
     use std::time::Duration;
+
+    #[test]
+    fn a_file_with_a_byte_that_is_wrong_is_none() {
+        let complex = Complex {
+            region: Aabb::cube(1.0),
+            points: Vec::new(),
+            component: Vec::new(),
+            arcs: Vec::new(),
+            components: Vec::new(),
+            basins: vec![(536, 0.25)],
+            open: Vec::new(),
+            level: Vec::new(),
+            lost: 0,
+            beyond: 0,
+            cut: false,
+            stats: SearchStats::default(),
+        };
+        let key = Key(7);
+        let text = text(key, &complex).unwrap();
+        assert!(read(key, &text).is_some() && read(Key(8), &text).is_none());
+        for i in 0..text.len() {
+            let mut damaged = text.clone();
+            damaged[i] ^= 1;
+            assert!(read(key, &damaged).is_none(), "{i}");
+            assert!(read(key, &text[..i]).is_none(), "{i}");
+        }
+    }
 
     #[test]
     fn what_was_not_used_for_longest_makes_room() {
