@@ -6,9 +6,11 @@
 //! and not see what is private there. So no two modules may have a function of the same name. Before a module is compiled,
 //! its functions are *marked*, where they are defined and where they are called: the first character of the name becomes
 //! one that no script has, a different one for each module. Lines and columns stay as they are.
-//! Others call such a function by a second one with the plain name, on a line after the last. So are marked the calls of
-//! functions that need no import, which a script may define otherwise for itself. Functions that use `this` cannot be
-//! called by others, and are left as they are.
+//! Others call such a function by a second one with the plain name, on a line after the last. Functions that use `this`
+//! cannot be called by others, and are left as they are.
+//!
+//! So are marked the calls of functions that need no import, native ones too, which have a second name with a mark: what a
+//! script defines by the name of one of these is its own, and nothing of the library changes.
 
 use super::lexer::{Kind, Token, tokens};
 use std::collections::HashMap;
@@ -24,14 +26,17 @@ const MARKS: u32 = 0x20000;
 const MODULES: usize = 0xa6d0 / FIRST.len();
 
 /// A function by its name and number of arguments.
-type Function = (String, usize);
+pub type Function = (String, usize);
+
+/// The number of what is not written in the language. Modules begin after it.
+pub const NATIVE: usize = 0;
 
 /// Functions that are marked, and the module that they are of.
 #[derive(Clone, Default, Debug)]
 pub struct Marks(HashMap<Function, usize>);
 
-/// A name with the mark of a module; the name itself where there are no more marks.
-fn marked(name: &str, module: usize) -> String {
+/// A name with the mark of a module; the name itself where it is none that can be marked.
+pub fn marked(name: &str, module: usize) -> String {
     let mut rest = name.chars();
     let place = rest.next().and_then(|first| FIRST.find(first)).filter(|_| module < MODULES);
     let mark = place.and_then(|place| char::from_u32(MARKS + (module * FIRST.len() + place) as u32));
@@ -123,6 +128,11 @@ fn definitions(text: &str) -> Vec<Definition> {
 }
 
 impl Marks {
+    /// Takes native functions in, which are known by their marked names as well.
+    pub fn learn_native(&mut self, functions: impl IntoIterator<Item = Function>) {
+        self.0.extend(functions.into_iter().map(|function| (function, NATIVE)));
+    }
+
     /// Takes the functions of a module in.
     pub fn learn(&mut self, text: &str, module: usize) {
         let own = definitions(text).into_iter().filter(|definition| !definition.uses_this);
@@ -185,8 +195,12 @@ impl Marks {
     fn in_text(&self, text: &str, is_name: bool) -> Option<String> {
         if is_name {
             let name = text.trim_matches(['"', '`']);
-            let module = self.0.iter().find(|((own, _), _)| own == name).map(|(_, module)| *module)?;
-            return Some(text.replacen(name, &marked(name, module), 1));
+            let mut modules = self.0.iter().filter(|((own, _), _)| own == name).map(|(_, module)| *module);
+            let module = modules.next()?;
+            // With other arguments it may be of another module.
+            return modules
+                .all(|other| other == module)
+                .then(|| text.replacen(name, &marked(name, module), 1));
         }
         let (before, rest) = text.strip_prefix('`').and_then(|inner| inner.split_once("${"))?;
         // Brackets may be in brackets.

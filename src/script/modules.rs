@@ -6,7 +6,7 @@
 
 use super::fault::Fault;
 use super::lexer;
-use super::marks::Marks;
+use super::marks::{Function, Marks};
 use crate::diag::{self, Sources};
 use crate::world::World;
 use rhai::{Engine, EvalAltResult, Module, ModuleResolver, Position, Scope, Shared};
@@ -90,9 +90,15 @@ impl Loaded {
         self.modules.borrow().get(path).map_or(Vec::new(), |(_, functions)| functions.clone())
     }
 
+    /// Takes in the native functions that are known by marked names as well.
+    pub fn learn_native(&self, functions: impl IntoIterator<Item = Function>) {
+        self.prelude.borrow_mut().learn_native(functions);
+    }
+
     /// Runs a text as a module.
     pub fn build(&self, engine: &Engine, name: &str, text: &str) -> Result<Module> {
-        let number = self.built.replace(self.built.get() + 1);
+        let number = self.built.get() + 1;
+        self.built.set(number);
         let marked = self.prelude.borrow().put(text, number);
         let mut ast = engine.compile(marked).map_err(Box::<EvalAltResult>::from)?;
         ast.set_source(name);
@@ -101,9 +107,8 @@ impl Loaded {
 
     /// Runs a text as a module whose functions need no import.
     pub fn build_prelude(&self, engine: &Engine, name: &str, text: &str) -> Result<Module> {
-        let number = self.built.get();
         let module = self.build(engine, name, text)?;
-        self.prelude.borrow_mut().learn(text, number);
+        self.prelude.borrow_mut().learn(text, self.built.get());
         Ok(module)
     }
 

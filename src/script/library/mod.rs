@@ -38,6 +38,7 @@ pub use surroundings::{MoonValue, SeaValue};
 
 use super::fault::{Fault, Outcome};
 use super::host::Host;
+use super::marks::{Function, NATIVE, marked};
 use super::modules::Resolver;
 use super::noises::Source;
 use super::options::describe;
@@ -47,6 +48,7 @@ use crate::num::Interval;
 use glam::DVec3;
 use rhai::{Dynamic, Engine, INT, NativeCallContext};
 use std::any::TypeId;
+use std::collections::HashSet;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
@@ -73,14 +75,22 @@ pub struct Library<'a> {
     folder: &'a Resolver,
     entries: Vec<Entry>,
     group: &'static str,
+    /// Functions of arguments of any type, and names that have others as well.
+    bound: Vec<Function>,
+    typed: HashSet<String>,
 }
+
+/// Names that the engine itself has for some types, which others would not find by a mark.
+const OVERLOADED: [&str; 4] = ["abs", "max", "min", "sign"];
 
 /// Declares the functions under one heading.
 type Group = fn(&mut Library<'_>);
 
 /// Registers everything and returns what there is; files are read in `folder`.
 pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<Entry> {
-    let mut library = Library { engine, host: host.clone(), folder, entries: Vec::new(), group: "" };
+    let (entries, bound) = (Vec::new(), Vec::new());
+    let mut library =
+        Library { engine, host: host.clone(), folder, entries, group: "", bound, typed: HashSet::new() };
     let groups: [(&'static str, Group); 24] = [
         ("Operations", algebra::register),
         ("Numbers", numbers::register),
@@ -111,7 +121,10 @@ pub fn register(engine: &mut Engine, host: &Rc<Host>, folder: &Resolver) -> Vec<
         library.group = name;
         group(&mut library);
     }
-    library.entries
+    let Library { entries, bound, typed, .. } = library;
+    let is_marked = |(name, _): &Function| !typed.contains(name) && !OVERLOADED.contains(&name.as_str());
+    folder.loaded.learn_native(bound.into_iter().filter(is_marked));
+    entries
 }
 
 impl Library<'_> {
@@ -144,7 +157,14 @@ impl Library<'_> {
 
     /// Binds a name with a number of arguments of any type.
     pub fn bind(&mut self, name: &str, arity: usize, f: impl Fn(&Call<'_>) -> Outcome<Dynamic> + 'static) {
-        self.bind_typed(name, vec![TypeId::of::<Dynamic>(); arity], f);
+        let (any, f) = (vec![TypeId::of::<Dynamic>(); arity], Rc::new(f));
+        let marked = marked(name, NATIVE);
+        if marked != name {
+            let f = f.clone();
+            self.register(&marked, name, &any, move |call| f(call));
+            self.bound.push((name.to_owned(), arity));
+        }
+        self.register(name, name, &any, move |call| f(call));
     }
 
     /// Binds a name with arguments of given types, which goes before arguments of any type.
@@ -154,8 +174,20 @@ impl Library<'_> {
         types: impl AsRef<[TypeId]>,
         f: impl Fn(&Call<'_>) -> Outcome<Dynamic> + 'static,
     ) {
+        self.typed.insert(name.to_owned());
+        self.register(name, name, types, f);
+    }
+
+    /// Binds a name, and says what it is called in messages.
+    fn register(
+        &mut self,
+        name: &str,
+        shown: &str,
+        types: impl AsRef<[TypeId]>,
+        f: impl Fn(&Call<'_>) -> Outcome<Dynamic> + 'static,
+    ) {
         let host = self.host.clone();
-        let shown = name.to_owned();
+        let shown = shown.to_owned();
         self.engine.register_raw_fn(
             name,
             types,
@@ -348,4 +380,37 @@ pub fn interval_of(v: &Dynamic) -> Option<Interval> {
 /// Whether a name is an operator.
 pub fn is_operator(name: &str) -> bool {
     !name.starts_with(|c: char| c.is_alphabetic() || c == '_')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::script::engine::{self, Limits};
+    use crate::script::marks::plain;
+    use crate::world::Memory;
+    use std::collections::BTreeMap;
+
+    /// Also where the engine has functions of its own for some types.
+    #[test]
+    fn marked_calls_are_of_the_same_functions() {
+        let host = Host::new(&Limits::default(), BTreeMap::new(), 0.0);
+        let resolver = |loaded| Resolver { world: Arc::new(Memory::default()), loaded };
+        let setup = engine::setup(host, resolver, &Limits::default(), None).map_err(|_| "broken").unwrap();
+        let said = |call: String| match setup.engine.eval::<Dynamic>(&call) {
+            Ok(value) => format!("{} {value:?}", value.type_name()),
+            Err(error) => plain(&error.to_string()),
+        };
+        let is_marked =
+            |name: &str| name != "field" && !OVERLOADED.contains(&name) && marked(name, NATIVE) != name;
+        let mut count = 0;
+        for Entry { name, signature, .. } in setup.entries.iter().filter(|entry| is_marked(&entry.name)) {
+            let arity = crate::script::lexer::parameters(signature.split(')').next().unwrap_or_default());
+            for argument in ["1", "-2.5", "\"a\"", "[1, 2]", "#{}"] {
+                let call = |name: &str| said(format!("{name}({})", vec![argument; arity].join(", ")));
+                assert_eq!(call(name), call(&marked(name, NATIVE)), "{name} {argument}");
+                count += 1;
+            }
+        }
+        assert!(count > 1000, "{count}");
+    }
 }
