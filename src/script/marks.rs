@@ -185,7 +185,9 @@ impl Marks {
 
     /// The module of the function that is called or defined at a token, if it is marked.
     fn module_of(&self, tokens: &[Token<'_>], i: usize) -> Option<usize> {
-        let is_named_otherwise = i > 0 && matches!(tokens[i - 1].text, "." | ":");
+        let before = |n: usize| i.checked_sub(n).map_or("", |place| tokens[place].text);
+        // One colon alone stands before the value of a key.
+        let is_named_otherwise = before(1) == "." || before(1) == ":" && before(2) == ":";
         let is_called = tokens.get(i + 1)?.text == "(" && !is_named_otherwise;
         let function = (tokens[i].text.to_owned(), arguments(tokens, i + 1).filter(|_| is_called)?);
         self.0.get(&function).copied()
