@@ -81,7 +81,7 @@ pub struct Library<'a> {
 }
 
 /// Names that the engine itself has for some types, which others would not find by a mark.
-const OVERLOADED: [&str; 4] = ["abs", "max", "min", "sign"];
+const OVERLOADED: [&str; 5] = ["abs", "max", "min", "range", "sign"];
 
 /// Declares the functions under one heading.
 type Group = fn(&mut Library<'_>);
@@ -402,15 +402,17 @@ mod tests {
         };
         let is_marked =
             |name: &str| name != "field" && !OVERLOADED.contains(&name) && marked(name, NATIVE) != name;
-        let mut count = 0;
+        let (mut count, mut other) = (0, Vec::new());
         for Entry { name, signature, .. } in setup.entries.iter().filter(|entry| is_marked(&entry.name)) {
             let arity = crate::script::lexer::parameters(signature.split(')').next().unwrap_or_default());
             for argument in ["1", "-2.5", "\"a\"", "[1, 2]", "#{}"] {
                 let call = |name: &str| said(format!("{name}({})", vec![argument; arity].join(", ")));
-                assert_eq!(call(name), call(&marked(name, NATIVE)), "{name} {argument}");
+                let (plainly, by_mark) = (call(name), call(&marked(name, NATIVE)));
+                other
+                    .extend((plainly != by_mark).then(|| format!("{name} {argument}: {plainly}, {by_mark}")));
                 count += 1;
             }
         }
-        assert!(count > 1000, "{count}");
+        assert!(other.is_empty() && count > 500, "{count}, {other:#?}");
     }
 }
