@@ -75,7 +75,7 @@ impl Explainer<'_> {
     /// A position in a file, as wide as the token there; none on the lines that are added to modules.
     fn place(&self, file: &str, position: Position) -> Option<Place> {
         let line = position.line()?;
-        let is_added = self.sources().get(file).is_some_and(|text| line > text.lines().count().max(1));
+        let is_added = self.sources().get(file).is_some_and(|text| line > text.lines().count() + 1);
         let column = position.position().unwrap_or(1).max(1) as u32;
         (!is_added).then(|| self.measured(file, line as u32, column))
     }

@@ -148,7 +148,8 @@ impl Marks {
             marks.0.remove(&own.function());
         }
         marks.learn(text, module);
-        let mut out = marks.marked_text(text);
+        // A text that ends too soon is said to on the line after its last.
+        let mut out = marks.marked_text(text) + "\n";
         for own in defined.iter().filter(|own| !own.uses_this) {
             let (name, parameters) = (&own.name, &own.parameters);
             let names = parameters.split(',').map(|name| name.trim()).collect::<Vec<_>>().join(", ");
@@ -231,7 +232,7 @@ mod tests {
             "fn half(a) { low(a, |i, j| i) / 2 }\nprivate fn low(a, b) { a.half() + m::half(a) + half }";
         let all =
             "fn *alf(a) { *ow(a, |i, j| i) / 2 }\n        fn *ow(a, b) { a.half() + m::half(a) + half }";
-        let others = "\nfn half(a) { *alf(a) }\nprivate fn low(a, b) { *ow(a, b) }";
+        let others = "\n\nfn half(a) { *alf(a) }\nprivate fn low(a, b) { *ow(a, b) }";
         assert_eq!(shown(text), format!("{all}{others}"));
     }
 
@@ -241,16 +242,16 @@ mod tests {
             "fn f(a) { `f(1) ${f(a) + #{b: f(2)}.b} and ${f( [1, 2] )}` + \"f(1)\" + Fn(\"f\").call(1) }";
         let all =
             "fn *(a) { `f(1) ${*(a) + #{b: *(2)}.b} and ${*( [1, 2] )}` + \"f(1)\" + Fn(\"*\").call(1) }";
-        assert_eq!(shown(text), format!("{all}\nfn f(a) {{ *(a) }}"));
+        assert_eq!(shown(text), format!("{all}\n\nfn f(a) {{ *(a) }}"));
     }
 
     #[test]
     fn other_functions_stay() {
         for text in ["fn f(a) { this + f(a) }", "f(1) + g(2)", "let f = 1; fn int.f(a) { f }", "fn f(a) {"] {
-            assert_eq!(shown(text), text);
+            assert_eq!(shown(text), format!("{text}\n"));
         }
         // A function by the same name with other arguments is another.
-        assert_eq!(shown("fn f(a) { f(a, 1,) + f() }"), "fn *(a) { f(a, 1,) + f() }\nfn f(a) { *(a) }");
+        assert_eq!(shown("fn f(a) { f(a, 1,) + f() }"), "fn *(a) { f(a, 1,) + f() }\n\nfn f(a) { *(a) }");
     }
 
     #[test]
