@@ -168,10 +168,7 @@ impl Run<'_> {
             Err(error) => return Err(Diagnostic::error(error.to_string()).into()),
         };
         work.keeps(&path, &about, digests)?;
-        let reason = work.session.departure(&about.recipe, &work.order, digests).or_else(|| {
-            let window = work.order.part.window(about.width, about.height).ok();
-            (window != Some(about.window)).then(|| "it is another part of the picture".to_owned())
-        });
+        let reason = work.departure(&about, digests);
         Ok(reason.map_or(Finding::Finished, |reason| Finding::Wanted(Some(reason))))
     }
 

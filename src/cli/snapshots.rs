@@ -5,7 +5,6 @@ use super::work::{self, Work};
 use crate::render::{Picture, Rect, Rough, Snapshots, Steering};
 use crate::scene::Scene;
 use crate::session::Loaded;
-use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// Sides of rough tiles at which pictures are wanted, largest first.
@@ -61,15 +60,9 @@ impl Series {
         for (number, &side) in (1..).zip(&self.sides) {
             let focus = self.focus.filter(|_| number > 1);
             let snapshot = self.seen.at(side, focus, picture);
-            let file = work::place(&numbered(&work.output, number), picture);
+            let file = work::place(&work::beside(&work.output, &number.to_string()), picture);
             work.save_to(&file, loaded, scene, &snapshot)?;
         }
         Ok(())
     }
-}
-
-/// `a.3.png` for `a.png`.
-fn numbered(output: &Path, number: usize) -> PathBuf {
-    let ending = output.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
-    output.with_extension(format!("{number}{ending}"))
 }

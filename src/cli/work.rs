@@ -7,7 +7,7 @@ use super::progress::Progress;
 use super::report::{Failure, Outcome, Terminal, count, in_quotes, out, plural, seconds};
 use crate::cast::CastStats;
 use crate::diag::Diagnostic;
-use crate::render::{self, About, Heatmap, Metadata, Part, Picture, Saved};
+use crate::render::{self, About, Heatmap, Metadata, Part, Picture};
 use crate::scene::{Scene, Value};
 use crate::session::{Digests, Loaded, Order, Session};
 use crate::world::{Disk, atomic};
@@ -62,8 +62,7 @@ impl Work {
             return Ok(());
         }
         // Of frames it is a pattern.
-        let ending = self.output.extension().unwrap_or_default().to_string_lossy();
-        let own = self.output.with_extension(format!("{number}of{of}.{ending}"));
+        let own = beside(&self.output, &format!("{number}of{of}"));
         let message = format!("{} holds another of the {of} parts", path.display());
         Err(Failure::error(
             message,
@@ -76,11 +75,12 @@ impl Work {
         spare(loaded, [&self.output].into_iter().chain(&self.stats).map(PathBuf::as_path))
     }
 
-    /// Whether a file holds this picture already, finished.
-    pub fn is_made(&self, path: &Path) -> bool {
-        let Ok(saved) = Saved::open(path) else { return false };
-        let departs = self.session.departure(&saved.about.recipe, &self.order, &mut Digests::new()).is_some();
-        !saved.about.is_unfinished() && !departs
+    /// How a picture that is there is not the one that is wanted, finished; nothing if it is.
+    pub fn departure(&self, about: &About, known: &mut Digests) -> Option<String> {
+        self.session.departure(&about.recipe, &self.order, known).or_else(|| {
+            let window = self.order.part.window(about.width, about.height).ok();
+            (window != Some(about.window)).then(|| "it is another part of the picture".to_owned())
+        })
     }
 
     /// Saves what the pixels of a picture cost, in place of the picture. Returns the file that was
@@ -136,12 +136,17 @@ pub fn place(path: &Path, picture: &Picture) -> PathBuf {
     if picture.finished || !path.exists() {
         return path.to_owned();
     }
-    let ending = path.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
-    let named = |number: u32| {
-        let number = if number == 1 { String::new() } else { number.to_string() };
-        path.with_extension(format!("partial{number}{ending}"))
+    let named = |number: u32| match number {
+        1 => beside(path, "partial"),
+        _ => beside(path, &format!("partial{number}")),
     };
     (1..).map(named).find(|name| !name.exists()).unwrap_or_else(|| named(1))
+}
+
+/// `a.3.png` for `a.png` and 3.
+pub fn beside(path: &Path, what: &str) -> PathBuf {
+    let ending = path.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
+    path.with_extension(format!("{what}{ending}"))
 }
 
 /// A script that is to become something other than a picture, and what watches over that.

@@ -15,7 +15,7 @@ pub(super) enum Folded {
     /// It stays, or is another one that has the same bits, with its arguments in canonical order.
     Op(Op, Vec<NodeId>),
     /// It is the sum of the squares of these.
-    Squares(Vec<NodeId>),
+    Squares([NodeId; 3]),
 }
 
 /// What an operation is, given which of its arguments are numbers.
@@ -81,7 +81,7 @@ fn of_equals(graph: &Graph, op: Op, args: &[NodeId]) -> Option<Folded> {
         Op::Sub(_) if args[0] == args[1] => Some(Folded::Const(0.0)),
         // An enclosure of a product does not know that both are the same, and so may be below zero.
         Op::Mul(_) if args[0] == args[1] => Some(Folded::Op(Op::Square(Square), vec![args[0]])),
-        Op::Dot(_) if args[..3] == args[3..] => Some(Folded::Squares(args[..3].to_vec())),
+        Op::Dot(_) if args[..3] == args[3..] => Some(Folded::Squares([args[0], args[1], args[2]])),
         Op::Neg(_) => match graph.node(args[0]) {
             super::Node::Op(Op::Neg(_), inner) => Some(Folded::Node(inner[0])),
             _ => None,

@@ -169,21 +169,16 @@ impl Graph {
             fold::Folded::Node(id) => Ok(id),
             fold::Folded::Const(c) => self.constant(c),
             fold::Folded::Op(op, args) => self.intern(Node::Op(op, args)),
-            fold::Folded::Squares(args) => self.squares(&args),
+            fold::Folded::Squares(args) => self.squares(args),
         }
     }
 
     /// The sum of squares, from the left.
-    fn squares(&mut self, args: &[NodeId]) -> Result<NodeId, TooLarge> {
-        let mut sum = None;
-        for &arg in args {
-            let square = self.op(Op::Square(op::Square), &[arg])?;
-            sum = Some(match sum {
-                Some(sum) => self.op(Op::Add(op::Add), &[sum, square])?,
-                None => square,
-            });
-        }
-        sum.map_or_else(|| self.constant(0.0), Ok)
+    fn squares(&mut self, [a, b, c]: [NodeId; 3]) -> Result<NodeId, TooLarge> {
+        let mut square = |x| self.op(Op::Square(op::Square), &[x]);
+        let (a, b, c) = (square(a)?, square(b)?, square(c)?);
+        let sum = self.op(Op::Add(op::Add), &[a, b])?;
+        self.op(Op::Add(op::Add), &[sum, c])
     }
 
     /// A noise at a point.

@@ -79,8 +79,7 @@ impl<'a> Known<'a> {
 
     /// What the innermost call at the end of a text wants: its signatures.
     pub fn signatures(&self, text: &str) -> Vec<&'a Entry> {
-        let tokens: Vec<Token<'_>> =
-            lexer::tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();
+        let tokens = lexer::code(text);
         let call = lexer::open_brackets(&tokens).into_iter().rev().find_map(|i| called(&tokens, i));
         call.map_or(Vec::new(), |name| self.entries_of(&name))
     }

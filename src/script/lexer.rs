@@ -57,6 +57,28 @@ pub fn tokens(text: &str) -> Vec<Token<'_>> {
     found
 }
 
+/// The tokens of a text that are not comments.
+pub fn code(text: &str) -> Vec<Token<'_>> {
+    tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect()
+}
+
+/// Which bracket closes the one with this number.
+pub fn closing(tokens: &[Token<'_>], open: usize) -> Option<usize> {
+    let mut depth = 0i32;
+    for (i, token) in tokens.iter().enumerate().skip(open) {
+        match token.text {
+            "(" | "{" | "[" => depth += 1,
+            ")" | "}" | "]" => depth -= 1,
+            _ if i == open => return None,
+            _ => {}
+        }
+        if depth == 0 {
+            return Some(i);
+        }
+    }
+    None
+}
+
 struct Scan<'a> {
     rest: &'a str,
     line: u32,
@@ -180,7 +202,7 @@ fn operator(text: &str, line: u32, column: u32) -> u32 {
 /// Place of a key in the object map of a call: the first `key:` after the call's name, before its
 /// closing bracket. The value after it is where a wrong value is meant.
 pub fn key_after(text: &str, line: u32, column: u32, key: &str) -> Option<(u32, u32, u32)> {
-    let all: Vec<Token<'_>> = tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();
+    let all = code(text);
     let start = all.iter().position(|t| (t.line, t.column) >= (line, column))?;
     let mut depth = 0i32;
     for (i, token) in all.iter().enumerate().skip(start) {
@@ -247,7 +269,7 @@ pub fn unclosed(text: &str) -> Option<Token<'_>> {
 
 /// Names that a text declares: variables, constants, functions with their parameters, and modules.
 pub fn declared(text: &str) -> Vec<&str> {
-    let all: Vec<Token<'_>> = tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();
+    let all = code(text);
     let mut names = Vec::new();
     for pair in all.windows(2) {
         let declares = matches!(pair[0].text, "let" | "const" | "fn" | "as" | "for");
@@ -256,6 +278,45 @@ pub fn declared(text: &str) -> Vec<&str> {
         }
     }
     names
+}
+
+/// A definition of a function, and where it is, in bytes.
+pub struct Definition {
+    /// Its name.
+    pub name: String,
+    /// Names of its parameters.
+    pub parameters: Vec<String>,
+    /// Whether others cannot call it.
+    pub is_private: bool,
+    /// Whether it asks what it is a method of.
+    pub uses_this: bool,
+    /// Where it begins, with what makes it private.
+    pub start: usize,
+    /// Where it ends.
+    pub end: usize,
+}
+
+/// The functions that a text defines.
+pub fn definitions(text: &str) -> Vec<Definition> {
+    let tokens = code(text);
+    let mut found = Vec::new();
+    for (i, token) in tokens.iter().enumerate().filter(|(_, t)| t.text == "fn") {
+        let [name, open, ..] = &tokens[i + 1..] else { continue };
+        let close = closing(&tokens, i + 2).filter(|_| open.text == "(" && name.kind == Kind::Word);
+        let Some(close) = close else { continue };
+        let Some(end) = closing(&tokens, close + 1) else { continue };
+        let parameters = tokens[i + 3..close].iter().filter(|t| t.kind == Kind::Word);
+        let is_private = i > 0 && tokens[i - 1].text == "private";
+        found.push(Definition {
+            name: name.text.to_owned(),
+            parameters: parameters.map(|t| t.text.to_owned()).collect(),
+            is_private,
+            uses_this: tokens[close..end].iter().any(|t| t.text == "this"),
+            start: if is_private { tokens[i - 1].start } else { token.start },
+            end: tokens[end].end(),
+        });
+    }
+    found
 }
 
 /// A documented function of a module.

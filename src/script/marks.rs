@@ -12,7 +12,7 @@
 //! So are marked the calls of functions that need no import, native ones too, which have a second name with a mark: what a
 //! script defines by the name of one of these is its own, and nothing of the library changes.
 
-use super::lexer::{Kind, Token, tokens};
+use super::lexer::{Definition, Kind, Token, closing, code, definitions};
 use std::collections::HashMap;
 use std::fmt::Write;
 
@@ -35,12 +35,13 @@ pub const NATIVE: usize = 0;
 #[derive(Clone, Default, Debug)]
 pub struct Marks(HashMap<Function, usize>);
 
-/// A name with the mark of a module; the name itself where it is none that can be marked.
-pub fn marked(name: &str, module: usize) -> String {
+/// A name with the mark of a module; none of an operator, of a name that begins with a letter which few scripts have, and
+/// where there are no more marks.
+pub fn marked(name: &str, module: usize) -> Option<String> {
     let mut rest = name.chars();
-    let place = rest.next().and_then(|first| FIRST.find(first)).filter(|_| module < MODULES);
-    let mark = place.and_then(|place| char::from_u32(MARKS + (module * FIRST.len() + place) as u32));
-    mark.map_or_else(|| name.to_owned(), |mark| format!("{mark}{}", rest.as_str()))
+    let place = rest.next().and_then(|first| FIRST.find(first)).filter(|_| module < MODULES)?;
+    let mark = char::from_u32(MARKS + (module * FIRST.len() + place) as u32)?;
+    Some(format!("{mark}{}", rest.as_str()))
 }
 
 /// A message about names as scripts have them.
@@ -50,42 +51,6 @@ pub fn plain(text: &str) -> String {
         place.and_then(|n| FIRST.chars().nth(n % FIRST.len())).unwrap_or(c)
     };
     text.chars().map(of).collect()
-}
-
-/// A function that a module defines.
-struct Definition {
-    name: String,
-    /// As they are written.
-    parameters: String,
-    is_private: bool,
-    uses_this: bool,
-}
-
-impl Definition {
-    fn function(&self) -> Function {
-        (self.name.clone(), super::lexer::parameters(&self.parameters))
-    }
-}
-
-/// The tokens of a text that mean something.
-fn meaning(text: &str) -> Vec<Token<'_>> {
-    tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect()
-}
-
-/// The place of the bracket that closes the one at a place.
-fn closing(tokens: &[Token<'_>], open: usize) -> Option<usize> {
-    let mut depth = 0;
-    for (i, token) in tokens.iter().enumerate().skip(open) {
-        match token.text {
-            "(" | "{" | "[" => depth += 1,
-            ")" | "}" | "]" => depth -= 1,
-            _ => {}
-        }
-        if depth == 0 {
-            return Some(i);
-        }
-    }
-    None
 }
 
 /// How many arguments there are between brackets.
@@ -107,24 +72,18 @@ fn arguments(tokens: &[Token<'_>], open: usize) -> Option<usize> {
     Some(count)
 }
 
-/// The functions that a text defines.
-fn definitions(text: &str) -> Vec<Definition> {
-    let tokens = meaning(text);
-    let define = |i: usize| {
-        let (name, open) = (tokens.get(i + 1)?, i + 2);
-        if tokens[i].text != "fn" || name.kind != Kind::Word || tokens.get(open)?.text != "(" {
-            return None;
-        }
-        let close = closing(&tokens, open)?;
-        let body = closing(&tokens, close + 1)?;
-        Some(Definition {
-            name: name.text.to_owned(),
-            parameters: text[tokens[open].end()..tokens[close].start].to_owned(),
-            is_private: i > 0 && tokens[i - 1].text == "private",
-            uses_this: tokens[close..body].iter().any(|t| t.text == "this"),
-        })
+/// The functions that a text defines, with names for a module of this number; but for those that cannot be marked.
+fn markable(text: &str, module: usize) -> impl Iterator<Item = (Definition, String)> {
+    let of = move |own: Definition| {
+        let name = marked(&own.name, module).filter(|_| !own.uses_this)?;
+        Some((own, name))
     };
-    (0..tokens.len()).filter_map(define).collect()
+    definitions(text).into_iter().filter_map(of)
+}
+
+/// The function of a definition.
+fn function(own: &Definition) -> Function {
+    (own.name.clone(), own.parameters.len())
 }
 
 impl Marks {
@@ -135,32 +94,29 @@ impl Marks {
 
     /// Takes the functions of a module in.
     pub fn learn(&mut self, text: &str, module: usize) {
-        let own = definitions(text).into_iter().filter(|definition| !definition.uses_this);
-        self.0.extend(own.map(|definition| (definition.function(), module)));
+        self.0.extend(markable(text, module).map(|(own, _)| (function(&own), module)));
     }
 
     /// The text of a module with its functions marked, and those that are marked already.
     pub fn put(&self, text: &str, module: usize) -> String {
         let mut marks = self.clone();
-        let defined = definitions(text);
         // What it defines itself and cannot be marked is not that of another.
-        for own in &defined {
-            marks.0.remove(&own.function());
+        for own in definitions(text) {
+            marks.0.remove(&function(&own));
         }
         marks.learn(text, module);
         // A text that ends too soon is said to on the line after its last.
         let mut out = marks.marked_text(text) + "\n";
-        for own in defined.iter().filter(|own| !own.uses_this) {
-            let (name, parameters) = (&own.name, &own.parameters);
-            let names = parameters.split(',').map(|name| name.trim()).collect::<Vec<_>>().join(", ");
+        for (own, name) in markable(text, module) {
+            let parameters = own.parameters.join(", ");
             let private = if own.is_private { "private " } else { "" };
-            let _ = write!(out, "\n{private}fn {name}({names}) {{ {}({names}) }}", marked(name, module));
+            let _ = write!(out, "\n{private}fn {}({parameters}) {{ {name}({parameters}) }}", own.name);
         }
         out
     }
 
     fn marked_text(&self, text: &str) -> String {
-        let tokens = meaning(text);
+        let tokens = code(text);
         let (mut out, mut done) = (String::with_capacity(text.len()), 0);
         for (i, token) in tokens.iter().enumerate() {
             let is_private = token.text == "private" && self.is_marked(&tokens, i + 2);
@@ -168,7 +124,7 @@ impl Marks {
                 Kind::Text => self.in_text(token.text, i > 1 && tokens[i - 2].text == "Fn"),
                 // Nobody else knows the marked name, and others must find it.
                 Kind::Word if is_private => Some(" ".repeat(token.text.len())),
-                Kind::Word => self.module_of(&tokens, i).map(|module| marked(token.text, module)),
+                Kind::Word => self.module_of(&tokens, i).and_then(|module| marked(token.text, module)),
                 _ => None,
             };
             if let Some(replaced) = replaced {
@@ -189,9 +145,10 @@ impl Marks {
         let before = |n: usize| i.checked_sub(n).map_or("", |place| tokens[place].text);
         // One colon alone stands before the value of a key.
         let is_named_otherwise = before(1) == "." || before(1) == ":" && before(2) == ":";
-        let is_called = tokens.get(i + 1)?.text == "(" && !is_named_otherwise;
-        let function = (tokens[i].text.to_owned(), arguments(tokens, i + 1).filter(|_| is_called)?);
-        self.0.get(&function).copied()
+        if is_named_otherwise || tokens.get(i + 1)?.text != "(" {
+            return None;
+        }
+        self.0.get(&(tokens[i].text.to_owned(), arguments(tokens, i + 1)?)).copied()
     }
 
     /// A text with the expressions in it marked, or with the name that it is.
@@ -201,14 +158,13 @@ impl Marks {
             let mut modules = self.0.iter().filter(|((own, _), _)| own == name).map(|(_, module)| *module);
             let module = modules.next()?;
             // With other arguments it may be of another module.
-            return modules
-                .all(|other| other == module)
-                .then(|| text.replacen(name, &marked(name, module), 1));
+            let is_one = modules.all(|other| other == module);
+            return marked(name, module).filter(|_| is_one).map(|marked| text.replacen(name, &marked, 1));
         }
         let (before, rest) = text.strip_prefix('`').and_then(|inner| inner.split_once("${"))?;
         // Brackets may be in brackets.
         let inner = format!("{{{rest}");
-        let tokens = meaning(&inner);
+        let tokens = code(&inner);
         let end = tokens[closing(&tokens, 0)?].start;
         let after = format!("`{}", &inner[end..]);
         let after = self.in_text(&after, false).unwrap_or(after);
@@ -247,9 +203,19 @@ mod tests {
 
     #[test]
     fn other_functions_stay() {
-        for text in ["fn f(a) { this + f(a) }", "f(1) + g(2)", "let f = 1; fn int.f(a) { f }", "fn f(a) {"] {
+        for text in [
+            "fn f(a) { this + f(a) }",
+            "f(1) + g(2)",
+            "let f = 1; fn int.f(a) { f }",
+            "fn f(a) {",
+            "fn ärmel(a) { ärmel(a) }",
+        ] {
             assert_eq!(shown(text), format!("{text}\n"));
         }
+        assert_eq!(
+            shown("fn f(a, /* b, c */ d,) { f(1, 2) }"),
+            "fn *(a, /* b, c */ d,) { *(1, 2) }\n\nfn f(a, d) { *(a, d) }"
+        );
         // A function by the same name with other arguments is another.
         assert_eq!(shown("fn f(a) { f(a, 1,) + f() }"), "fn *(a) { f(a, 1,) + f() }\n\nfn f(a) { *(a) }");
     }
@@ -258,9 +224,13 @@ mod tests {
     fn modules_have_marks_of_their_own() {
         let names: std::collections::HashSet<String> = (0..MODULES)
             .flat_map(|module| FIRST.chars().map(move |c| marked(&c.to_string(), module)))
+            .flatten()
             .collect();
         assert_eq!(names.len(), MODULES * FIRST.len());
         assert!(names.iter().all(|name| plain(name).len() == 1 && FIRST.contains(&plain(name))));
-        assert_eq!(marked("f", MODULES), "f");
+        assert_eq!(
+            [marked("f", MODULES), marked("ä", 1), marked("+", 1), marked("", 1)],
+            [const { None }; 4]
+        );
     }
 }

@@ -105,7 +105,7 @@ impl Loaded {
         Module::eval_ast_as_new(Scope::new(), &ast, engine)
     }
 
-    /// Runs a text as a module whose functions need no import.
+    /// Runs a text as a module whose functions need no import; it imports none itself.
     pub fn build_prelude(&self, engine: &Engine, name: &str, text: &str) -> Result<Module> {
         let module = self.build(engine, name, text)?;
         self.prelude.borrow_mut().learn(text, self.built.get());

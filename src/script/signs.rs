@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// A warning for each such power in a text that goes by a name.
 pub fn warnings(name: &str, text: &str) -> Vec<Diagnostic> {
-    let tokens: Vec<_> = lexer::tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();
+    let tokens = lexer::code(text);
     let file: Arc<str> = name.into();
     let warn = |at: usize| {
         let minus = sign(&tokens, at)?;

@@ -9,9 +9,9 @@ use super::super::report::{Failure, Outcome, Terminal, err};
 use super::super::work::{self, Work};
 use super::POLL;
 use crate::diag::Diagnostic;
-use crate::render::{Job, Picture};
+use crate::render::{Job, Picture, Saved};
 use crate::scene::Scene;
-use crate::session::{self, Loaded, Order, Session};
+use crate::session::{self, Digests, Loaded, Order, Session};
 use crate::world::watch::Watch;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -182,7 +182,9 @@ impl State {
     fn save_preview(&self, attempt: &Attempt, picture: &Picture) -> Result<PathBuf, Failure> {
         let Attempt { loaded, scene, .. } = attempt;
         let file = self.work.output.clone();
-        if !self.work.is_made(&file) {
+        let is_made = Saved::open(&file)
+            .is_ok_and(|saved| self.work.departure(&saved.about, &mut Digests::new()).is_none());
+        if !is_made {
             self.work.save_to(&file, loaded, scene, &Picture { finished: false, ..picture.clone() })?;
         }
         Ok(file)

@@ -2,7 +2,7 @@
 
 use super::{Form, Gene, Genes};
 use crate::script::engine::{INPUTS, KEYWORDS};
-use crate::script::lexer::{Kind, Token, tokens};
+use crate::script::lexer::{Kind, Token, code};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -30,7 +30,7 @@ pub struct Reader<'a> {
 impl<'a> Reader<'a> {
     /// Of a text whose brackets and quotes all close.
     pub fn new(text: &'a str) -> Option<Reader<'a>> {
-        let tokens: Vec<_> = tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();
+        let tokens = code(text);
         let mut partner = vec![None; tokens.len()];
         let mut open = Vec::new();
         for (i, token) in tokens.iter().enumerate() {

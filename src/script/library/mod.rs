@@ -158,8 +158,7 @@ impl Library<'_> {
     /// Binds a name with a number of arguments of any type.
     pub fn bind(&mut self, name: &str, arity: usize, f: impl Fn(&Call<'_>) -> Outcome<Dynamic> + 'static) {
         let (any, f) = (vec![TypeId::of::<Dynamic>(); arity], Rc::new(f));
-        let marked = marked(name, NATIVE);
-        if marked != name {
+        if let Some(marked) = marked(name, NATIVE) {
             let f = f.clone();
             self.register(&marked, name, &any, move |call| f(call));
             self.bound.push((name.to_owned(), arity));
@@ -400,14 +399,14 @@ mod tests {
             Ok(value) => format!("{} {value:?}", value.type_name()),
             Err(error) => plain(&error.to_string()),
         };
-        let is_marked =
-            |name: &str| name != "field" && !OVERLOADED.contains(&name) && marked(name, NATIVE) != name;
+        let is_marked = |name: &str| name != "field" && !OVERLOADED.contains(&name);
         let (mut count, mut other) = (0, Vec::new());
         for Entry { name, signature, .. } in setup.entries.iter().filter(|entry| is_marked(&entry.name)) {
+            let Some(marked) = marked(name, NATIVE) else { continue };
             let arity = crate::script::lexer::parameters(signature.split(')').next().unwrap_or_default());
             for argument in ["1", "-2.5", "\"a\"", "[1, 2]", "#{}"] {
                 let call = |name: &str| said(format!("{name}({})", vec![argument; arity].join(", ")));
-                let (plainly, by_mark) = (call(name), call(&marked(name, NATIVE)));
+                let (plainly, by_mark) = (call(name), call(&marked));
                 other
                     .extend((plainly != by_mark).then(|| format!("{name} {argument}: {plainly}, {by_mark}")));
                 count += 1;

@@ -346,7 +346,7 @@ struct Import {
 
 /// The import statements at the top level of a text.
 fn import_statements(text: &str) -> Vec<Import> {
-    let all: Vec<_> = lexer::tokens(text).into_iter().filter(|t| t.kind != lexer::Kind::Comment).collect();
+    let all = lexer::code(text);
     let mut depth = 0;
     let mut found = Vec::new();
     for (i, token) in all.iter().enumerate() {

@@ -4,8 +4,7 @@ use crate::script::lexer::{self, Kind, Token};
 
 /// Names that statements outside of all blocks make or set, in their order.
 pub fn named(text: &str) -> Vec<&str> {
-    let tokens: Vec<Token<'_>> =
-        lexer::tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect();
+    let tokens = lexer::code(text);
     let (mut depth, mut starts, mut found) = (0i32, true, Vec::new());
     for (i, token) in tokens.iter().enumerate() {
         if starts && depth == 0 {

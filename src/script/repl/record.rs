@@ -4,7 +4,7 @@
 //! again, and look at a solid before going on. So what it asked is ended with a semicolon, of functions and
 //! loaded files the last version counts, and the solid that was there last becomes the value of the script.
 
-use crate::script::lexer::{self, Kind, Token};
+use crate::script::lexer::{Kind, code, definitions};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -64,7 +64,7 @@ impl Record {
         let (mut used, mut found) = (BTreeSet::new(), BTreeSet::new());
         for input in &self.0 {
             found.extend(
-                functions(&input.text).into_iter().map(|f| f.name).filter(|name| used.contains(name)),
+                definitions(&input.text).into_iter().map(|f| f.name).filter(|name| used.contains(name)),
             );
             used.extend(code(&input.text).iter().filter(|t| t.kind == Kind::Word).map(|t| t.text.to_owned()));
         }
@@ -77,8 +77,8 @@ impl Record {
         let shown = self.0.iter().rposition(|input| input.solid.is_some());
         let mut last = None;
         for (i, input) in self.0.iter().enumerate() {
-            let later = self.0[i + 1..].iter().flat_map(|later| functions(&later.text));
-            let later: Vec<(String, usize)> = later.map(|f| (f.name, f.arity)).collect();
+            let later = self.0[i + 1..].iter().flat_map(|later| definitions(&later.text));
+            let later: Vec<(String, usize)> = later.map(|f| (f.name, f.parameters.len())).collect();
             let text = without(&input.text, &later);
             if text.trim().is_empty() {
                 continue;
@@ -116,7 +116,7 @@ impl Record {
 /// A statement that ends; a definition of a function does so by itself.
 fn ended(text: &str) -> String {
     let last = code(text).last().map(|t| (t.text, t.end()));
-    let defined = functions(text).last().map(|f| f.end);
+    let defined = definitions(text).last().map(|f| f.end);
     match last {
         None | Some((";", _)) => text.to_owned(),
         Some((_, end)) if defined == Some(end) => text.to_owned(),
@@ -151,67 +151,21 @@ fn named(text: &str) -> String {
     }
     let mut start = tokens.get(first).map_or(text.len(), |t| t.start);
     // A definition of a function needs no semicolon after it.
-    if let Some(last) = functions(text).into_iter().rfind(|f| f.start >= start) {
+    if let Some(last) = definitions(text).into_iter().rfind(|f| f.start >= start) {
         start = tokens.iter().find(|t| t.start >= last.end).map_or(text.len(), |t| t.start);
     }
     ended(&format!("{}let {SOLID} = {}", &text[..start], &text[start..]))
 }
 
-/// A definition of a function, and where it is.
-struct Definition {
-    name: String,
-    arity: usize,
-    start: usize,
-    end: usize,
-}
-
-/// The functions that a text defines.
-fn functions(text: &str) -> Vec<Definition> {
-    let tokens = code(text);
-    let mut found = Vec::new();
-    for (i, token) in tokens.iter().enumerate().filter(|(_, t)| t.text == "fn") {
-        let [name, open, ..] = &tokens[i + 1..] else { continue };
-        let close = matching(&tokens, i + 2).filter(|_| open.text == "(" && name.kind == Kind::Word);
-        let Some(close) = close else { continue };
-        let Some(end) = matching(&tokens, close + 1) else { continue };
-        let names = tokens[i + 3..close].iter().filter(|t| t.kind == Kind::Word).count();
-        let private = i > 0 && tokens[i - 1].text == "private";
-        let start = if private { tokens[i - 1].start } else { token.start };
-        found.push(Definition { name: name.text.to_owned(), arity: names, start, end: tokens[end].end() });
-    }
-    found
-}
-
-/// Which bracket closes the one with this number.
-fn matching(tokens: &[Token<'_>], open: usize) -> Option<usize> {
-    let mut depth = 0i32;
-    for (i, token) in tokens.iter().enumerate().skip(open) {
-        match token.text {
-            "(" | "{" | "[" => depth += 1,
-            ")" | "}" | "]" => depth -= 1,
-            _ if i == open => return None,
-            _ => {}
-        }
-        if depth == 0 {
-            return Some(i);
-        }
-    }
-    None
-}
-
 /// A text without functions that are defined again later.
 fn without(text: &str, later: &[(String, usize)]) -> String {
     let mut out = text.to_owned();
-    for f in functions(text).into_iter().rev() {
-        if later.iter().any(|(name, arity)| *name == f.name && *arity == f.arity) {
+    for f in definitions(text).into_iter().rev() {
+        if later.iter().any(|(name, arity)| *name == f.name && *arity == f.parameters.len()) {
             out.replace_range(f.start..f.end, "");
         }
     }
     out
-}
-
-fn code(text: &str) -> Vec<Token<'_>> {
-    lexer::tokens(text).into_iter().filter(|t| t.kind != Kind::Comment).collect()
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! then on is what is replaced. Everything else stays as it is, byte by byte.
 
 use crate::scene::{Domain, Param, Value};
-use crate::script::lexer::{Kind, Token, tokens};
+use crate::script::lexer::{Kind, Token, closing, code, tokens};
 use std::ops::Range;
 
 /// Writes a parameter's value as its default into the texts of a script: its own first, those of its modules then, and
@@ -64,31 +64,17 @@ fn preset(text: &str, param: &Param) -> Edit {
     Edit { range: start..start, new: format!("preset(\"{}\", {value});\n", param.name) }
 }
 
-/// The tokens of a text that are not comments.
-fn code(text: &str) -> Vec<Token<'_>> {
-    tokens(text).into_iter().filter(|token| token.kind != Kind::Comment).collect()
-}
-
 /// How many tokens belong to the presets with which a script begins.
 fn head(tokens: &[Token<'_>]) -> usize {
     let mut end = 0;
     while let [word, open, ..] = &tokens[end..]
         && (word.text, open.text) == ("preset", "(")
-        && let Some(close) = close(&tokens[end + 1..])
-        && tokens.get(end + close + 2).is_some_and(|token| token.text == ";")
+        && let Some(close) = closing(tokens, end + 1)
+        && tokens.get(close + 1).is_some_and(|token| token.text == ";")
     {
-        end += close + 3;
+        end = close + 2;
     }
     end
-}
-
-/// Where a bracket ends with which tokens begin.
-fn close(tokens: &[Token<'_>]) -> Option<usize> {
-    let mut depth = 0;
-    tokens.iter().position(|token| {
-        depth += depth_of(token);
-        depth == 0
-    })
 }
 
 /// How much deeper a token leads into brackets.

@@ -25,7 +25,7 @@ const LANES: usize = 16;
 const SHARE: usize = 512;
 
 /// What is known of boxes, in their order; nothing of those that are left when it is cancelled.
-/// A close look finds all ways down, another one.
+/// A close look finds a way down along any set of axes that has one; another those along single axes, or else any one.
 pub(super) fn bound(cells: &Cells, boxes: &[Aabb], is_close: bool, cancel: &AtomicBool) -> Vec<Known> {
     let share = |bounds: &mut Bounds, boxes: &[Aabb]| bounds.all(cells, boxes, cancel);
     boxes.par_chunks(SHARE).map_init(|| Bounds::new(cells, is_close), share).collect::<Vec<_>>().concat()
