@@ -1,7 +1,7 @@
 //! Flows: what they must keep, against closed forms, differences, dense samples and meshes.
 
 use glam::DVec3;
-use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, caster};
+use orogen::cast::{CastStats, Caster, Hit, Kind, Ray, Tolerance, caster};
 use orogen::field::{Field, Watch};
 use orogen::mesh::Fineness;
 use orogen::num::{Interval, Jet, Many, Parabola, Parabolas, Reduced, Slope, Taylors};
@@ -276,6 +276,40 @@ fn miss_nothing(kind: Kind, velocity: &str, many: usize) -> [usize; 3] {
 fn no_hit_is_missed() {
     miss_nothing(Kind::Beam, SLOPE, 12);
     miss_nothing(Kind::Octree, CREASED, 12);
+}
+
+#[test]
+fn bent_rays_meet_what_certified_ones_do_where_a_flow_is_weak() {
+    let region = Aabb::cube(1.4);
+    let never = AtomicBool::new(false);
+    for velocity in ["-0.01 * slope(gradient(7).scaled(4.0))", "-0.1 * vector_noise(cellular(7).scaled(4.0))"]
+    {
+        let f = flowed(velocity);
+        let (mut all, mut wrong, mut shared) = (0, 0, 0);
+        for rays in bundles(16, &region) {
+            let cast = |kind: Kind, is_any: bool, stats: &mut CastStats| {
+                let mut out = vec![Hit::MISS; rays.len()];
+                let mut caster = caster(kind, &f, &region, &[]).expect("a caster");
+                let ask = if is_any { Caster::any_hits } else { Caster::first_hits };
+                ask(&mut *caster, &rays, &mut out, stats, &never);
+                out
+            };
+            for is_any in [false, true] {
+                let [mut of_beams, mut of_bent] = [CastStats::default(); 2];
+                let right = cast(Kind::Beam, is_any, &mut of_beams);
+                let found = cast(Kind::Bent, is_any, &mut of_bent);
+                let differ = |(a, b): &(&Hit, &Hit)| {
+                    a.is_hit() != b.is_hit() || !is_any && a.is_hit() && (a.t - b.t).abs() > 2e-4
+                };
+                wrong += right.iter().zip(&found).filter(differ).count();
+                assert_eq!(of_bent.rays, rays.len() as u64);
+                assert_eq!(of_bent.hits, found.iter().filter(|hit| hit.is_hit()).count() as u64);
+                (all, shared) = (all + rays.len(), shared + of_bent.shared);
+            }
+        }
+        assert!(200 * wrong <= all, "{velocity}: {wrong} of {all} rays differ");
+        assert!(shared > 0, "{velocity}: nothing was shared");
+    }
 }
 
 /// `cargo test --release --test flow -- --ignored --nocapture`

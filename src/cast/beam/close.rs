@@ -6,7 +6,8 @@
 //! an evaluation of its own: the faces of a part, or a sphere looked at a few pixels at a time.
 
 use super::Beam;
-use super::frame::{Line, is_real};
+use super::frame::Line;
+use super::gather::is_real;
 use super::march::{Answer, March, Next, Piece};
 use super::sketch::Fall;
 use super::thin::Thin;

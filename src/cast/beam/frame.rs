@@ -1,5 +1,6 @@
 //! Where the rays of a beam go: planes across them, and the part of these that they fill.
 
+use super::gather::is_real;
 use super::march::Piece;
 use crate::cast::Ray;
 use crate::num::{Interval, Parabola};
@@ -8,11 +9,6 @@ use glam::DVec3;
 
 /// More than the relative rounding of depths and places.
 const HAIR: f64 = 64.0 * f64::EPSILON;
-
-/// Whether there is anything of a ray.
-pub(super) fn is_real(ray: &Ray) -> bool {
-    ray.near <= ray.far
-}
 
 /// Planes across the rays of a group. A line has at a depth `z` the place
 ///
@@ -147,7 +143,7 @@ impl Frame {
     }
 
     /// A ray as it looks from the frame.
-    pub(super) fn line(&self, ray: &Ray) -> Line {
+    pub(in crate::cast) fn line(&self, ray: &Ray) -> Line {
         let stretch = if self.kind == Kind::Parallel { 1.0 } else { 1.0 / ray.direction.dot(self.axis) };
         let later = match self.kind {
             Kind::Origin => 0.0,
@@ -192,7 +188,7 @@ impl Frame {
 
 /// A ray of which there is anything, as it looks from its frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
+pub(in crate::cast) struct Line {
     pub place: Place,
     /// Distance along the ray for each unit of depth, and by how much distances begin later.
     pub stretch: f64,
@@ -276,7 +272,7 @@ impl Section {
     }
 
     /// The section around those lines of which there is anything.
-    pub(super) fn around(frame: &Frame, lines: &[Line]) -> Section {
+    pub(in crate::cast) fn around(frame: &Frame, lines: &[Line]) -> Section {
         let (mut start, mut slope, mut depth) = ([Range::NONE; 2], [Range::NONE; 2], Range::NONE);
         for Line { place, depth: own, .. } in lines.iter().filter(|line| line.is_real()) {
             for k in 0..2 {
@@ -328,7 +324,7 @@ impl Section {
     }
 
     /// Where a line is at a depth, from the centre, in units of the extent.
-    pub(super) fn relative(&self, place: &Place, depth: f64) -> [f64; 2] {
+    pub(in crate::cast) fn relative(&self, place: &Place, depth: f64) -> [f64; 2] {
         let ([x, y], [u, v], [a, b]) = (place.at(depth), self.centre.at(depth), self.extent(depth));
         [(x - u) / a, (y - v) / b]
     }
@@ -387,6 +383,13 @@ impl Section {
     pub(in crate::cast) fn spine_at(&self, frame: &Frame, depth: f64) -> DVec3 {
         let (start, slope) = self.spine(frame);
         start + depth * slope
+    }
+
+    /// The middle of the rectangle at a depth, and its corners: left and right below, and above.
+    pub(in crate::cast) fn quincunx(&self, frame: &Frame, depth: f64) -> [DVec3; 5] {
+        let (middle, [x, y]) = (self.spine_at(frame, depth), self.extent(depth));
+        let [u, v] = [x * frame.across[0], y * frame.across[1]];
+        [middle, middle - u - v, middle + u - v, middle - u + v, middle + u + v]
     }
 
     /// The coordinates of a piece of the beam.

@@ -16,6 +16,7 @@ mod batch;
 mod bundle;
 mod close;
 mod frame;
+mod gather;
 mod march;
 mod sketch;
 mod thin;
@@ -29,7 +30,8 @@ pub use bundle::Bundle;
 use bundle::FIRST;
 pub(super) use bundle::{State, march_bundles};
 pub use frame::Frame;
-use frame::{Line, Section, is_real};
+pub(super) use frame::{Line, Section};
+pub(super) use gather::{gather, is_from_surface, is_real, quarters, trimmed, turned};
 use glam::DVec3;
 use march::{March, PIECES};
 use std::ops::Range;
@@ -46,12 +48,6 @@ const WIDEST_OF_PARTS: usize = 1024;
 /// Rays of the smallest beams; and where there are parts: much is close to a beam that is not close to its rays.
 const SMALLEST: usize = 2;
 const SMALLEST_OF_PARTS: usize = 5;
-
-/// Parts that a beam is cut into.
-const PARTS: usize = 4;
-
-/// Rays that go too far apart for a beam are looked at in fewer and fewer, down to so many.
-const FEWEST: usize = 8;
 
 /// Casts by beams; see the module text.
 pub(super) struct Beams {
@@ -173,33 +169,21 @@ impl Beams {
         // Where the field may have no value each ray looks for itself; and any hit needs no bracket around a root.
         let closes = want == Want::First && self.cells.is_defined();
         let widest = if self.cells.is_uniform() { WIDEST } else { WIDEST_OF_PARTS };
-        let mut open: Vec<Range<usize>> = Vec::new();
         if self.is_alone {
             alone.extend((0..rays.len()).filter(|&i| is_real(&rays[i])));
         } else {
-            open.extend((0..rays.len()).step_by(widest).map(|start| start..(start + widest).min(rays.len())));
-        }
-        while let Some(own) = open.pop() {
-            let Some(range) = trimmed(rays, own) else { continue };
-            // Rays from different places of a surface have nothing in common where they begin.
-            let are_off = || rays[range.clone()].iter().all(|ray| !is_from_surface(ray));
-            let goes_together = |frame: &Frame| want == Want::Any || frame.is_strict() || are_off();
-            if let Some(frame) = Frame::new(&rays[range.clone()]).filter(goes_together) {
-                for i in range.clone().filter(|&i| is_real(&rays[i])) {
-                    lines[i] = frame.line(&rays[i]);
-                }
+            gather(rays, widest, want == Want::Any, |range, frame| {
+                let own = range.clone().filter(|&i| is_real(&rays[i]));
+                let Some(frame) = frame else { return alone.extend(own) };
+                own.for_each(|i| lines[i] = frame.line(&rays[i]));
                 let section = Section::around(&frame, &lines[range.clone()]);
                 let [near, far] = section.depth;
                 let march = March::new(near, far, FIRST * (far - near), None);
-                let own = (range.len(), rays[range.start].tolerance);
-                let bundle = Bundle::of(frame, section, march, own);
+                let all = (range.len(), rays[range.start].tolerance);
+                let bundle = Bundle::of(frame, section, march, all);
                 let bundle = if closes { bundle.that_closes() } else { bundle };
                 beams.push(Beam { rays: range, bundle });
-            } else if range.len() > FEWEST {
-                open.extend(quarters(range));
-            } else {
-                alone.extend(range.filter(|&i| is_real(&rays[i])));
-            }
+            });
         }
         for (hit, _) in out.iter_mut().zip(rays).filter(|(_, ray)| !is_real(ray)) {
             *hit = Hit::MISS;
@@ -254,30 +238,6 @@ impl Beams {
             active.retain(|&i| thin[i].hit.is_none());
         }
     }
-}
-
-/// The same line the other way.
-fn turned(&Ray { origin, direction, near, far, tolerance }: &Ray) -> Ray {
-    Ray { origin, direction: -direction, near: -far, far: -near, tolerance }
-}
-
-/// Whether a ray begins on a surface, as far as it says.
-fn is_from_surface(ray: &Ray) -> bool {
-    ray.near <= 0.0
-}
-
-/// The parts that a range of rays is cut into.
-fn quarters(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
-    let size = (range.len().next_power_of_two() / PARTS).max(1);
-    let end = range.end;
-    range.step_by(size).map(move |start| start..(start + size).min(end))
-}
-
-/// The range from the first ray of which there is anything to the last.
-fn trimmed(rays: &[Ray], range: Range<usize>) -> Option<Range<usize>> {
-    let first = range.clone().find(|&i| is_real(&rays[i]))?;
-    let last = range.rev().find(|&i| is_real(&rays[i]))?;
-    Some(first..last + 1)
 }
 
 impl Beams {
