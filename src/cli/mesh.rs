@@ -21,7 +21,8 @@ use std::time::Instant;
 /// Writes the surface as triangles that close up: every edge has two of them, no two parts share a point, and sharp
 /// edges stay sharp. Where the surface comes nearer to itself than a cell, triangles may cross. The file is written whole
 /// or not at all, in the format that its ending says: .glb (glTF) and .ply hold normals and colours, .obj too, .stl
-/// holds triangles alone. A solid without an end is cut off at the bounds of the scene. Components that the script
+/// holds triangles alone. Colours are those of the points, linear in a .glb and sRGB in the others, so that patterns take
+/// a resolution that shows them. A solid without an end is cut off at the bounds of the scene. Components that the script
 /// leaves out are left out. Numbers are those of the script, whatever its unit is: slicers take them for millimetres,
 /// and .glb says that they are metres.
 #[derive(clap::Args)]
@@ -48,7 +49,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(FINEST)), allow_negative_numbers = true)]
     resolution: Option<u32>,
 
-    /// How far the mesh may be from the surface, in the units of the script; merges triangles up to that
+    /// How far the mesh may be from the surface, in the units of the script; merges triangles of one colour up to that
     #[arg(long, value_name = "DISTANCE", value_parser = distance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
 
@@ -109,9 +110,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     // What is said of the mesh is said of the file.
     let made = if format.is_single() { rounded(made) } else { made };
     let Solidified { meshed, left_out, warnings, .. } = &made;
-    for warning in
-        warnings.iter().cloned().chain(doubts(left_out)).chain(coarse(meshed)).chain(endless(&scene, &made))
-    {
+    let own = coarse(meshed).into_iter().chain(endless(&scene, &made)).chain(colorless(meshed));
+    for warning in warnings.iter().cloned().chain(doubts(left_out)).chain(own) {
         terminal.diagnostic(&warning, &loaded.sources);
     }
     if meshed.mesh.triangles.is_empty() {
@@ -160,6 +160,15 @@ fn coarse(meshed: &Meshed) -> Option<Diagnostic> {
         );
         Diagnostic::warning(message)
             .hint("--resolution takes smaller cells; a tolerance does so only as far as what is there needs them")
+    })
+}
+
+/// That some points have no colour.
+fn colorless(meshed: &Meshed) -> Option<Diagnostic> {
+    (meshed.colorless > 0).then(|| {
+        let points = plural(meshed.colorless, "point");
+        Diagnostic::warning(format!("the colour is not a number at {points} of the mesh, which are black"))
+            .hint("a root or a logarithm of less than nothing, or a division by zero, may be in it")
     })
 }
 

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! and its border passes each face of the larger cell at most once: the edges around each face have no crossing
-//! of it or two.
+//! of it or two. Nor are colours merged that differ to the eye: points are all that a mesh has for them.
 
 use super::contour::Vertex;
 use super::lattice::Place;
@@ -25,12 +25,38 @@ struct Patch {
     parent: Option<u32>,
     quadric: Quadric,
     normal: DVec3,
+    shades: Shades,
     euler: i32,
     /// Crossings of the cell's edges, by number.
     crossings: [u16; 12],
     level: u32,
     cell: Place,
     may_stand: bool,
+}
+
+/// How far colours may differ that one vertex stands for, as shares of what a screen can show.
+const ALIKE: f32 = 0.06;
+
+/// Colours from the least to the largest, channel by channel, as screens show them.
+#[derive(Clone, Copy, Debug)]
+struct Shades {
+    low: [f32; 3],
+    high: [f32; 3],
+}
+
+impl Shades {
+    const NONE: Shades = Shades { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+
+    fn join(&mut self, other: &Shades) {
+        for k in 0..3 {
+            self.low[k] = self.low[k].min(other.low[k]);
+            self.high[k] = self.high[k].max(other.high[k]);
+        }
+    }
+
+    fn are_alike(&self) -> bool {
+        (0..3).all(|k| self.high[k] - self.low[k] <= ALIKE)
+    }
 }
 
 /// The patches of all levels: first the vertices, then patches made of earlier ones.
@@ -47,19 +73,22 @@ pub(super) struct Merged {
 }
 
 impl Forest {
-    /// Gathers vertices as far as a distance, in steps of the lattice, allows.
-    pub fn new(vertices: &[Vertex], quads: &[Quad], distance: f64) -> Forest {
-        let leaf = |v: &Vertex| Patch {
+    /// Gathers vertices as far as a distance, in steps of the lattice, and their colours allow, where there are any.
+    pub fn new(vertices: &[Vertex], quads: &[Quad], distance: f64, colors: &[[f32; 3]]) -> Forest {
+        let shades = |i: usize| colors.get(i).map_or(Shades::NONE, |&c| Shades { low: c, high: c });
+        let leaf = |(i, v): (usize, &Vertex)| Patch {
             parent: None,
             quadric: v.quadric,
             normal: v.normal,
+            shades: shades(i),
             euler: 1,
             crossings: [0; 12],
             level: 0,
             cell: v.cell,
             may_stand: true,
         };
-        let mut forest = Forest { patches: vertices.iter().map(leaf).collect(), leaves: vertices.len() };
+        let mut forest =
+            Forest { patches: vertices.iter().enumerate().map(leaf).collect(), leaves: vertices.len() };
         // The patch of the current level that each vertex belongs to.
         let mut top: Vec<u32> = (0..vertices.len() as u32).collect();
         let meetings = Meetings::new(vertices, quads);
@@ -67,7 +96,7 @@ impl Forest {
             let made = forest.gather(level, &mut top, &meetings);
             forest.count_crossings(level, &top, quads, made);
             for patch in &mut forest.patches[made..] {
-                patch.may_stand = patch.is_simple() && patch.is_flat(distance);
+                patch.may_stand = patch.shades.are_alike() && patch.is_simple() && patch.is_flat(distance);
             }
         }
         forest
@@ -95,6 +124,7 @@ impl Forest {
                     parent: None,
                     quadric: Quadric::default(),
                     normal: DVec3::ZERO,
+                    shades: Shades::NONE,
                     euler: 0,
                     crossings: [0; 12],
                     level,
@@ -103,10 +133,11 @@ impl Forest {
                 });
             }
             self.patches[old as usize].parent = Some(new);
-            let Patch { quadric, normal, euler, .. } = self.patches[old as usize];
+            let Patch { quadric, normal, shades, euler, .. } = self.patches[old as usize];
             let patch = &mut self.patches[new as usize];
             patch.quadric.join(&quadric);
             patch.normal += normal;
+            patch.shades.join(&shades);
             patch.euler += euler;
         }
         for top in top.iter_mut() {

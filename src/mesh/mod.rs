@@ -8,7 +8,7 @@
 //! 2. crossings of the lattice's edges and the normals there give vertices (`contour`, `patches`, `quadric`), but not
 //!    around tips that would float before the rest (`tips`),
 //! 3. each crossing makes a quadrangle of the vertices around it (`weave`),
-//! 4. where the surface is flat enough, vertices are merged (`merge`),
+//! 4. where the surface is flat enough and of one colour, vertices are merged (`merge`),
 //! 5. each quadrangle becomes two triangles, along the diagonal that is closer to the surface (`triangles`),
 //! 6. points at the same place become one (`weld`),
 //! 7. enclosures of the gradient tell whether anything may have been missed (`certificate`), and where it may,
@@ -33,7 +33,7 @@ mod weld;
 pub use weld::rounded;
 
 use crate::field::{Stopped, Watch};
-use crate::num::Slope;
+use crate::num::{Slope, srgb};
 use crate::scene::Aabb;
 use crate::shape::Mesh;
 use crate::tape::{Cells, Evaluator, Tape};
@@ -88,6 +88,8 @@ const FIRST: u32 = 128;
 pub struct Meshed {
     /// Closed, oriented, and a manifold; no two points are equal.
     pub mesh: Mesh,
+    /// Points that are black because the colour there is not a number.
+    pub colorless: u64,
     /// Length of a cell's edge.
     pub cell: f64,
     /// Blocks of 8 cells along each edge that the surface may pass.
@@ -180,7 +182,7 @@ impl Sketch {
         let weaver = self.weaver(cells, watch);
         let woven = match tolerance {
             None => weaver.plain(),
-            Some(tolerance) => weaver.merged(tolerance)?,
+            Some(tolerance) => weaver.merged(tolerance, &self.shown_colors(solid))?,
         };
         (watch.progress)(0.8);
         watch.check()?;
@@ -191,13 +193,19 @@ impl Sketch {
         let deviation = woven.deviation(cells, farthest, watch);
         watch.check()?;
         let mut mesh = weld::welded(woven.mesh, weld::SHORT * self.lattice.step);
+        let mut colorless = 0;
         if let Some(color) = &solid.color {
             mesh.colors = survey::colors(color, &mesh.points);
+            for color in mesh.colors.iter_mut().filter(|color| color.iter().any(|c| c.is_nan())) {
+                *color = [0.0; 3];
+                colorless += 1;
+            }
         }
         (watch.progress)(1.0);
         let middle = |at: &Place| self.lattice.corner(*at) + 0.5 * self.lattice.step;
         Ok(Meshed {
             mesh,
+            colorless,
             cell: self.lattice.step,
             blocks: self.blocks.len() as u64,
             doubtful: doubts.len() as u64,
@@ -206,6 +214,14 @@ impl Sketch {
             hidden: doubts.iter().map(|(_, hidden)| hidden).sum(),
             deviation,
         })
+    }
+
+    /// The colours of the vertices as screens show them; none of a solid without.
+    fn shown_colors(&self, solid: &Solid) -> Vec<[f32; 3]> {
+        let Some(color) = &solid.color else { return Vec::new() };
+        let places: Vec<DVec3> = self.vertices.iter().map(|v| self.lattice.point(v.place)).collect();
+        let shown = |c: f32| srgb::encode(f64::from(c)) as f32;
+        survey::colors(color, &places).into_iter().map(|color| color.map(shown)).collect()
     }
 
     /// A cell of each block of which it is not proven that nothing is missed there, and in how many cells of the block

@@ -174,7 +174,7 @@ fn crossings(cells: &Cells, ways: &[Way]) -> Vec<f64> {
     parts.iter().zip(ways).map(|(part, way)| part[1] * way.to.distance(way.from)).collect()
 }
 
-/// Linear colours between 0 and 1.
+/// Linear colours between 0 and 1, or not a number where they have no value.
 pub(super) fn colors(tape: &Arc<Tape>, points: &[DVec3]) -> Vec<[f32; 3]> {
     let share = |points: &[DVec3]| {
         let mut color = Evaluator::<Many<f64, LANES>>::new(tape.clone());
@@ -184,8 +184,7 @@ pub(super) fn colors(tape: &Arc<Tape>, points: &[DVec3]) -> Vec<[f32; 3]> {
                 |axis: usize| Many(std::array::from_fn(|lane: usize| batch[lane.min(batch.len() - 1)][axis]));
             color.eval(&std::array::from_fn(at));
             let channels = [0, 1, 2].map(|channel| color.output(channel).0);
-            let clamp = |c: f64| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) as f32 };
-            out.extend((0..batch.len()).map(|lane| channels.map(|c| clamp(c[lane]))));
+            out.extend((0..batch.len()).map(|lane| channels.map(|c| c[lane].clamp(0.0, 1.0) as f32)));
         }
         out
     };

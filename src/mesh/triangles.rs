@@ -42,13 +42,14 @@ impl Weaver<'_> {
         })
     }
 
-    /// Quadrangles between vertices that were merged as far as a tolerance and the shape of the mesh allow.
+    /// Quadrangles between vertices that were merged as far as a tolerance, the shape of the mesh and the colours of the
+    /// vertices, where there are any, allow.
     ///
     /// # Errors
     /// When stopped.
-    pub fn merged(&self, tolerance: f64) -> Result<Woven, Stopped> {
+    pub fn merged(&self, tolerance: f64, colors: &[[f32; 3]]) -> Result<Woven, Stopped> {
         // Planes may be nearer than the surface between them; what is too far off is parted again.
-        let mut forest = Forest::new(self.vertices, self.quads, 0.5 * tolerance / self.lattice.step);
+        let mut forest = Forest::new(self.vertices, self.quads, 0.5 * tolerance / self.lattice.step, colors);
         for _ in 0..ROUNDS {
             self.watch.check()?;
             let woven = self.weave(&forest.merged(self.vertices));
