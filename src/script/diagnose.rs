@@ -6,6 +6,7 @@ use super::fault::Fault;
 use super::lexer;
 use super::marks::plain;
 use super::options::{describe, with_article};
+use super::slips;
 use super::synonyms;
 use super::wording::{function_name, lower_first, type_text, without_position};
 use crate::diag::{self, Diagnostic, Place, Sources};
@@ -60,7 +61,9 @@ impl Explainer<'_> {
             trace.insert(0, ("asked for".to_owned(), call.clone()));
         }
         d.place = blamed.or_else(|| self.key_place(error, place.as_ref())).or(place);
-        if matches!(error, EvalAltResult::ErrorParsing(..)) {
+        if let EvalAltResult::ErrorParsing(kind, _) = error
+            && !self.blame_a_slip(&mut d, kind, &file)
+        {
             self.blame_the_bracket(&mut d, &file);
         }
         d.trace = trace;
@@ -103,16 +106,31 @@ impl Explainer<'_> {
         Some(Place { file: call.file.clone(), line, column, width })
     }
 
-    /// Where the text ends too early, the bracket that was left open is what is wrong.
+    /// Where it is plain to see what was meant, that is what is wrong. Whether it is.
+    fn blame_a_slip(&self, d: &mut Diagnostic, kind: &ParseErrorType, file: &str) -> bool {
+        let sources = self.sources();
+        // What is wrong with a text in quotation marks the engine says itself.
+        let text = sources.get(file).filter(|_| !matches!(kind, ParseErrorType::BadInput(_)));
+        let place = d.place.as_ref().map(|place| (place.line, place.column));
+        let wants_semicolon = matches!(kind, ParseErrorType::MissingToken(token, _) if token == ";");
+        let slip = text.and_then(|text| slips::slip(text, place, wants_semicolon));
+        let Some(fault) = slip.map(|slip| slip.fault(file)) else { return false };
+        d.place = fault.place.map(|place| *place);
+        (d.message, d.label, d.hints) = (fault.message, fault.label, fault.hints);
+        true
+    }
+
+    /// Where the text ends too early, the bracket that was left open is what is wrong. The engine sees more of modules than
+    /// they have.
     fn blame_the_bracket(&self, d: &mut Diagnostic, file: &str) {
         let sources = self.sources();
-        let Some((text, place)) = sources.get(file).zip(d.place.as_ref()) else { return };
+        let Some(text) = sources.get(file) else { return };
         let Some(open) = lexer::unclosed(text) else { return };
-        let ends = !lexer::tokens(text)
-            .iter()
-            .any(|t| t.kind != lexer::Kind::Comment && (t.line, t.column) >= (place.line, place.column));
-        if ends {
-            let place = Place { line: open.line, column: open.column, width: 1, ..place.clone() };
+        let is_after = |place: &Place| {
+            lexer::code(text).iter().any(|t| (t.line, t.column) >= (place.line, place.column))
+        };
+        if !d.place.as_ref().is_some_and(is_after) {
+            let place = Place { file: Arc::from(file), line: open.line, column: open.column, width: 1 };
             *d = Diagnostic::error(format!("`{}` is never closed", open.text)).at(place).label("opened here");
         }
     }
@@ -149,7 +167,7 @@ impl Explainer<'_> {
             E::ErrorTerminated(token, _) => self.stopped(token),
             E::ErrorVariableNotFound(name, _) => self.unknown_variable(name, file, is_called),
             E::ErrorFunctionNotFound(signature, _) => self.unknown_function(signature, file),
-            E::ErrorModuleNotFound(name, _) => unknown_module(name),
+            E::ErrorModuleNotFound(name, _) => self.unknown_module(name, file),
             E::ErrorPropertyNotFound(name, _) => {
                 Diagnostic::error(format!("the object map has no property `{name}`"))
             }
@@ -268,6 +286,9 @@ impl Explainer<'_> {
         let declared = sources.get(file).map(|text| lexer::declared(text)).unwrap_or_default();
         let inputs = INPUTS.iter().map(|(name, _)| *name).chain(["p", "PI", "TAU"]);
         let d = Diagnostic::error(format!("there is no variable `{name}`")).label("not known here");
+        if sources.get(file).is_some_and(|text| lexer::modules(text).contains(&name)) {
+            return d.hint(format!("`{name}` is a module: what is in it follows two colons, {name}::..."));
+        }
         if declared.contains(&name) && !is_called {
             return d.hint(format!("what makes `{name}` comes later, is in braces, or failed"));
         }
@@ -276,12 +297,26 @@ impl Explainer<'_> {
                 "functions see only their parameters and x, y, z, p, time: pass `{name}` as an argument"
             ));
         }
-        if self.native(name).next().is_some() {
-            return d.hint(format!("`{name}` is a function: {}", self.signatures(name).join(" or ")));
+        let signatures = self.signatures(name);
+        if !signatures.is_empty() {
+            return d.hint(format!("`{name}` is a function: {}", signatures.join(" or ")));
         }
         match diag::nearest(name, declared.into_iter().chain(inputs)) {
             Some(near) => d.hint(format!("did you mean `{near}`?")),
             None => d,
+        }
+    }
+
+    fn unknown_module(&self, name: &str, file: &str) -> Diagnostic {
+        let d = Diagnostic::error(format!("there is no module `{name}` here"));
+        let std = || super::modules::STD.iter().map(|(name, _)| *name);
+        let is_variable = self.sources().get(file).is_some_and(|text| lexer::declared(text).contains(&name));
+        match std().find(|n| *n == name).or_else(|| diag::nearest(name, std()).filter(|_| !is_variable)) {
+            Some(near) => d.hint(format!("import \"std/{near}\" as {near};")),
+            None if is_variable => {
+                d.hint(format!("`{name}` is a variable: its methods follow a dot, {name}. ..."))
+            }
+            None => d.hint(format!("import \"...\" as {name}; at the top makes one")),
         }
     }
 
@@ -332,9 +367,15 @@ impl Explainer<'_> {
             return Diagnostic::error(format!("`{full}` cannot be called with ({given})"))
                 .label(format!("expected {}", known.join(" or ")));
         }
+        if full.starts_with("anon$") {
+            return Diagnostic::error(format!("the function cannot be called with ({given})"));
+        }
         let d = Diagnostic::error(format!("there is no function `{full}`"))
             .label(format!("called with ({given})"));
         let everywhere = super::std_entries();
+        if !qualified && sources.get(file).is_some_and(|text| lexer::declared(text).contains(&name)) {
+            return d.hint(format!("`{name}` is a variable; a function in it is called by {name}.call(...)"));
+        }
         if let Some(here) = synonyms::function(full) {
             return d.hint(format!("here that is {here}"));
         }
@@ -343,8 +384,9 @@ impl Explainer<'_> {
             let module = e.name.split("::").next().unwrap_or("");
             return d.hint(format!("import \"std/{module}\" as {module}; then call {}", e.signature));
         }
-        let names =
-            self.setup.entries.iter().chain(&everywhere).map(|e| e.name.as_str()).filter(|_| !qualified);
+        let is_word = |name: &&str| name.starts_with(char::is_alphabetic);
+        let names = self.setup.entries.iter().chain(&everywhere).map(|e| e.name.as_str());
+        let names = names.filter(|name| !qualified && is_word(name));
         let near = diag::nearest(name, others.map(|f| f.name.as_str()).chain(names));
         match near {
             Some(near) => {
@@ -402,15 +444,6 @@ fn arithmetic(text: &str) -> Diagnostic {
     }
 }
 
-fn unknown_module(name: &str) -> Diagnostic {
-    let d = Diagnostic::error(format!("there is no module `{name}` here"));
-    let std = || super::modules::STD.iter().map(|(name, _)| *name);
-    match std().find(|n| *n == name).or_else(|| diag::nearest(name, std())) {
-        Some(near) => d.hint(format!("import \"std/{near}\" as {near};")),
-        None => d.hint(format!("import \"...\" as {name}; at the top makes one")),
-    }
-}
-
 fn property(text: &str) -> Diagnostic {
     let mut quoted = text.split('\'').skip(1).step_by(2);
     match (quoted.next(), quoted.next()) {
@@ -449,7 +482,15 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
             }
         }
         P::Reserved(word) => {
-            Diagnostic::error(format!("`{word}` is reserved by the language")).hint("choose another name")
+            let hint = match word.as_str() {
+                "#" => "object maps are written #{ ... }, colours \"#ff8000\", and comments begin with //",
+                "--" => "there is no `--`: write n -= 1, or put a space between two signs",
+                "++" => "there is no `++`: write n += 1",
+                "var" => "variables are made by `let`",
+                "===" | "!==" => "equality is `==`, inequality `!=`",
+                _ => "choose another name",
+            };
+            Diagnostic::error(format!("`{word}` is reserved by the language")).hint(hint)
         }
         P::ExprTooDeep => {
             Diagnostic::error("the expression is nested too deeply").hint("give parts of it names with let")
@@ -458,7 +499,14 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
             Diagnostic::error("`eval` is switched off: a script may only run what its author wrote")
         }
         P::BadInput(e) => Diagnostic::error(lower_first(&e.to_string())),
-        P::UnknownOperator(op) => Diagnostic::error(format!("there is no operator `{op}`")),
+        P::UnknownOperator(op) => {
+            let d = Diagnostic::error(format!("there is no operator `{op}`"));
+            match op.as_str() {
+                "?" => d.hint("a choice is written if condition { a } else { b }"),
+                "++" | "--" => d.hint("write n += 1 or n -= 1"),
+                _ => d,
+            }
+        }
         P::AssignmentToConstant(name) => {
             Diagnostic::error(format!("`{name}` is a constant and cannot be changed"))
         }

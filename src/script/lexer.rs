@@ -280,6 +280,15 @@ pub fn declared(text: &str) -> Vec<&str> {
     names
 }
 
+/// Names of the modules that a text imports.
+pub fn modules(text: &str) -> Vec<&str> {
+    let all = code(text);
+    let named = |three: &[Token<'_>]| {
+        three[0].kind == Kind::Text && three[1].text == "as" && three[2].kind == Kind::Word
+    };
+    all.windows(3).filter(|three| named(three)).map(|three| three[2].text).collect()
+}
+
 /// A definition of a function, and where it is, in bytes.
 pub struct Definition {
     /// Its name.

@@ -35,6 +35,7 @@ mod repl;
 pub mod rewrite;
 mod show;
 mod signs;
+mod slips;
 mod synonyms;
 mod syntax;
 mod tree;
@@ -269,6 +270,7 @@ fn scene_of(
 }
 
 fn evaluate(setup: &Setup, name: &str, text: &str) -> Result<Dynamic, Box<EvalAltResult>> {
+    slips::refuse_open_comment(name, text)?;
     let mut ast = setup.engine.compile(text).map_err(Box::<EvalAltResult>::from)?;
     ast.set_source(name);
     setup.engine.eval_ast::<Dynamic>(&ast)

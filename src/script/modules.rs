@@ -5,8 +5,8 @@
 //! Nothing else can be read: no absolute paths, no `..`, no links that lead out of the folder.
 
 use super::fault::Fault;
-use super::lexer;
 use super::marks::{Function, Marks};
+use super::{lexer, slips};
 use crate::diag::{self, Sources};
 use crate::world::World;
 use rhai::{Engine, EvalAltResult, Module, ModuleResolver, Position, Scope, Shared};
@@ -138,7 +138,8 @@ impl ModuleResolver for Resolver {
         let (name, text) = self.read(path).map_err(|f| at(f, pos))?;
         self.loaded.source(&name, &text);
         self.loaded.chain.borrow_mut().push(path.to_owned());
-        let module = self.loaded.build(engine, &name, &text);
+        let is_closed = slips::refuse_open_comment(&name, &text).map_err(Box::<EvalAltResult>::from);
+        let module = is_closed.and_then(|()| self.loaded.build(engine, &name, &text));
         self.loaded.chain.borrow_mut().pop();
         let module: SharedModule =
             module.map_err(|e| Box::new(EvalAltResult::ErrorInModule(name.clone(), e, pos)))?.into();
