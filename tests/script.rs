@@ -225,24 +225,33 @@ fn textures_lie_around_solids() {
     };
     // Three pixels by two, over a width of 1 about the origin, of these shares of white; what a screen makes of them.
     let shown = |share: f64| libm::pow((share + 0.055) / 1.055, 2.4);
-    let third = 1.0 / 3.0;
-    close("flat(image, 2.0)", [third, 9.0, 0.0], 1.0);
-    close("flat(image, 2.0)", [-third, -9.0, -2.0 * third], shown(0.2));
-    close("flat(image, 2.0)", [third + 2.0, 0.0, 0.0], 1.0);
-    // Around the equator, from behind: three pixels again.
-    for (turn, share) in [(-0.5, 0.6), (-1.0 / 6.0, 0.8), (1.0 / 6.0, 1.0)] {
-        let (sine, cosine) = libm::sincos(std::f64::consts::TAU * turn);
-        for radius in [0.2, 3.0] {
-            close("spherical(image)", [radius * sine, 0.0, radius * cosine], shown(share));
+    let (third, sixth) = (1.0 / 3.0, 1.0 / 6.0);
+    close("flat(image, 2.0)", [2.0 * third, 9.0, third], 1.0);
+    close("flat(image, 2.0)", [0.0, -9.0, -third], shown(0.2));
+    close("flat(image, 2.0)", [2.0 * third + 2.0, 0.0, third], 1.0);
+    // Around, from behind: three pixels again, and half as many rows, from pole to pole.
+    for (down, shares) in [(-0.25, [0.6, 0.8, 1.0]), (0.25, [0.0, 0.2, 0.4])] {
+        for (turn, share) in [-third, 0.0, third].into_iter().zip(shares) {
+            let (sine, cosine) = libm::sincos(std::f64::consts::TAU * turn);
+            let (up, across) = libm::sincos(std::f64::consts::PI * down);
+            for radius in [0.2, 3.0] {
+                close(
+                    "spherical(image)",
+                    [radius * across * sine, radius * up, radius * across * cosine],
+                    shown(share),
+                );
+            }
+            // No row follows the last.
+            close("spherical(image)", [1e-9 * sine, 4.0 * down, 1e-9 * cosine], shown(share));
         }
     }
     // As each side faces it, from left to right as seen from outside, and half of either where it faces two.
-    close("triplanar(image, 1.0, x)", [5.0, 0.0, -0.5 * third], 1.0);
-    close("triplanar(image, 1.0, -x)", [-5.0, 0.0, 0.5 * third], 1.0);
-    close("triplanar(image, 1.0, z)", [0.5 * third, 0.0, 5.0], 1.0);
-    close("triplanar(image, 1.0, -z)", [-0.5 * third, 0.0, -5.0], 1.0);
-    close("triplanar(image, 1.0, -y)", [-0.5 * third, -5.0, -third], shown(0.4));
-    close("triplanar(image, 1.0, y + z)", [0.5 * third, 0.0, third], 0.5 * (1.0 + shown(0.4)));
+    close("triplanar(image, 1.0, x)", [5.0, -sixth, -third], 1.0);
+    close("triplanar(image, 1.0, -x)", [-5.0, -sixth, third], 1.0);
+    close("triplanar(image, 1.0, z)", [third, -sixth, 5.0], 1.0);
+    close("triplanar(image, 1.0, -z)", [-third, -sixth, -5.0], 1.0);
+    close("triplanar(image, 1.0, -y)", [-third, -5.0, -sixth], shown(0.4));
+    close("triplanar(image, 1.0, y + z)", [third, sixth, sixth], 0.5 * (shown(0.4) + 1.0));
 }
 
 #[test]

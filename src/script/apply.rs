@@ -67,8 +67,8 @@ pub fn scalar(host: &Host, op: Op, args: &[Scalar]) -> Outcome<Scalar> {
     }
 }
 
-/// The colour of a result: of the side that is active in a minimum or maximum, else of the first
-/// argument that has one.
+/// The colour of a result: of the side that is active in a minimum or maximum, mixed as values are in a mix, else of the
+/// first argument that has one.
 fn color(host: &Host, op: Op, args: &[Value], parts: &[Scalar]) -> Outcome<Option<[NodeId; 3]>> {
     let of = |v: &Value| match v {
         Value::Scalar(_, color) => *color,
@@ -76,13 +76,18 @@ fn color(host: &Host, op: Op, args: &[Value], parts: &[Scalar]) -> Outcome<Optio
     };
     let colors: Vec<_> = args.iter().map(of).collect();
     let first = colors.iter().flatten().next().copied();
-    let (true, Some(_)) = (matches!(op, Op::Min(_) | Op::Max(_)), first) else {
+    let (true, Some(_)) = (matches!(op, Op::Min(_) | Op::Max(_) | Op::Mix(_)), first) else {
         return Ok(first);
     };
     // What has no colour of its own, such as a bounding plane, lends none either.
     let (Some(a), Some(b)) = (colors[0], colors[1]) else { return Ok(first) };
     if a == b {
         return Ok(Some(a));
+    }
+    if let (Op::Mix(_), [_, _, share]) = (op, parts) {
+        let [none, all] = [host.constant(0.0)?, host.constant(1.0)?];
+        let share = host.op(Op::Clamp(op::Clamp), &[share.node(host)?, none, all])?;
+        return blend(host, a, b, share).map(Some);
     }
     let (f, g) = (parts[0].node(host)?, parts[1].node(host)?);
     // 1 where the second argument is active.

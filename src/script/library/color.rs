@@ -1,6 +1,7 @@
 //! Colours: linear red, green and blue, from numbers, fields or texts.
 
 use super::{Call, Library};
+use crate::diag::Diagnostic;
 use crate::expr::NodeId;
 use crate::num::srgb;
 use crate::script::apply::component;
@@ -38,7 +39,9 @@ pub(super) fn register(lib: &mut Library<'_>) {
     for name in ["colored", "coloured"] {
         lib.def(&format!("{name}(f, color)"), sentence, "sphere(1.0).colored(\"#c08040\")", |c| {
             let f = c.field(0)?;
-            Ok(Dynamic::from(Field { node: f.node, color: Some(c.color_nodes(1)?) }))
+            let color = c.color_nodes(1)?;
+            doubt_bytes(c, color);
+            Ok(Dynamic::from(Field { node: f.node, color: Some(color) }))
         });
     }
     lib.def(
@@ -53,6 +56,23 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.def("is_colored(f)", "Whether a solid has a colour of its own.", "is_colored(sphere(1.0))", |c| {
         Ok(c.field(0)?.color.is_some().into())
     });
+}
+
+/// Doubts a colour whose parts look like bytes.
+fn doubt_bytes(c: &Call<'_>, color: [NodeId; 3]) {
+    /// More than any part of a colour that reflects light, or stands for something else.
+    const MUCH: f64 = 16.0;
+    let parts = color.map(|part| c.host.graph.borrow().as_const(part));
+    let is_byte = |part: &f64| (0.0..=255.0).contains(part) && part.fract() == 0.0;
+    let [Some(r), Some(g), Some(b)] = parts else { return };
+    if [r, g, b].iter().all(is_byte) && r.max(g).max(b) > MUCH {
+        let message = format!("the colour ({r}, {g}, {b}) sends back far more light than there is");
+        let hint = format!(
+            "parts go from 0 to 1; as on the web it is \"{}\"",
+            srgb::to_hex([r, g, b].map(|part| part as u8))
+        );
+        c.host.doubt(Diagnostic::warning(message).at(c.place.clone()).hint(hint));
+    }
 }
 
 impl Call<'_> {

@@ -97,6 +97,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     );
     lib.property::<GridValue>("low", |_, g| Ok(g.0.samples().extremes().0.into()));
     lib.property::<GridValue>("high", |_, g| Ok(g.0.samples().extremes().1.into()));
+    lib.property::<GridValue>("size", |_, g| Ok(Dynamic::from(Vec3(g.0.frame().size.map(|n| n as f64)))));
     lib.property::<GridValue>("extent", |_, g| Ok(Dynamic::from(Vec3(g.0.frame().extent()))));
 }
 
