@@ -53,6 +53,15 @@ fn fails_on_a_pipe_when_a_line_fails() {
     has(&stderr(&bench.command("repl gone.rhai").write_stdin("1\n").assert().code(1)), &["gone.rhai"]);
 }
 
+/// What goes wrong in a function of the script is shown where it is written.
+#[test]
+fn errors_are_shown_in_the_script_that_is_loaded() {
+    let bench = Bench::new(&[("a.rhai", "\nfn rock(r) { sphere(r) + undefined }")]);
+    let run = |lines: &str| bench.command("repl a.rhai").write_stdin(lines).assert().code(1);
+    has(&stderr(&run("rock(1.0)\n")), &["a.rhai:2:26", "rock at input:1:1"]);
+    has(&stderr(&run("fn rock(r) { nowhere }\nrock(1.0)\n")), &["input:1:14"]);
+}
+
 #[test]
 fn commands_answer() {
     let bench =

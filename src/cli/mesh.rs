@@ -4,10 +4,10 @@ use super::options::{self, ScriptOptions};
 use super::report::{Failure, Outcome, Terminal, count, err, plural, seconds};
 use super::work::{self, Conversion};
 use crate::diag::Diagnostic;
-use crate::exchange::mesh::{self as file, Format};
+use crate::exchange::mesh::{self as file, Format, Gloss};
 use crate::field::Watch;
 use crate::mesh::{self, Deviation, FINEST, Fineness, Meshed};
-use crate::scene::Scene;
+use crate::scene::{Finish, Scene};
 use crate::session::topology::LeftOut;
 use crate::session::{self, Solidified};
 use crate::shape::{Census, Parts, creased};
@@ -22,7 +22,7 @@ use std::time::Instant;
 /// edges stay sharp. Where the surface comes nearer to itself than a cell, triangles may cross. The file is written whole
 /// or not at all, in the format that its ending says: .glb (glTF) and .ply hold normals and colours, .obj too, .stl
 /// holds triangles alone. Colours are those of the points, linear in a .glb and sRGB in the others, so that patterns take
-/// a resolution that shows them. A solid without an end is cut off at the bounds of the scene. Components that the script
+/// a resolution that shows them; a finish that is the same everywhere goes into a .glb. A solid without an end is cut off at the bounds of the scene. Components that the script
 /// leaves out are left out. Numbers are those of the script, whatever its unit is: slicers take them for millimetres,
 /// and .glb says that they are metres.
 #[derive(clap::Args)]
@@ -128,11 +128,24 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         Format::Obj | Format::Ply(_) | Format::Stl(_) if args.up == Up::Z => &meshed.mesh.with_z_up(),
         Format::Obj | Format::Ply(_) | Format::Stl(_) => &meshed.mesh,
     };
-    atomic::write(&args.output, |out| file::write(format, shown, out))
+    atomic::write(&args.output, |out| file::write_glossy(format, shown, &gloss(&scene), out))
         .map_err(|e| Diagnostic::error(e.to_string()))?;
     err(summary(&args.output, &made, start.elapsed().as_secs_f64()));
     err(judgement(&made, args.tolerance));
     Ok(())
+}
+
+/// The scene's material, as far as it is the same everywhere.
+fn gloss(scene: &Scene) -> Gloss {
+    let Some(material) = scene.surface.material else { return Gloss::default() };
+    let even = |node, otherwise: f64| scene.graph.as_const(node).unwrap_or(otherwise);
+    let share = |finish: Finish| even(material.finish[finish as usize], 0.0).clamp(0.0, 1.0);
+    Gloss {
+        metal: share(Finish::Metal),
+        coat: share(Finish::Coat),
+        roughness: even(material.finish[Finish::Roughness as usize], 1.0).clamp(0.0, 1.0),
+        light: material.emission.map_or([0.0; 3], |light| light.map(|part| even(part, 0.0).max(0.0))),
+    }
 }
 
 /// The mesh as numbers of 32 bits hold it.

@@ -49,6 +49,9 @@ impl Explainer<'_> {
             if !source.is_empty() {
                 source.clone_into(&mut file);
             }
+            if let EvalAltResult::ErrorInFunctionCall(name, ..) = error {
+                file = self.home(&plain(name), file);
+            }
             error = inner;
         }
         let position = if error.position().is_none() { fallback } else { error.position() };
@@ -68,7 +71,24 @@ impl Explainer<'_> {
         }
         d.trace = trace;
         self.blame_the_user(&mut d, error);
+        if d.message.ends_with("not nothing ()") {
+            d.hints.push(
+                "a function gives back what its last line is, and nothing if that is a `let`".to_owned(),
+            );
+        }
         d
+    }
+
+    /// The file in which a function is defined that is called in `file`: of the texts that a session has run, the engine knows
+    /// the last only.
+    fn home(&self, name: &str, file: String) -> String {
+        let sources = self.sources();
+        let defines = |text: &str| lexer::definitions(text).iter().any(|d| d.name == name);
+        if file != self.main || sources.get(&*file).is_some_and(|text| defines(text)) {
+            return file;
+        }
+        let others = sources.iter().filter(|(other, _)| !other.starts_with("std/"));
+        others.filter(|(_, text)| defines(text)).map(|(other, _)| other.to_string()).next().unwrap_or(file)
     }
 
     fn sources(&self) -> Sources {
@@ -297,6 +317,10 @@ impl Explainer<'_> {
                 "functions see only their parameters and x, y, z, p, time: pass `{name}` as an argument"
             ));
         }
+        if let Some((module, last)) = name.rsplit_once("::") {
+            return d
+                .hint(format!("what others see of `{module}` is what it exports: export let {last} = ..."));
+        }
         let signatures = self.signatures(name);
         if !signatures.is_empty() {
             return d.hint(format!("`{name}` is a function: {}", signatures.join(" or ")));
@@ -457,6 +481,12 @@ fn property(text: &str) -> Diagnostic {
                 "Field" if ["x", "y", "z"].contains(&name) => {
                     d.hint(format!("it has one value; `{name}` alone is the coordinate"))
                 }
+                "array" | "string" if ["length", "size", "count"].contains(&name) => {
+                    d.hint("how many elements it has is .len()")
+                }
+                "array" if ["x", "y", "z"].contains(&name) => {
+                    d.hint("its elements are [0], [1] and [2]; vec3(a[0], a[1], a[2]) has x, y and z")
+                }
                 _ => d.hint(format!("if a function is meant, call it: .{name}()")),
             }
         }
@@ -509,6 +539,10 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
         }
         P::AssignmentToConstant(name) => {
             Diagnostic::error(format!("`{name}` is a constant and cannot be changed"))
+        }
+        P::MismatchedType(wanted, _) if wanted.contains("iterable") => {
+            let text = lower_first(&type_text(&kind.to_string()));
+            Diagnostic::error(text).hint("a loop counts through a range: for i in 0..5 { ... }")
         }
         P::TooManyFunctions => Diagnostic::error("the script defines too many functions"),
         other => Diagnostic::error(lower_first(&type_text(&other.to_string()))),

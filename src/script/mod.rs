@@ -249,7 +249,12 @@ fn scene_of(
     diagnostics.extend(setup.host.odd.take());
     let scene = match scene_value(setup, &value) {
         Ok(scene) => scene,
-        Err(d) => {
+        Err(mut d) => {
+            if value.is_unit()
+                && let Some(hint) = slips::no_value(text)
+            {
+                d.hints = vec![hint];
+            }
             diagnostics.push(*d);
             return None;
         }
@@ -300,11 +305,7 @@ fn no_scene(value: &Dynamic) -> Diagnostic {
         "the script's value is {}, not a scene or a field",
         options::describe(value)
     ));
-    if value.is_unit() {
-        d.hint("end the script with scene(#{ surface: ... }) or a field, without a semicolon after it")
-    } else {
-        d.hint("end the script with scene(#{ surface: ... }) or a field")
-    }
+    d.hint("end the script with scene(#{ surface: ... }) or a field")
 }
 
 /// The scene with its time fixed and its graph complete.

@@ -36,6 +36,7 @@ pub const STD: &[(&str, &str)] = &[
     ("material", include_str!("../../stdlib/material.rhai")),
     ("morph", include_str!("../../stdlib/morph.rhai")),
     ("options", include_str!("../../stdlib/options.rhai")),
+    ("pattern", include_str!("../../stdlib/pattern.rhai")),
     ("planet", include_str!("../../stdlib/planet.rhai")),
     ("shapes", include_str!("../../stdlib/shapes.rhai")),
     ("terrain", include_str!("../../stdlib/terrain.rhai")),

@@ -1,20 +1,46 @@
-//! Powers of what has a minus before it.
+//! Arithmetic that is hardly meant: powers of what has a minus before it, and quotients of whole numbers.
 //!
 //! In scripts a minus before an operand binds tighter than all operators between two: `-x ** 2` is `(-x) ** 2`, which is
 //! `x ** 2`. Where mathematics is written, and in most languages that have a power, it is `-(x ** 2)`. So this is warned of,
 //! unless an odd exponent makes both the same.
+//!
+//! The quotient of two whole numbers is whole, too: `1 / 2` is 0.
 
 use super::engine::KEYWORDS;
 use super::lexer::{self, Kind, Token};
 use crate::diag::{Diagnostic, Place};
 use std::sync::Arc;
 
-/// A warning for each such power in a text that goes by a name.
+/// A warning for each such power or quotient in a text that goes by a name.
 pub fn warnings(name: &str, text: &str) -> Vec<Diagnostic> {
-    let tokens = lexer::code(text);
-    let file: Arc<str> = name.into();
+    let (tokens, file) = (lexer::code(text), Arc::from(name));
+    let quotients = (0..tokens.len()).filter_map(|at| quotient(&tokens, at, &file));
+    powers(text, &tokens, &file).into_iter().chain(quotients).collect()
+}
+
+/// That the quotient at a token, of two whole numbers that are written out, is cut off.
+fn quotient(tokens: &[Token<'_>], at: usize, file: &Arc<str>) -> Option<Diagnostic> {
+    let [first, sign, second] = tokens.get(at..at + 3)?.try_into().ok()?;
+    let whole = |token: &Token<'_>| token.text.parse::<i64>().ok().filter(|_| token.kind == Kind::Number);
+    let (a, b) = (whole(&first)?, whole(&second)?);
+    // In a product it may not be what is divided, and in a power or a call not what divides.
+    let is = |at: Option<usize>, texts: &[&str]| {
+        at.and_then(|at| tokens.get(at)).is_some_and(|token| texts.contains(&token.text))
+    };
+    let is_part = is(at.checked_sub(1), &["*", "/", "%", "."]) || is(Some(at + 3), &["."]);
+    let is_raised = is(Some(at + 3), &["*"]) && is(Some(at + 4), &["*"]);
+    if sign.text != "/" || is_part || is_raised || b == 0 || a % b == 0 {
+        return None;
+    }
+    let width = if first.line == second.line { (second.end() - first.start) as u32 } else { 1 };
+    let place = Place { file: file.clone(), line: first.line, column: first.column, width };
+    let message = format!("{a} / {b} is {}: the quotient of whole numbers is whole", a / b);
+    Some(Diagnostic::warning(message).at(place).hint(format!("write {a}.0 / {b} for a fraction")))
+}
+
+fn powers(text: &str, tokens: &[Token<'_>], file: &Arc<str>) -> Vec<Diagnostic> {
     let warn = |at: usize| {
-        let minus = sign(&tokens, at)?;
+        let minus = sign(tokens, at)?;
         let Token { line, column, start, .. } = tokens[minus];
         let width = text[start..tokens[at].start].trim_end().chars().count() as u32;
         let place = Place { file: file.clone(), line, column, width };
@@ -107,6 +133,25 @@ mod tests {
         assert_eq!(columns("return -length(p) ** n;"), [(8, 10)]);
         assert_eq!(columns("y * -m::f(x)[2].z ** 2.5"), [(5, 13)]);
         assert_eq!(columns("[1, - 2.0 ** 2, { -x ** y }]"), [(5, 5), (19, 2)]);
+    }
+
+    #[test]
+    fn quotients_that_are_cut_off_are_found() {
+        assert_eq!(columns("sphere(1 / 2)"), [(8, 5)]);
+        assert_eq!(columns("x - 7/ 3 + 2.0"), [(5, 4)]);
+        for text in [
+            "1.0 / 2",
+            "1 / 2.0",
+            "6 / 3",
+            "1 / 0",
+            "a * 1 / 2",
+            "x / 1 / 2",
+            "1 / 2 ** 0.5",
+            "1 / n",
+            "v.1 / 2",
+        ] {
+            assert_eq!(columns(text), [], "{text}");
+        }
     }
 
     #[test]

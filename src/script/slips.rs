@@ -50,6 +50,20 @@ pub(super) fn slip(text: &str, place: Option<(u32, u32)>, wants_semicolon: bool)
     bracket(text).or_else(ended)
 }
 
+/// What to write below a text that has no value since its last statement gives a name to one.
+pub(super) fn no_value(text: &str) -> Option<String> {
+    let tokens = lexer::code(text);
+    let body = match &tokens[..] {
+        [body @ .., last] if last.text == ";" => body,
+        all => all,
+    };
+    let depth = |i: usize| lexer::open_brackets(&body[..i]).len();
+    let last = (0..body.len()).rev().find(|&i| body[i].text == "let" && depth(i) == 0)?;
+    let is_last = !(last..body.len()).any(|i| body[i].text == ";" && depth(i) == 0);
+    let name = body.get(last + 1).filter(|_| is_last)?.text;
+    Some(format!("the last statement only gives `{name}` its value: write {name} below it"))
+}
+
 /// The first bracket that does not fit the others, in a text that could not be read.
 fn bracket(text: &str) -> Option<Slip<'_>> {
     let tokens = lexer::code(text);

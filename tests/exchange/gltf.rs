@@ -2,7 +2,7 @@
 
 use crate::{fault, lump, surface, written};
 use glam::DVec3;
-use orogen::exchange::mesh::{self, Format};
+use orogen::exchange::mesh::{self, Format, Gloss};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -218,6 +218,42 @@ fn deep_nesting_and_repetition_have_limits() {
     text["scenes"] = json!([{ "nodes": (0..n).collect::<Vec<_>>() }]);
     text["scene"] = 0.into();
     assert!(fault("a.glb", &glb(&text, &points)).contains("the scene repeats its meshes so often"));
+}
+
+#[test]
+fn what_is_glossy_is_so_in_another_program() {
+    let read = |gloss: Gloss| {
+        let mut bytes = Vec::new();
+        mesh::write_glossy(Format::Glb, &lump(2), &gloss, &mut bytes).unwrap();
+        let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        gltf::Gltf::from_slice_without_validation(&bytes).unwrap();
+        serde_json::from_slice::<Value>(&bytes[20..20 + length]).unwrap()
+    };
+    let matt = read(Gloss::default());
+    assert_eq!(
+        matt["materials"],
+        json!([{ "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 } }])
+    );
+    assert_eq!(matt["extensionsUsed"], Value::Null);
+    let gold = read(Gloss { metal: 1.0, roughness: 0.25, light: [0.5, 0.25, 0.0], ..Gloss::default() });
+    assert_eq!(
+        gold["materials"],
+        json!([{
+            "pbrMetallicRoughness": { "metallicFactor": 1.0, "roughnessFactor": 0.25 },
+            "emissiveFactor": [0.5, 0.25, 0.0],
+        }])
+    );
+    let lamp = read(Gloss { coat: 0.5, roughness: 0.1, light: [8.0, 4.0, 0.0], ..Gloss::default() });
+    let material = &lamp["materials"][0];
+    assert_eq!(lamp["extensionsUsed"], json!(["KHR_materials_clearcoat", "KHR_materials_emissive_strength"]));
+    assert_eq!(material["pbrMetallicRoughness"]["roughnessFactor"], 1.0);
+    assert_eq!(material["emissiveFactor"], json!([1.0, 0.5, 0.0]));
+    assert_eq!(material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"], 8.0);
+    let coat = &material["extensions"]["KHR_materials_clearcoat"];
+    assert_eq!(
+        (coat["clearcoatFactor"].as_f64(), coat["clearcoatRoughnessFactor"].as_f64()),
+        (Some(0.5), Some(0.1))
+    );
 }
 
 #[test]

@@ -12,10 +12,17 @@
 //! is not proven that nothing was missed, so that no answer of this caster is certified. Where the flow is weak, it
 //! seldom errs; where it is strong, pieces of the solid are missing.
 //!
-//! In the thesis each ray works alone. Here a beam is sampled at its four edges, and passes by a span where no two of
-//! the eight samples at its ends are farther apart than the least `r` of them is. One that is too wide for any span is
-//! cut into quarters, and these into rays, which go on where it ended. Shadow rays are marched from their other ends, where
-//! they still go together (see [`beam`](super::beam)).
+//! In the thesis each ray works alone, down to the tolerance. Here, in the same spirit:
+//!
+//! - Rays that go the same way are a beam, which is sampled in its middle and at its four edges. It passes by a span where no two
+//!   samples at its ends are farther apart than the least `r` of them is. One that is too wide for any span is cut into
+//!   quarters, and these into rays, which go on where it ended. Shadow rays are marched from their other ends, where they
+//!   still go together (see [`beam`](super::beam)).
+//! - A span that was halved has three samples (`sample.rs`). Where they lie in a straight row, with values like those of a
+//!   parabola that has no root, the span is passed by, if it is a few pixels long at most: near the surface (9.23)
+//!   takes a number of samples that grows with the precision. Where the parabola has a root, Newton's steps lead to that of
+//!   the bent ray, or of each ray of a beam.
+//! - Where the last samples say how far ahead a root is, the span is cut behind that and not in its middle.
 
 mod sample;
 mod way;
@@ -177,6 +184,7 @@ impl Bent {
                     let (own, samples) = (beam.who.rays.clone(), LINES as u64 * u64::from(beam.way.asked));
                     stats.evaluations += samples;
                     stats.shared += samples;
+                    stats.steps += u64::from(beam.way.asked);
                     let share = samples as f64 / own.len() as f64;
                     costs[own].iter_mut().for_each(|cost| *cost += share);
                     match end {
@@ -198,6 +206,7 @@ impl Bent {
             |ray, end| {
                 costs[ray.who] += f64::from(ray.way.asked);
                 stats.evaluations += u64::from(ray.way.asked);
+                stats.steps += u64::from(ray.way.asked);
                 if let Next::Met(t) = end {
                     met[ray.who] = t;
                 }

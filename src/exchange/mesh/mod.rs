@@ -102,11 +102,32 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<Mesh, Fault> {
     Ok(mesh)
 }
 
-/// Writes a mesh.
+/// How a mesh reflects light, everywhere alike, and shines; each a share from 0 to 1 but for light. Matt unless it says so.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Gloss {
+    /// Share that is metal, of the mesh's colours.
+    pub metal: f64,
+    /// Share that a clear coat covers.
+    pub coat: f64,
+    /// How blurred reflections of metal and of the coat are.
+    pub roughness: f64,
+    /// Light that it gives off, linear.
+    pub light: [f64; 3],
+}
+
+/// Writes a mesh that is matt.
+///
+/// # Errors
+/// As for [`write_glossy`].
+pub fn write(format: Format, mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
+    write_glossy(format, mesh, &Gloss::default(), out)
+}
+
+/// Writes a mesh; how it reflects light goes into glTF alone.
 ///
 /// # Errors
 /// When `out` fails, or the format cannot hold the mesh, which is [`io::ErrorKind::InvalidInput`].
-pub fn write(format: Format, mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
+pub fn write_glossy(format: Format, mesh: &Mesh, gloss: &Gloss, out: &mut dyn Write) -> io::Result<()> {
     mesh.check().map_err(|flaw| unfit(flaw.to_string()))?;
     let finite = mesh.normals.iter().all(|n| n.is_finite())
         && mesh.colors.as_flattened().iter().all(|c| c.is_finite());
@@ -114,7 +135,7 @@ pub fn write(format: Format, mesh: &Mesh, out: &mut dyn Write) -> io::Result<()>
         return Err(unfit("a normal or colour is not finite"));
     }
     match format {
-        Format::Glb => gltf::write(mesh, out),
+        Format::Glb => gltf::write(mesh, gloss, out),
         Format::Obj => obj::write(mesh, out),
         Format::Ply(encoding) => ply::write(mesh, encoding, out),
         Format::Stl(encoding) => stl::write(mesh, encoding, out),

@@ -1,7 +1,7 @@
 //! Meshes as binary glTF.
 
 use super::{BIN, JSON};
-use crate::exchange::mesh::{fits_single, unfit, units};
+use crate::exchange::mesh::{Gloss, fits_single, unfit, units};
 use crate::shape::Mesh;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -40,12 +40,12 @@ impl Layout {
 ///
 /// # Errors
 /// When `out` fails, when a coordinate is beyond 32 bits, or for more than 4 GiB.
-pub fn write(mesh: &Mesh, out: &mut dyn Write) -> io::Result<()> {
+pub fn write(mesh: &Mesh, gloss: &Gloss, out: &mut dyn Write) -> io::Result<()> {
     fits_single(mesh, "glTF")?;
     let normals = units(mesh.normals.clone());
     // The largest index of a width means no point.
     let narrow = mesh.points.len() <= usize::from(u16::MAX);
-    let (text, bytes) = text(mesh, !normals.is_empty(), narrow);
+    let (text, bytes) = text(mesh, gloss, !normals.is_empty(), narrow);
     begin(&text, bytes, out)?;
     if bytes == 0 {
         return Ok(());
@@ -87,7 +87,7 @@ pub(super) fn begin(text: &Value, bytes: u64, out: &mut dyn Write) -> io::Result
 }
 
 /// The JSON text, and how many bytes follow.
-fn text(mesh: &Mesh, normals: bool, narrow: bool) -> (Value, u64) {
+fn text(mesh: &Mesh, gloss: &Gloss, normals: bool, narrow: bool) -> (Value, u64) {
     let asset = json!({ "version": "2.0", "generator": "orogen" });
     let Some((least, most)) = mesh.bounds().filter(|_| !mesh.triangles.is_empty()) else {
         // Nothing may be empty but the file as a whole.
@@ -111,17 +111,49 @@ fn text(mesh: &Mesh, normals: bool, narrow: bool) -> (Value, u64) {
     let (kind, size) = if narrow { (U16, 2) } else { (U32, 4) };
     let corners = json!({ "componentType": kind, "type": "SCALAR" });
     let corners = layout.add(corners, 3 * mesh.triangles.len(), size, CORNERS);
-    let text = json!({
+    let (material, extensions) = material(gloss);
+    let mut text = json!({
         "asset": asset,
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
         "nodes": [{ "mesh": 0 }],
         "meshes": [{ "primitives": [{ "attributes": attributes, "indices": corners, "material": 0 }] }],
-        // What has no material is of metal.
-        "materials": [{ "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 } }],
+        "materials": [material],
         "accessors": layout.accessors,
         "bufferViews": layout.views,
         "buffers": [{ "byteLength": layout.bytes }],
     });
+    // A list may not be empty.
+    if !extensions.is_empty() {
+        text["extensionsUsed"] = json!(extensions);
+    }
     (text, layout.bytes)
+}
+
+/// The material, and the names of the extensions that it needs. What has no material is of metal, and what is matt below a coat is
+/// as rough as can be.
+fn material(gloss: &Gloss) -> (Value, Vec<&'static str>) {
+    let roughness = if gloss.metal > 0.0 { gloss.roughness } else { 1.0 };
+    let mut material =
+        json!({ "pbrMetallicRoughness": { "metallicFactor": gloss.metal, "roughnessFactor": roughness } });
+    let (mut extensions, mut names) = (json!({}), Vec::new());
+    if gloss.coat > 0.0 {
+        names.push("KHR_materials_clearcoat");
+        extensions["KHR_materials_clearcoat"] =
+            json!({ "clearcoatFactor": gloss.coat, "clearcoatRoughnessFactor": gloss.roughness });
+    }
+    let most = gloss.light.into_iter().fold(0.0, f64::max);
+    if most > 0.0 {
+        // Factors go to 1.
+        let strength = most.max(1.0);
+        material["emissiveFactor"] = json!(gloss.light.map(|part| part / strength));
+        if strength > 1.0 {
+            names.push("KHR_materials_emissive_strength");
+            extensions["KHR_materials_emissive_strength"] = json!({ "emissiveStrength": strength });
+        }
+    }
+    if !names.is_empty() {
+        material["extensions"] = extensions;
+    }
+    (material, names)
 }
