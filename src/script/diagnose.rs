@@ -10,7 +10,7 @@ use super::slips;
 use super::synonyms;
 use super::wording::{function_name, lower_first, type_text, without_position};
 use crate::diag::{self, Diagnostic, Place, Sources};
-use rhai::{Dynamic, EvalAltResult, ParseErrorType, Position};
+use rhai::{Dynamic, EvalAltResult, LexError, ParseErrorType, Position};
 use std::sync::Arc;
 
 /// What a trace says before the name of a function.
@@ -528,6 +528,8 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
         P::BadInput(e) if e.to_string().contains("'eval'") => {
             Diagnostic::error("`eval` is switched off: a script may only run what its author wrote")
         }
+        P::BadInput(LexError::UnterminatedString) => Diagnostic::error("open string is not terminated")
+            .hint("a text ends with its line; is there a quotation mark too many, or one too few?"),
         P::BadInput(e) => Diagnostic::error(lower_first(&e.to_string())),
         P::UnknownOperator(op) => {
             let d = Diagnostic::error(format!("there is no operator `{op}`"));

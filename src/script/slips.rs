@@ -69,12 +69,6 @@ fn bracket(text: &str) -> Option<Slip<'_>> {
     let tokens = lexer::code(text);
     let mut open: Vec<Token<'_>> = Vec::new();
     for (i, &token) in tokens.iter().enumerate() {
-        if token.kind == Kind::Text && !token.closed {
-            let what = "a text ends with its line, and this one has no end";
-            return Some(
-                Slip::new(token, what, "begins here").hint("is there a quotation mark too many before?"),
-            );
-        }
         let missing = |last: &Token<'_>, before: &str| {
             let close = closes(last.text);
             let hint = format!("it closes the `{}` in line {}, column {}", last.text, last.line, last.column);
@@ -84,14 +78,7 @@ fn bracket(text: &str) -> Option<Slip<'_>> {
         match (token.text, open.last()) {
             ("(" | "[" | "{", _) => open.push(token),
             (")" | "]" | "}", None) => {
-                let opens = if token.text == ")" {
-                    "("
-                } else if token.text == "]" {
-                    "["
-                } else {
-                    "{"
-                };
-                let message = format!("there is no `{opens}` for this `{}`", token.text);
+                let message = format!("there is no `{}` for this `{}`", opens(token.text), token.text);
                 return Some(Slip::new(token, message, "nothing is open here"));
             }
             (")" | "]" | "}", Some(last)) if closes(last.text) == token.text => drop(open.pop()),
@@ -106,6 +93,15 @@ fn bracket(text: &str) -> Option<Slip<'_>> {
         }
     }
     None
+}
+
+/// What opens what a bracket closes.
+fn opens(close: &str) -> &'static str {
+    match close {
+        ")" => "(",
+        "]" => "[",
+        _ => "{",
+    }
 }
 
 /// What closes a bracket.
