@@ -12,7 +12,7 @@
 //! | [`Kind::Interval`], [`Kind::Standard`], [`Kind::Reduced`] | pieces | an enclosure, halving | `pieces.rs`, `along.rs` |
 //! | [`Kind::Affine`] | pieces | reduced affine arithmetic, trimming to where roots may be | likewise |
 //!
-//! Flowed solids ([`flow`](crate::flow)) are cast by any of them. [`Kind::Bent`] (`bent.rs`) is for these alone: what the
+//! Flowed solids ([`flow`](crate::flow)) are cast by any of them. [`Kind::Bent`] (`bent/`) is for these alone: what the
 //! thesis did with them.
 //!
 //! [`Kind::Beam`] (`beam/`) has rays that go the same way share what is certain of all of them; their hits
