@@ -978,6 +978,18 @@ fn doc_explains_a_name_on_the_terminal() {
     assert!(bench.path("docs/reference/fractal-fbm-2.png").exists());
 }
 
+/// What is the same everywhere in a material is in a .glb.
+#[test]
+fn meshes_shine_as_they_do_in_pictures() {
+    let script = "scene(#{ surface: sphere(1.0), material: material(#{ metal: 1.0, roughness: 0.25, coat: 0.5 + 0.1 * x }) })";
+    let bench = Bench::new(&[("a.rhai", script)]);
+    bench.run("mesh a.rhai -o a.glb --resolution 8").success();
+    let file = bench.read("a.glb");
+    let text = String::from_utf8_lossy(&file);
+    has(&text, &["\"metallicFactor\":1.0", "\"roughnessFactor\":0.25"]);
+    assert!(!text.contains("clearcoat"), "{text}");
+}
+
 #[test]
 fn meshes_stand_up_where_that_is_asked_for() {
     let bench = Bench::new(&[("pin.rhai", "cylinder(0.5, 4.0).translated([0, 2, 0.25])")]);

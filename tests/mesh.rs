@@ -463,3 +463,33 @@ fn what_is_no_box_has_no_mesh() {
         assert!(orogen::topology::search(&tape, &search, &watch).is_some());
     }
 }
+
+/// The share of the surface that is in triangles whose corners differ in colour.
+fn mixed(mesh: &Mesh) -> f64 {
+    let areas = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        let [p, q, r] = mesh.triangles[t].map(|i| mesh.colors[i as usize][0]);
+        let is_mixed = (p - q).abs().max((q - r).abs()) > 0.1;
+        let area = (b - a).cross(c - a).length();
+        [area, if is_mixed { area } else { 0.0 }]
+    };
+    let sums = (0..mesh.triangles.len()).map(areas).fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+    sums[1] / sums[0]
+}
+
+#[test]
+fn triangles_of_one_colour_are_merged() {
+    let board = "let c = modulo(floor(3.1 * x) + floor(3.1 * y) + floor(3.1 * z), 2.0); box(1.9).colored(c)";
+    for resolution in [40, 64] {
+        let fine = meshed(board, Some(resolution), None);
+        let merged = meshed(board, Some(resolution), Some(0.005));
+        check_files(board, &merged.mesh);
+        let [before, after] = [&fine, &merged].map(|m| mixed(&m.mesh));
+        assert!(after < 1.3 * before, "{after} of the surface is of mixed colours, {before} before");
+        let [all, left] = [&fine, &merged].map(|m| m.mesh.triangles.len());
+        assert!(3 * left < 2 * all, "{left} of {all} triangles are left");
+        assert_eq!(merged.colorless, 0);
+    }
+    let odd = meshed("sphere(1.0).colored(sqrt(x))", Some(16), None);
+    assert!(odd.colorless > 0 && odd.mesh.colors.iter().all(|c| c[0].is_finite()));
+}

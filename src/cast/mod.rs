@@ -12,8 +12,8 @@
 //! | [`Kind::Interval`], [`Kind::Standard`], [`Kind::Reduced`] | pieces | an enclosure, halving | `pieces.rs`, `along.rs` |
 //! | [`Kind::Affine`] | pieces | reduced affine arithmetic, trimming to where roots may be | likewise |
 //!
-//! Flowed solids ([`flow`](crate::flow)) are cast by any of them. [`Kind::Bent`] (`bent/`) is for these alone: what the
-//! thesis did with them.
+//! Flowed solids ([`flow`](crate::flow)) are cast by any of them. [`Kind::Bent`] (`bent/`) is for these alone: the
+//! heuristic of the thesis; what it finds depends on the group.
 //!
 //! [`Kind::Beam`] (`beam/`) has rays that go the same way share what is certain of all of them; their hits
 //! depend on the group, within the tolerance. [`Kind::Octree`] (`octree/`) has all rays share what is certain of cubes that
@@ -240,7 +240,7 @@ pub enum Kind {
     Beam,
     /// Cubes that all rays share.
     Octree,
-    /// Bent rays against the solid before it flowed: the thesis' heuristic, never certified.
+    /// Bent rays against the solid before it flowed: the thesis' heuristic, with samples that rays share; never certified.
     Bent,
 }
 

@@ -138,13 +138,19 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
 /// The scene's material, as far as it is the same everywhere.
 fn gloss(scene: &Scene) -> Gloss {
     let Some(material) = scene.surface.material else { return Gloss::default() };
-    let even = |node, otherwise: f64| scene.graph.as_const(node).unwrap_or(otherwise);
-    let share = |finish: Finish| even(material.finish[finish as usize], 0.0).clamp(0.0, 1.0);
+    let even = |node| scene.graph.as_const(node).filter(|value| value.is_finite());
+    let share = |finish: Finish, otherwise: f64| {
+        even(material.finish[finish as usize]).unwrap_or(otherwise).clamp(0.0, 1.0)
+    };
+    let light = material.emission.map(|light| light.map(even));
     Gloss {
-        metal: share(Finish::Metal),
-        coat: share(Finish::Coat),
-        roughness: even(material.finish[Finish::Roughness as usize], 1.0).clamp(0.0, 1.0),
-        light: material.emission.map_or([0.0; 3], |light| light.map(|part| even(part, 0.0).max(0.0))),
+        metal: share(Finish::Metal, 0.0),
+        coat: share(Finish::Coat, 0.0),
+        roughness: share(Finish::Roughness, 1.0),
+        light: match light {
+            Some([Some(red), Some(green), Some(blue)]) => [red, green, blue].map(|part| part.max(0.0)),
+            _ => [0.0; 3],
+        },
     }
 }
 

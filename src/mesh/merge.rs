@@ -59,6 +59,18 @@ impl Shades {
     }
 }
 
+/// The colours of vertices and of those next to them: on both sides of an edge between two colours none are merged.
+fn shades_around(count: usize, quads: &[Quad], colors: &[[f32; 3]]) -> Vec<Shades> {
+    let own = |i: usize| colors.get(i).map_or(Shades::NONE, |&c| Shades { low: c, high: c });
+    let mut shades: Vec<Shades> = (0..count).map(own).collect();
+    for quad in quads {
+        let mut all = Shades::NONE;
+        quad.vertices.iter().for_each(|v| all.join(&own(*v as usize)));
+        quad.vertices.iter().for_each(|v| shades[*v as usize].join(&all));
+    }
+    shades
+}
+
 /// The patches of all levels: first the vertices, then patches made of earlier ones.
 pub(super) struct Forest {
     patches: Vec<Patch>,
@@ -75,12 +87,12 @@ pub(super) struct Merged {
 impl Forest {
     /// Gathers vertices as far as a distance, in steps of the lattice, and their colours allow, where there are any.
     pub fn new(vertices: &[Vertex], quads: &[Quad], distance: f64, colors: &[[f32; 3]]) -> Forest {
-        let shades = |i: usize| colors.get(i).map_or(Shades::NONE, |&c| Shades { low: c, high: c });
+        let shades = shades_around(vertices.len(), quads, colors);
         let leaf = |(i, v): (usize, &Vertex)| Patch {
             parent: None,
             quadric: v.quadric,
             normal: v.normal,
-            shades: shades(i),
+            shades: shades[i],
             euler: 1,
             crossings: [0; 12],
             level: 0,

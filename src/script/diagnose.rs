@@ -130,7 +130,9 @@ impl Explainer<'_> {
     fn blame_a_slip(&self, d: &mut Diagnostic, kind: &ParseErrorType, file: &str) -> bool {
         let sources = self.sources();
         // What is wrong with a text in quotation marks the engine says itself.
-        let text = sources.get(file).filter(|_| !matches!(kind, ParseErrorType::BadInput(_)));
+        let is_text =
+            matches!(kind, ParseErrorType::BadInput(e) if !matches!(e, LexError::UnexpectedInput(_)));
+        let text = sources.get(file).filter(|_| !is_text);
         let place = d.place.as_ref().map(|place| (place.line, place.column));
         let wants_semicolon = matches!(kind, ParseErrorType::MissingToken(token, _) if token == ";");
         let slip = text.and_then(|text| slips::slip(text, place, wants_semicolon));
@@ -334,7 +336,7 @@ impl Explainer<'_> {
     fn unknown_module(&self, name: &str, file: &str) -> Diagnostic {
         let d = Diagnostic::error(format!("there is no module `{name}` here"));
         let std = || super::modules::STD.iter().map(|(name, _)| *name);
-        let is_variable = self.sources().get(file).is_some_and(|text| lexer::declared(text).contains(&name));
+        let is_variable = self.sources().get(file).is_some_and(|text| lexer::variables(text).contains(&name));
         match std().find(|n| *n == name).or_else(|| diag::nearest(name, std()).filter(|_| !is_variable)) {
             Some(near) => d.hint(format!("import \"std/{near}\" as {near};")),
             None if is_variable => {
@@ -397,7 +399,7 @@ impl Explainer<'_> {
         let d = Diagnostic::error(format!("there is no function `{full}`"))
             .label(format!("called with ({given})"));
         let everywhere = super::std_entries();
-        if !qualified && sources.get(file).is_some_and(|text| lexer::declared(text).contains(&name)) {
+        if !qualified && sources.get(file).is_some_and(|text| lexer::variables(text).contains(&name)) {
             return d.hint(format!("`{name}` is a variable; a function in it is called by {name}.call(...)"));
         }
         if let Some(here) = synonyms::function(full) {
@@ -517,6 +519,9 @@ fn parsing(kind: &ParseErrorType) -> Diagnostic {
                 "--" => "there is no `--`: write n -= 1, or put a space between two signs",
                 "++" => "there is no `++`: write n += 1",
                 "var" => "variables are made by `let`",
+                "use" | "module" | "package" => "modules are brought in by import \"std/color\" as color;",
+                "match" | "case" => "choices among many are made by `switch`",
+                "null" | "nil" => "nothing is ()",
                 "===" | "!==" => "equality is `==`, inequality `!=`",
                 _ => "choose another name",
             };

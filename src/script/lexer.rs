@@ -111,7 +111,8 @@ fn extent(rest: &str, first: char) -> (Kind, usize, bool) {
         return block_comment(rest);
     }
     match first {
-        '"' | '`' => quoted(rest, first),
+        '`' => template(rest),
+        '"' => quoted(rest, first),
         // A lifetime-like lone quote is a symbol.
         '\'' if rest[1..].chars().take(8).any(|c| c == '\'') => quoted(rest, first),
         c if c.is_alphabetic() || c == '_' => {
@@ -142,16 +143,40 @@ fn block_comment(rest: &str) -> (Kind, usize, bool) {
     (Kind::Comment, rest.len(), false)
 }
 
+/// A text between backticks, with the scripts that are in it, which may have texts of their own.
+fn template(rest: &str) -> (Kind, usize, bool) {
+    let mut at = 1;
+    while let Some(c) = rest[at..].chars().next() {
+        if c == '`' {
+            return (Kind::Text, at + 1, true);
+        }
+        if !rest[at..].starts_with("${") {
+            at += c.len_utf8();
+            continue;
+        }
+        let mut depth = 0;
+        at += 1;
+        while let Some(c) = rest[at..].chars().next() {
+            depth += i32::from(c == '{') - i32::from(c == '}');
+            at += if c.is_whitespace() { c.len_utf8() } else { extent(&rest[at..], c).1 };
+            if depth == 0 {
+                break;
+            }
+        }
+    }
+    (Kind::Text, rest.len(), false)
+}
+
 fn quoted(rest: &str, quote: char) -> (Kind, usize, bool) {
     let mut escaped = false;
     for (i, c) in rest.char_indices().skip(1) {
         if escaped {
             escaped = false;
-        } else if c == '\\' && quote != '`' {
+        } else if c == '\\' {
             escaped = true;
         } else if c == quote {
             return (Kind::Text, i + 1, true);
-        } else if c == '\n' && quote != '`' {
+        } else if c == '\n' {
             return (Kind::Text, i, false);
         }
     }
@@ -278,6 +303,14 @@ pub fn declared(text: &str) -> Vec<&str> {
         }
     }
     names
+}
+
+/// Names of the variables and constants that a text declares.
+pub fn variables(text: &str) -> Vec<&str> {
+    let all = code(text);
+    let declares =
+        |pair: &&[Token<'_>]| matches!(pair[0].text, "let" | "const" | "for") && pair[1].kind == Kind::Word;
+    all.windows(2).filter(declares).map(|pair| pair[1].text).collect()
 }
 
 /// Names of the modules that a text imports.

@@ -32,10 +32,15 @@ fn quotient(tokens: &[Token<'_>], at: usize, file: &Arc<str>) -> Option<Diagnost
     if sign.text != "/" || is_part || is_raised || b == 0 || a % b == 0 {
         return None;
     }
-    let width = if first.line == second.line { (second.end() - first.start) as u32 } else { 1 };
+    let is_near = first.line == second.line && second.column > first.column;
+    let width = if is_near { second.column - first.column + second.text.len() as u32 } else { 1 };
     let place = Place { file: file.clone(), line: first.line, column: first.column, width };
     let message = format!("{a} / {b} is {}: the quotient of whole numbers is whole", a / b);
-    Some(Diagnostic::warning(message).at(place).hint(format!("write {a}.0 / {b} for a fraction")))
+    Some(
+        Diagnostic::warning(message)
+            .at(place)
+            .hint(format!("write {a}.0 / {b} for a fraction, or {} if that is meant", a / b)),
+    )
 }
 
 fn powers(text: &str, tokens: &[Token<'_>], file: &Arc<str>) -> Vec<Diagnostic> {

@@ -58,7 +58,7 @@ pub(super) fn no_value(text: &str) -> Option<String> {
         all => all,
     };
     let depth = |i: usize| lexer::open_brackets(&body[..i]).len();
-    let last = (0..body.len()).rev().find(|&i| body[i].text == "let" && depth(i) == 0)?;
+    let last = (0..body.len()).rev().find(|&i| matches!(body[i].text, "let" | "const") && depth(i) == 0)?;
     let is_last = !(last..body.len()).any(|i| body[i].text == ";" && depth(i) == 0);
     let name = body.get(last + 1).filter(|_| is_last)?.text;
     Some(format!("the last statement only gives `{name}` its value: write {name} below it"))
@@ -67,6 +67,13 @@ pub(super) fn no_value(text: &str) -> Option<String> {
 /// The first bracket that does not fit the others, in a text that could not be read.
 fn bracket(text: &str) -> Option<Slip<'_>> {
     let tokens = lexer::code(text);
+    // Where all brackets fit, something else is wrong with what is in them.
+    let are_closed = lexer::unclosed(text).is_none();
+    let is_closed = |open: &Token<'_>| {
+        let number = tokens.iter().position(|t| t.start == open.start);
+        let close = number.and_then(|number| lexer::closing(&tokens, number));
+        close.is_some_and(|close| tokens[close].text == closes(open.text))
+    };
     let mut open: Vec<Token<'_>> = Vec::new();
     for (i, &token) in tokens.iter().enumerate() {
         let missing = |last: &Token<'_>, before: &str| {
@@ -83,10 +90,10 @@ fn bracket(text: &str) -> Option<Slip<'_>> {
             }
             (")" | "]" | "}", Some(last)) if closes(last.text) == token.text => drop(open.pop()),
             (")" | "]" | "}", Some(last)) => return Some(missing(last, &format!("this `{}`", token.text))),
-            (";", Some(last)) if last.text != "{" => {
+            (";", Some(last)) if last.text != "{" && !is_closed(last) => {
                 return Some(missing(last, "the end of the statement"));
             }
-            ("fn", Some(last)) if is_definition(&tokens[i..]) => {
+            ("fn", Some(last)) if !are_closed && is_definition(&tokens[i..]) => {
                 return Some(missing(last, "the next function"));
             }
             _ => {}
@@ -123,9 +130,8 @@ fn unended(text: &str, line: u32, column: u32) -> Option<Slip<'_>> {
     let here = tokens.iter().position(|t| (t.line, t.column) == (line, column))?;
     let (before, at) = (*tokens.get(here.checked_sub(1)?)?, tokens[here]);
     let open = lexer::open_brackets(&tokens[..here]).last().copied();
-    let starts =
-        here < 2 || matches!(tokens[here - 2].text, ";" | "{" | "}") || tokens[here - 2].line < before.line;
-    if let Some(open) = open.filter(|&open| at.text == ":" && is_map(&tokens[..=open])) {
+    let is_value = |open: usize| is_map(&tokens[..=open]) || open + 2 == here && is_bare(&tokens[..=open]);
+    if let Some(open) = open.filter(|&open| at.text == ":" && is_value(open)) {
         let message = "an object map begins with `#{`, not with `{`";
         return Some(Slip::new(tokens[open], message, "`#{` expected"));
     }
@@ -133,12 +139,14 @@ fn unended(text: &str, line: u32, column: u32) -> Option<Slip<'_>> {
         let hint = format!("options are written {}(#{{ ... }})", before.text);
         return Some(Slip::new(at, "`(` is missing", "`(#{` expected").hint(hint));
     }
-    if at.text == ":" && before.kind == Kind::Word && at.line == before.line {
-        let is_new = here >= 2 && matches!(tokens[here - 2].text, "let" | "const");
-        let hint = match tokens.get(here + 1) {
-            _ if is_new => "variables have no types: let size = 1.0;".to_owned(),
-            Some(next) => format!("what is in a module follows two colons: {}::{}", before.text, next.text),
-            None => return None,
+    let is_new = here >= 2 && matches!(tokens[here - 2].text, "let" | "const");
+    let next = tokens.get(here + 1).filter(|next| next.kind == Kind::Word);
+    if at.text == ":" && before.kind == Kind::Word && at.line == before.line && (is_new || next.is_some()) {
+        let hint = match next {
+            Some(next) if !is_new => {
+                format!("what is in a module follows two colons: {}::{}", before.text, next.text)
+            }
+            _ => "variables have no types: let size = 1.0;".to_owned(),
         };
         return Some(Slip::new(at, "a colon has no meaning here", "after a name").hint(hint));
     }
@@ -147,8 +155,14 @@ fn unended(text: &str, line: u32, column: u32) -> Option<Slip<'_>> {
         return Some(Slip::new(at, "`==` has no meaning here", "`=` expected").hint(hint));
     }
     let is_operand = |t: &Token<'_>| matches!(t.kind, Kind::Word | Kind::Number | Kind::Text);
-    if starts && before.kind == Kind::Word && is_operand(&at) && at.line == before.line {
-        let meant = keyword(before.text)?;
+    let is_known = lexer::declared(text).contains(&before.text);
+    if begins(&tokens[..here])
+        && before.kind == Kind::Word
+        && is_operand(&at)
+        && at.line == before.line
+        && !is_known
+        && let Some(meant) = keyword(before.text)
+    {
         let message = format!("there is no statement `{}`", before.text);
         return Some(Slip::new(before, message, "not known here").hint(format!("did you mean `{meant}`?")));
     }
@@ -165,6 +179,18 @@ fn unended(text: &str, line: u32, column: u32) -> Option<Slip<'_>> {
     None
 }
 
+/// Whether the last of some tokens begins a statement, as far as those before it tell.
+fn begins(tokens: &[Token<'_>]) -> bool {
+    let [.., before, last] = tokens else { return true };
+    let ends = before.kind != Kind::Symbol || matches!(before.text, ")" | "]");
+    matches!(before.text, ";" | "{" | "}") || before.line < last.line && ends
+}
+
+/// Whether the last of some tokens, a brace, begins what a function gives back.
+fn is_bare(tokens: &[Token<'_>]) -> bool {
+    matches!(tokens, [.., before, brace] if brace.text == "{" && matches!(before.text, ")" | "|" | "return"))
+}
+
 /// Whether the last of some tokens, a brace, stands where a value does.
 fn is_map(tokens: &[Token<'_>]) -> bool {
     matches!(tokens, [.., before, brace] if brace.text == "{" && matches!(before.text, "(" | "," | ":" | "=" | "["))
@@ -172,11 +198,14 @@ fn is_map(tokens: &[Token<'_>]) -> bool {
 
 /// The keyword that a word may stand for.
 fn keyword(word: &str) -> Option<&'static str> {
+    /// Shorter words are as likely to be names.
+    const LETTERS: usize = 3;
     match word {
-        "var" | "auto" | "local" | "def" | "val" | "mut" => Some("let"),
+        "def" | "val" | "mut" | "auto" | "local" => Some("let"),
         "function" | "func" | "fun" => Some("fn"),
-        "include" | "use" | "require" | "using" => Some("import"),
+        "include" | "require" | "using" => Some("import"),
         "elif" | "elsif" | "elseif" => Some("else if"),
+        _ if word.chars().count() < LETTERS => None,
         _ => diag::nearest(word, KEYWORDS.iter().copied()),
     }
 }

@@ -324,7 +324,7 @@ impl Section {
     }
 
     /// Where a line is at a depth, from the centre, in units of the extent.
-    pub(in crate::cast) fn relative(&self, place: &Place, depth: f64) -> [f64; 2] {
+    pub(super) fn relative(&self, place: &Place, depth: f64) -> [f64; 2] {
         let ([x, y], [u, v], [a, b]) = (place.at(depth), self.centre.at(depth), self.extent(depth));
         [(x - u) / a, (y - v) / b]
     }
@@ -385,11 +385,11 @@ impl Section {
         start + depth * slope
     }
 
-    /// The middle of the rectangle at a depth, and its corners: left and right below, and above.
-    pub(in crate::cast) fn quincunx(&self, frame: &Frame, depth: f64) -> [DVec3; 5] {
+    /// The corners of the rectangle at a depth.
+    pub(in crate::cast) fn corners(&self, frame: &Frame, depth: f64) -> [DVec3; 4] {
         let (middle, [x, y]) = (self.spine_at(frame, depth), self.extent(depth));
         let [u, v] = [x * frame.across[0], y * frame.across[1]];
-        [middle, middle - u - v, middle + u - v, middle - u + v, middle + u + v]
+        [middle - u - v, middle + u - v, middle - u + v, middle + u + v]
     }
 
     /// The coordinates of a piece of the beam.

@@ -14,14 +14,14 @@
 //!
 //! In the thesis each ray works alone, down to the tolerance. Here, in the same spirit:
 //!
-//! - Rays that go the same way are a beam, which is sampled in its middle and at its four edges. It passes by a span where no two
-//!   samples at its ends are farther apart than the least `r` of them is. One that is too wide for any span is cut into
-//!   quarters, and these into rays, which go on where it ended. Shadow rays are marched from their other ends, where they
-//!   still go together (see [`beam`](super::beam)).
-//! - A span that was halved has three samples (`sample.rs`). Where they lie in a straight row, with values like those of a
-//!   parabola that has no root, the span is passed by, if it is a few pixels long at most: near the surface (9.23)
-//!   takes a number of samples that grows with the precision. Where the parabola has a root, Newton's steps lead to that of
-//!   the bent ray, or of each ray of a beam.
+//! - Rays that go the same way are a beam, which is sampled at its four edges. It passes by a span where no two samples at its
+//!   ends are farther apart than the least `r` of them is. One that is too wide for any span is cut into quarters, and these
+//!   into rays, which go on where it ended. Shadow rays are marched from their other ends, where they still go
+//!   together (see [`beam`](super::beam)).
+//! - A span of a ray that was halved has three samples (`sample.rs`). Where they lie in a straight row, with values like those
+//!   of a parabola that has no root, the span is passed by; where the parabola has one, Newton's steps lead to that of
+//!   the bent ray. This is for spans of a few pixels: so near the surface (9.23) takes a number of samples that grows
+//!   with the precision, and over more there may be something small between the samples.
 //! - Where the last samples say how far ahead a root is, the span is cut behind that and not in its middle.
 
 mod sample;
@@ -31,18 +31,18 @@ use super::beam::{Frame, Line, Section, gather, is_real, quarters, trimmed, turn
 use super::{CastStats, Caster, Hit, Ray};
 use crate::tape::Flowed;
 use glam::DVec3;
-use sample::{Root, Sample};
+use sample::Sample;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use way::{Next, Task, Way};
 
-/// Rays of the widest beams, and of the smallest, which take as many samples as five rays.
+/// Rays of the widest beams, and of the smallest, which take as many samples as four rays.
 const WIDEST: usize = 256;
 const SMALLEST: usize = 8;
 
-/// Lines along which a beam is sampled: its middle and its edges.
-const LINES: usize = 5;
+/// Lines along which a beam is sampled.
+const EDGES: usize = 4;
 
 /// What goes along a way.
 struct Walker<T, const N: usize> {
@@ -60,7 +60,7 @@ struct Beam {
 /// Where rays go on by themselves, in the end.
 type Thin = Walker<usize, 1>;
 
-impl Walker<Beam, LINES> {
+impl Walker<Beam, EDGES> {
     /// Cuts the beam into parts, or into rays where these would be too few.
     fn cut(&self, rays: &[Ray], lines: &[Line], parts: &mut Vec<Self>, thin: &mut Vec<Thin>) {
         let Beam { rays: own, frame, .. } = &self.who;
@@ -83,24 +83,6 @@ impl Walker<Beam, LINES> {
             None
         };
         way.map(|way| Walker { way, who })
-    }
-
-    /// Its rays, each with the root that is expected of it by those of the middle and the corners.
-    fn close(
-        &self,
-        [middle, a, b, c, d]: &[Root; LINES],
-        rays: &[Ray],
-        lines: &[Line],
-        thin: &mut Vec<Thin>,
-    ) {
-        let across = [b.depth + d.depth - a.depth - c.depth, c.depth + d.depth - a.depth - b.depth];
-        for i in self.who.rays.clone() {
-            let Some(Walker { way, who }) = self.ray(i, &rays[i], &lines[i]) else { continue };
-            let [x, y] = self.who.section.relative(&lines[i].place, middle.depth);
-            let depth = middle.depth + 0.25 * (x * across[0] + y * across[1]);
-            let root = Root { depth: lines[i].distance(depth), slope: middle.slope / lines[i].stretch };
-            thin.push(Walker { way: way.towards(root), who });
-        }
     }
 }
 
@@ -134,10 +116,10 @@ impl Bent {
     fn walk<T, const N: usize>(
         &self,
         mut walkers: Vec<Walker<T, N>>,
-        next: impl Fn(&mut Walker<T, N>) -> Next<N>,
+        next: impl Fn(&mut Walker<T, N>) -> Next,
         place: impl Fn(&T, f64) -> [DVec3; N],
         tell: impl Fn(&mut Walker<T, N>, Sample<N>),
-        mut done: impl FnMut(Walker<T, N>, Next<N>),
+        mut done: impl FnMut(Walker<T, N>, Next),
         cancel: &AtomicBool,
     ) {
         while !walkers.is_empty() && !cancel.load(Ordering::Relaxed) {
@@ -167,7 +149,9 @@ impl Bent {
         gather(rays, WIDEST, is_any, |range, frame| {
             let own = range.clone().filter(|&i| is_real(&rays[i]));
             let alone = |i: usize| Walker { way: Way::between([rays[i].near, rays[i].far]), who: i };
-            let Some(frame) = frame else { return thin.extend(own.map(alone)) };
+            let Some(frame) = frame.filter(|_| range.len() >= SMALLEST) else {
+                return thin.extend(own.map(alone));
+            };
             own.for_each(|i| lines[i] = frame.line(&rays[i]));
             let section = Section::around(&frame, &lines[range.clone()]);
             beams
@@ -178,19 +162,17 @@ impl Bent {
             self.walk(
                 beams,
                 |beam| beam.way.along_beam(&task(beam.who.rays.start)),
-                |beam, depth| beam.section.quincunx(&beam.frame, depth),
+                |beam, depth| beam.section.corners(&beam.frame, depth),
                 |beam, sample| beam.way.tell(sample),
                 |beam, end| {
-                    let (own, samples) = (beam.who.rays.clone(), LINES as u64 * u64::from(beam.way.asked));
+                    let (own, samples) = (beam.who.rays.clone(), EDGES as u64 * u64::from(beam.way.asked));
                     stats.evaluations += samples;
                     stats.shared += samples;
                     stats.steps += u64::from(beam.way.asked);
                     let share = samples as f64 / own.len() as f64;
                     costs[own].iter_mut().for_each(|cost| *cost += share);
-                    match end {
-                        Next::Crosses(roots) => beam.close(&roots, rays, &lines, &mut thin),
-                        Next::Free => stats.culled += 1,
-                        _ => beam.cut(rays, &lines, &mut parts, &mut thin),
+                    if !matches!(end, Next::Free) {
+                        beam.cut(rays, &lines, &mut parts, &mut thin);
                     }
                 },
                 cancel,

@@ -12,9 +12,6 @@ const PATIENCE: u32 = 1 << 16;
 /// A beam is cut where its samples are farther apart across it than this share of how far they are along it.
 const NARROW: f64 = 0.5;
 
-/// The same where all lines enter the solid.
-const CLOSE: f64 = 0.125;
-
 /// A root is taken where a step so many times the tolerance leads to it: the slope is known well enough for that.
 const LAST: f64 = 8.0;
 
@@ -39,15 +36,13 @@ pub(super) struct Task {
 }
 
 /// What is to be done next on a way.
-pub(super) enum Next<const N: usize> {
+pub(super) enum Next {
     /// Sample it at this depth.
     Ask(f64),
     /// There is nothing in it.
     Free,
     /// It does not go on as a whole from here.
     Stuck,
-    /// All its lines meet the solid, about here.
-    Crosses([Root; N]),
     /// The solid is met.
     Met(f64),
 }
@@ -72,6 +67,9 @@ pub(super) struct Way<const N: usize> {
     pub asked: u32,
 }
 
+/// Both ends of a span.
+type Span<const N: usize> = [Sample<N>; 2];
+
 impl<const N: usize> Way<N> {
     /// Through depths that increase.
     fn new(depths: impl DoubleEndedIterator<Item = f64>) -> Self {
@@ -94,51 +92,28 @@ impl<const N: usize> Way<N> {
         (near <= far).then(|| Way::new([near].into_iter().chain(inner).chain([far])))
     }
 
-    fn ask(&mut self, place: usize) -> Next<N> {
-        self.wanted = place;
-        Next::Ask(self.places[place].0)
-    }
-
-    /// The first two ends of spans, and the next to them where there is one.
-    fn first(&mut self) -> Result<([f64; 2], [Sample<N>; 2]), Next<N>> {
-        let [.., (far, end), (near, start)] = &self.places[..] else { return Err(Next::Free) };
+    /// The first span, or what is to be done before it is known.
+    fn first(&mut self) -> Result<Span<N>, Next> {
+        let [.., (_, end), (_, start)] = &self.places[..] else { return Err(Next::Free) };
         let last = self.places.len() - 1;
         match (start, end) {
-            (Some(start), Some(end)) => Ok(([*near, *far], [*start, *end])),
-            (None, _) => Err(self.ask(last)),
-            _ => Err(self.ask(last - 1)),
+            (Some(start), Some(end)) => return Ok([*start, *end]),
+            (None, _) => self.wanted = last,
+            _ => self.wanted = last - 1,
         }
+        Err(Next::Ask(self.places[self.wanted].0))
     }
 
-    /// The first span that is not passed by, once both its ends are sampled; or what is to be done before.
-    fn span(&mut self, task: &Task) -> Result<([f64; 2], [Sample<N>; 2]), Next<N>> {
-        loop {
-            let (depths, ends) = self.first()?;
-            let near = depths[0];
-            if std::mem::take(&mut self.is_halved)
-                && let [.., (_, Some(end)), _, _] = &self.places[..]
-            {
-                let triple = [ends[0], ends[1], *end];
-                let is_near = triple[2].depth - near < NEAR * task.tolerance.at(near);
-                if is_near && goes_free(&triple) {
-                    self.last = Some(triple[1]);
-                    self.places.truncate(self.places.len() - 2);
-                    continue;
-                }
-                if !task.is_any
-                    && let Some(roots) = crossing(&triple)
-                {
-                    return Err(Next::Crosses(roots));
-                }
-            }
-            let [a, b] = &ends;
-            let apart = a.distance(b).max(a.width()).max(b.width());
-            if self.asked > PATIENCE || apart * task.lipschitz >= a.least().min(b.least()) {
-                return Ok((depths, ends));
-            }
+    /// Whether the first span is passed by, since (9.23) holds and it begins outside.
+    fn passes(&mut self, [a, b]: &Span<N>, task: &Task) -> bool {
+        let apart = a.distance(b).max(a.width()).max(b.width());
+        let passes =
+            a.is_outside() && self.asked <= PATIENCE && apart * task.lipschitz < a.least().min(b.least());
+        if passes {
             self.last = Some(*a);
             self.places.pop();
         }
+        passes
     }
 
     /// Cuts the first span behind where all lines are expected to have met the solid, as they have fallen so far; once. Whether
@@ -173,55 +148,44 @@ impl<const N: usize> Way<N> {
             self.places.insert(self.places.len() - 1, (0.5 * (near + far), None));
         }
     }
-}
-
-impl<const N: usize> Way<N> {
-    /// What is next along a beam.
-    pub fn along_beam(&mut self, task: &Task) -> Next<N> {
-        loop {
-            let ([near, far], [a, b]) = match self.span(task) {
-                Ok(span) => span,
-                Err(next) => return next,
-            };
-            let (width, mut length) = (a.width().max(b.width()), a.length(&b));
-            let reach = a.least() / task.lipschitz;
-            // What all lines enter is worth a closer look, however near it is.
-            let enters = a.is_outside() && b.is_inside() && !task.is_any;
-            let is_lost = !a.is_outside() || a.width() >= reach || self.asked > PATIENCE;
-            if a.is_outside() && self.expect() {
-                continue;
-            }
-            let goes_on = enters && length > CLOSE * width || !is_lost && length > NARROW * width;
-            if goes_on && far - near > task.tolerance.at(near) {
-                self.halve();
-                self.is_halved = true;
-                continue;
-            }
-            // Its parts need not look at what is too long for them as well.
-            while length >= reach && length > NARROW * width {
-                self.halve();
-                length *= 0.5;
-            }
-            return Next::Stuck;
-        }
-    }
 
     /// What was sampled where it was asked for.
     pub fn tell(&mut self, sample: Sample<N>) {
         self.asked += 1;
         self.places[self.wanted].1 = Some(sample);
     }
+
+    /// What is next along a beam.
+    pub fn along_beam(&mut self, task: &Task) -> Next {
+        loop {
+            let span = match self.first() {
+                Ok(span) => span,
+                Err(next) => return next,
+            };
+            if self.passes(&span, task) || span[0].is_outside() && self.expect() {
+                continue;
+            }
+            let [a, b] = span;
+            let (width, mut length) = (a.width().max(b.width()), a.length(&b));
+            let reach = a.least() / task.lipschitz;
+            let is_lost = !a.is_outside() || a.width() >= reach || self.asked > PATIENCE;
+            if !is_lost && length > NARROW * width && b.depth - a.depth > task.tolerance.at(a.depth) {
+                self.halve();
+                continue;
+            }
+            // Its parts need not look at what is too long for them as well.
+            while length >= reach && length > NARROW * width && length.is_finite() {
+                self.halve();
+                length *= 0.5;
+            }
+            return Next::Stuck;
+        }
+    }
 }
 
 impl Way<1> {
-    /// The same, with a root to be looked for first.
-    pub fn towards(self, root: Root) -> Self {
-        let is_ahead = self.places.last().is_some_and(|front| front.0 <= root.depth);
-        Way { root: Some(root).filter(|_| is_ahead), ..self }
-    }
-
     /// What is next along a ray.
-    pub fn along_ray(&mut self, task: &Task) -> Next<1> {
+    pub fn along_ray(&mut self, task: &Task) -> Next {
         loop {
             if let Some(t) = self.met {
                 return Next::Met(t);
@@ -229,17 +193,17 @@ impl Way<1> {
             if let Some(root) = self.root {
                 return Next::Ask(root.depth);
             }
-            let ([near, far], [a, b]) = match self.span(task) {
+            let span = match self.first() {
                 Ok(span) => span,
-                Err(Next::Crosses([root])) => {
-                    (self.root, self.step, self.steps) = (Some(root), f64::INFINITY, 0);
-                    continue;
-                }
                 Err(next) => return next,
             };
-            let is_short = far - near <= task.tolerance.at(near);
-            if !a.is_outside() || !b.is_outside() && (is_short || task.is_any) {
-                return Next::Met(near);
+            if self.looks_straight(&span, task) || self.passes(&span, task) {
+                continue;
+            }
+            let [a, b] = span;
+            let is_short = b.depth - a.depth <= task.tolerance.at(a.depth);
+            if a.is_inside() || b.is_inside() && (is_short || task.is_any) {
+                return Next::Met(a.depth);
             }
             if is_short || self.asked > PATIENCE {
                 self.places.pop();
@@ -250,22 +214,42 @@ impl Way<1> {
         }
     }
 
+    /// Whether the first span and the next, which were one before it was halved, look straight: then both are passed by, or a
+    /// root is expected in them.
+    fn looks_straight(&mut self, [start, middle]: &Span<1>, task: &Task) -> bool {
+        let is_halved = std::mem::take(&mut self.is_halved);
+        let [.., (_, Some(end)), _, _] = &self.places[..] else { return false };
+        if !is_halved || end.depth - start.depth > NEAR * task.tolerance.at(start.depth) {
+            return false;
+        }
+        let row = [*start, *middle, *end];
+        if goes_free(&row) {
+            self.last = Some(*middle);
+            self.places.truncate(self.places.len() - 2);
+            return true;
+        }
+        let root = if task.is_any { None } else { crossing(&row) };
+        (self.root, self.step, self.steps) = (root, f64::INFINITY, 0);
+        root.is_some()
+    }
+
     /// What was sampled where it was asked for.
     pub fn tell_ray(&mut self, sample: Sample<1>, task: &Task) {
         let Some(root) = self.root else { return self.tell(sample) };
         self.asked += 1;
-        let (step, tolerance) = (sample.values[0] / root.slope, task.tolerance.at(root.depth));
         let front = self.places.last().map_or(root.depth, |front| front.0);
+        let (step, tolerance) = (sample.values[0] / root.slope, task.tolerance.at(root.depth));
         if step.abs() <= LAST * tolerance {
-            self.met = Some((root.depth + step - 0.5 * tolerance).max(front));
+            self.met = Some((root.depth + step - 0.5 * tolerance).clamp(front, root.end));
             return;
         }
         // The slope between the last two places, where that is one.
         let slope = root.slope * (1.0 - step / self.step);
         let slope = if slope > 0.25 * root.slope && slope < 4.0 * root.slope { slope } else { root.slope };
         let depth = root.depth + sample.values[0] / slope;
-        let is_closer = step.abs() < 0.5 * self.step.abs() && self.steps < STEPS && depth >= front;
+        let is_between = depth >= front && depth <= root.end;
+        let is_closer = step.abs() < 0.5 * self.step.abs() && self.steps < STEPS;
         (self.step, self.steps) = (step, self.steps + 1);
-        self.root = is_closer.then_some(Root { depth, slope });
+        self.root = (is_between && is_closer).then_some(Root { depth, slope, ..root });
     }
 }

@@ -15,7 +15,7 @@ use super::engine::{self, INPUTS, KEYWORDS, Limits, Setup};
 use super::host::Host;
 use super::library::Entry;
 use super::value::type_name;
-use super::{SceneValue, finish, help, lexer, modules, scene_value, signs};
+use super::{SceneValue, finish, help, lexer, modules, scene_value, signs, slips};
 use crate::diag::{Diagnostic, Sources};
 use crate::scene::Scene;
 use crate::world::World;
@@ -193,6 +193,7 @@ impl Interpreter {
             ast.set_source(name);
             Ok::<AST, Box<EvalAltResult>>(ast)
         };
+        slips::refuse_open_comment(name, text)?;
         let ast = compile(text)?;
         let statements = import_statements(text);
         let imports =
