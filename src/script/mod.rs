@@ -39,6 +39,7 @@ mod slips;
 mod synonyms;
 mod syntax;
 mod tree;
+mod unknown;
 mod value;
 mod wording;
 

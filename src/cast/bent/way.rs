@@ -118,7 +118,7 @@ impl<const N: usize> Way<N> {
 
     /// Cuts the first span behind where all lines are expected to have met the solid, as they have fallen so far; once. Whether
     /// it did.
-    fn expect(&mut self) -> bool {
+    fn foresee(&mut self) -> bool {
         let (Some(last), [.., (far, _), (near, Some(a))]) = (self.last, &self.places[..]) else {
             return false;
         };
@@ -162,7 +162,7 @@ impl<const N: usize> Way<N> {
                 Ok(span) => span,
                 Err(next) => return next,
             };
-            if self.passes(&span, task) || span[0].is_outside() && self.expect() {
+            if self.passes(&span, task) || span[0].is_outside() && self.foresee() {
                 continue;
             }
             let [a, b] = span;
@@ -207,7 +207,7 @@ impl Way<1> {
             }
             if is_short || self.asked > PATIENCE {
                 self.places.pop();
-            } else if !self.expect() {
+            } else if !self.foresee() {
                 self.halve();
                 self.is_halved = true;
             }
