@@ -143,24 +143,30 @@ fn block_comment(rest: &str) -> (Kind, usize, bool) {
     (Kind::Comment, rest.len(), false)
 }
 
-/// A text between backticks, with the scripts that are in it, which may have texts of their own.
+/// A text between backticks, with the scripts that are in it, which may have such texts of their own.
 fn template(rest: &str) -> (Kind, usize, bool) {
-    let mut at = 1;
+    // Of each script that is open, within the text around it, the braces; and whether a text is open within the last.
+    let (mut braces, mut is_text, mut at) = (Vec::new(), true, 1);
     while let Some(c) = rest[at..].chars().next() {
-        if c == '`' {
-            return (Kind::Text, at + 1, true);
-        }
-        if !rest[at..].starts_with("${") {
-            at += c.len_utf8();
+        if is_text {
+            let is_script = rest[at..].starts_with("${");
+            if c == '`' && braces.is_empty() {
+                return (Kind::Text, at + 1, true);
+            }
+            if is_script {
+                braces.push(0usize);
+            }
+            at += if is_script { 1 } else { c.len_utf8() };
+            is_text = c != '`' && !is_script;
             continue;
         }
-        let mut depth = 0;
-        at += 1;
-        while let Some(c) = rest[at..].chars().next() {
-            depth += i32::from(c == '{') - i32::from(c == '}');
-            at += if c.is_whitespace() { c.len_utf8() } else { extent(&rest[at..], c).1 };
-            if depth == 0 {
-                break;
+        at += if c == '`' || c.is_whitespace() { c.len_utf8() } else { extent(&rest[at..], c).1 };
+        is_text = c == '`';
+        if let Some(open) = braces.last_mut() {
+            *open = if c == '}' { open.saturating_sub(1) } else { *open + usize::from(c == '{') };
+            if c == '}' && *open == 0 {
+                braces.pop();
+                is_text = true;
             }
         }
     }
