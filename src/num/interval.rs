@@ -305,6 +305,12 @@ impl Real for Interval {
     }
     fn powf(self, p: Self) -> Self {
         let Some(x) = self.clip(0.0, f64::INFINITY) else { return Interval::ENTIRE };
+        if p.lo == p.hi {
+            // Monotone in x.
+            let [low, high] = [x.lo, x.hi].map(|x| libm::pow(x, p.lo));
+            let r = Interval::outward(Real::min(low, high), Real::max(low, high), LIBM);
+            return Interval { lo: most(r.lo, 0.0), hi: r.hi };
+        }
         // Monotone in each argument on either side of x = 1 and p = 0: extremes lie at corners.
         let corners = [(x.lo, p.lo), (x.lo, p.hi), (x.hi, p.lo), (x.hi, p.hi)].map(|(x, p)| libm::pow(x, p));
         let mut lo = corners.iter().copied().fold(f64::INFINITY, Real::min);

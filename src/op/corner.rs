@@ -31,11 +31,42 @@ impl Norm {
         f64::from_bits(self.bits)
     }
 
-    /// `(1 + t^p)^e` for `t = b / a`, which is 0 where both are.
+    /// `x^(p + n)`, by multiplications where the power is whole.
     #[inline(always)]
-    fn ratio<R: Real>(&self, a: R, b: R, e: f64) -> R {
-        let t = b / a.max(R::of(1e-300));
-        (R::of(1.0) + t.powf(R::of(self.power()))).powf(R::of(e))
+    fn power_of<R: Real>(&self, x: R, n: f64) -> R {
+        let p = self.power() + n;
+        if p.fract() == 0.0 { x.powi(p as i32) } else { x.powf(R::of(p)) }
+    }
+
+    /// `s^(1/p)`, by square roots where the power is one of 2.
+    #[inline(always)]
+    fn root<R: Real>(&self, s: R) -> R {
+        match self.power() {
+            1.0 => s,
+            2.0 => s.sqrt(),
+            4.0 => s.sqrt().sqrt(),
+            8.0 => s.sqrt().sqrt().sqrt(),
+            p => s.powf(R::of(1.0 / p)),
+        }
+    }
+
+    /// `s^(1 - 1/p)`. A product of roots, all of which grow with `s`, is as narrow for intervals as a power.
+    #[inline(always)]
+    fn other_root<R: Real>(&self, s: R) -> R {
+        let (half, fourth) = (s.sqrt(), s.sqrt().sqrt());
+        match self.power() {
+            1.0 => R::of(1.0),
+            2.0 => half,
+            4.0 => half * fourth,
+            8.0 => half * fourth * fourth.sqrt(),
+            p => s.powf(R::of(1.0 - 1.0 / p)),
+        }
+    }
+
+    /// `1 + t^p` for `t = b / a`, which is 0 where both are.
+    #[inline(always)]
+    fn sum<R: Real>(&self, a: R, b: R) -> R {
+        R::of(1.0) + self.power_of(b / a.max(R::of(1e-300)), 0.0)
     }
 }
 
@@ -56,15 +87,14 @@ impl Function<2> for Norm {
     fn value<R: Real>(&self, [x, y]: [R; 2]) -> R {
         let (x, y) = (x.abs(), y.abs());
         let most = x.max(y);
-        most * self.ratio(most, x.min(y), 1.0 / self.power())
+        most * self.root(self.sum(most, x.min(y)))
     }
     /// `(|x| / r)^(p - 1)` with the sign of `x`, where `|x| / r = (1 + (|y| / |x|)^p)^(-1/p)`.
     #[inline(always)]
     fn grad<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
-        let e = (1.0 - self.power()) / self.power();
         let sign = |x: R| x.if_less(R::of(0.0), R::of(-1.0), R::of(1.0));
         let (a, b) = (x.abs(), y.abs());
-        [sign(x) * self.ratio(a, b, e), sign(y) * self.ratio(b, a, e)]
+        [sign(x) / self.other_root(self.sum(a, b)), sign(y) / self.other_root(self.sum(b, a))]
     }
     /// With `u = |x| / r`, `v = |y| / r`: `(p - 1) / r` times `u^(p-2) v^p`, `-(uv)^(p-1)` and
     /// `u^p v^(p-2)`.
@@ -75,12 +105,12 @@ impl Function<2> for Norm {
             return [[x.slope_of_jump(), zero], [zero, y.slope_of_jump()]];
         }
         let (a, b) = (x.abs(), y.abs());
-        let [u, v] = [self.ratio(a, b, -1.0 / p), self.ratio(b, a, -1.0 / p)];
+        let [u, v] = [R::of(1.0) / self.root(self.sum(a, b)), R::of(1.0) / self.root(self.sum(b, a))];
         let bend = R::of(p - 1.0) / self.value([x, y]);
         let [gx, gy] = self.grad([x, y]);
-        let (low, whole) = (R::of(p - 2.0), R::of(p));
+        let (low, whole) = (|x: R| self.power_of(x, -2.0), |x: R| self.power_of(x, 0.0));
         let across = -(bend * gx * gy);
-        [[bend * u.powf(low) * v.powf(whole), across], [across, bend * v.powf(low) * u.powf(whole)]]
+        [[bend * low(u) * whole(v), across], [across, bend * low(v) * whole(u)]]
     }
     /// Grows with the size of either.
     #[inline(always)]

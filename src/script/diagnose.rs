@@ -5,15 +5,18 @@ use super::engine::{Limits, Setup, Stop};
 use super::fault::Fault;
 use super::lexer;
 use super::marks::plain;
-use super::options::{describe, with_article};
+use super::options::{self, describe, with_article};
 use super::slips;
 use super::wording::{function_name, lower_first, type_text, without_position};
 use crate::diag::{Diagnostic, Place, Sources};
-use rhai::{Dynamic, EvalAltResult, LexError, ParseErrorType, Position};
+use rhai::{Dynamic, EvalAltResult, LexError, Map, ParseErrorType, Position};
 use std::sync::Arc;
 
 /// What a trace says before the name of a function.
 const CALL: &str = "in the call of ";
+
+/// What stands where a script throws an error.
+const THROWN: &str = "thrown here";
 
 /// What is needed to explain an error.
 pub struct Explainer<'a> {
@@ -63,6 +66,13 @@ impl Explainer<'_> {
             trace.insert(0, ("asked for".to_owned(), call.clone()));
         }
         d.place = blamed.or_else(|| self.key_place(error, place.as_ref())).or(place);
+        if let Some(argument) = fault_of(error).and_then(|fault| fault.argument)
+            && !trace.is_empty()
+        {
+            let (call, place) = trace.remove(0);
+            d.hints.extend(usage(call.trim_start_matches(CALL), &file));
+            d.place = self.argument_place(&place, argument).or(Some(place));
+        }
         if let EvalAltResult::ErrorParsing(kind, _) = error
             && !self.blame_a_slip(&mut d, kind, &file)
         {
@@ -113,6 +123,14 @@ impl Explainer<'_> {
     fn blamed(&self, error: &EvalAltResult) -> Option<Place> {
         let place = *fault_of(error)?.place?;
         Some(if place.width > 1 { place } else { self.measured(&place.file, place.line, place.column) })
+    }
+
+    /// An argument of the call at a place.
+    fn argument_place(&self, call: &Place, number: usize) -> Option<Place> {
+        let sources = self.sources();
+        let (line, column, width) =
+            lexer::argument_of(sources.get(&call.file)?, call.line, call.column, number)?;
+        Some(Place { file: call.file.clone(), line, column, width })
     }
 
     /// The key of an object map that a fault is about.
@@ -174,9 +192,11 @@ impl Explainer<'_> {
             && !is_sentence
             && let Some((_, called)) = d.trace.last()
         {
-            d.hints.extend(usage(what.trim_start_matches(CALL), called));
+            d.hints.extend(usage(what.trim_start_matches(CALL), &called.file));
         }
         d.place = self.key_place(error, Some(&place)).or(Some(place));
+        // It is not the user who throws.
+        d.label.take_if(|label| *label == THROWN);
         d.label.get_or_insert(what);
     }
 
@@ -303,9 +323,9 @@ impl Explainer<'_> {
     }
 }
 
-/// How a function of the standard library is called, which is defined where a place is.
-fn usage(name: &str, place: &Place) -> Option<String> {
-    let module = place.file.strip_suffix(".rhai")?;
+/// How a function of the standard library is called, which is defined in a file.
+fn usage(name: &str, file: &str) -> Option<String> {
+    let module = file.strip_suffix(".rhai")?;
     let is_it = |e: &super::library::Entry| e.group == module && e.name.rsplit("::").next() == Some(name);
     let entries = super::std_entries().into_iter().filter(is_it);
     let signatures: Vec<String> = entries.map(|e| e.signature).collect();
@@ -314,20 +334,25 @@ fn usage(name: &str, place: &Place) -> Option<String> {
 
 fn fault_of(error: &EvalAltResult) -> Option<Fault> {
     match error {
-        EvalAltResult::ErrorRuntime(payload, _) => payload.clone().try_cast::<Fault>(),
+        EvalAltResult::ErrorRuntime(payload, _) => fault_in(payload),
         _ => None,
     }
 }
 
+fn fault_in(payload: &Dynamic) -> Option<Fault> {
+    let thrown = || options::thrown(&*payload.read_lock::<Map>()?);
+    payload.clone().try_cast::<Fault>().or_else(thrown)
+}
+
 fn runtime(payload: &Dynamic) -> Diagnostic {
-    if let Some(fault) = payload.clone().try_cast::<Fault>() {
+    if let Some(fault) = fault_in(payload) {
         let mut d = Diagnostic::error(fault.message);
         (d.label, d.hints) = (fault.label, fault.hints);
         return d;
     }
     match payload.clone().into_string() {
-        Ok(text) if !text.is_empty() => Diagnostic::error(text).label("thrown here"),
-        _ => Diagnostic::error(format!("the script threw {}", describe(payload))).label("thrown here"),
+        Ok(text) if !text.is_empty() => Diagnostic::error(text).label(THROWN),
+        _ => Diagnostic::error(format!("the script threw {}", describe(payload))).label(THROWN),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The script engine: which of its parts a script may use, and how much of everything.
 
+use super::arguments;
 use super::fault::Fault;
 use super::host::Host;
 use super::lexer;
@@ -131,6 +132,7 @@ pub fn setup(
     let folder = resolver(loaded.clone());
     engine.set_module_resolver(folder.clone());
     let entries = library::register(&mut engine, &host, &folder);
+    arguments::register(&mut engine);
     let broken = |e: String| Box::new(Diagnostic::error(format!("the standard library does not load: {e}")));
     let globals = globals(&host).map_err(|f| broken(f.to_string()))?;
     resolve(&mut engine, globals);

@@ -19,6 +19,8 @@ pub struct Fault {
     pub hints: Vec<String>,
     /// The key of an object map that is meant, if one is.
     pub key: Option<String>,
+    /// The argument that is meant, by its number from 0, if one is.
+    pub argument: Option<usize>,
     /// Where the blame lies, if that is not where the function was called.
     pub place: Option<Box<Place>>,
 }
@@ -29,7 +31,14 @@ pub type Outcome<T> = Result<T, Fault>;
 impl Fault {
     /// A fault with a message.
     pub fn new(message: impl Into<String>) -> Self {
-        Fault { message: message.into(), label: None, hints: Vec::new(), key: None, place: None }
+        Fault {
+            message: message.into(),
+            label: None,
+            hints: Vec::new(),
+            key: None,
+            argument: None,
+            place: None,
+        }
     }
 
     /// Sets the text under the caret.
@@ -47,6 +56,12 @@ impl Fault {
     /// Sets where the blame lies.
     pub fn at(mut self, place: Option<Place>) -> Self {
         self.place = place.map(Box::new);
+        self
+    }
+
+    /// Says which argument is meant.
+    pub fn argument(mut self, number: usize) -> Self {
+        self.argument = Some(number);
         self
     }
 

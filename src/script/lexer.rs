@@ -257,6 +257,35 @@ pub fn key_after(text: &str, line: u32, column: u32, key: &str) -> Option<(u32, 
     None
 }
 
+/// Place of an argument of a call, counted from 0: where it begins, and how wide it is on that line. The first of a method is
+/// what that is a method of, and has none.
+pub fn argument_of(text: &str, line: u32, column: u32, number: usize) -> Option<(u32, u32, u32)> {
+    let all = code(text);
+    let name = all.iter().position(|t| (t.line, t.column) >= (line, column))?;
+    let is_method = name > 0 && all[name - 1].text == ".";
+    let mut left = number.checked_sub(usize::from(is_method))?;
+    let open = name + all[name..].iter().position(|t| t.text == "(")?;
+    let (close, mut i) = (closing(&all, open)?, open + 1);
+    let mut found: Option<(u32, u32, u32)> = None;
+    while i < close {
+        let first = &all[i];
+        let last = closing(&all, i).unwrap_or(i);
+        if first.text == "," {
+            if left == 0 {
+                break;
+            }
+            left -= 1;
+        } else if left == 0 {
+            let (line, column, _) = *found.get_or_insert((first.line, first.column, 1));
+            let last = &all[last];
+            let end = last.column + last.text.chars().count() as u32;
+            found = found.map(|own| if last.line == line { (line, column, end - column) } else { own });
+        }
+        i = last + 1;
+    }
+    found
+}
+
 /// The brackets that are open at the end of some tokens, the innermost last, each with its number.
 pub fn open_brackets(tokens: &[Token<'_>]) -> Vec<usize> {
     let mut open = Vec::new();

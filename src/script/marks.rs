@@ -97,8 +97,9 @@ impl Marks {
         self.0.extend(markable(text, module).map(|(own, _)| (function(&own), module)));
     }
 
-    /// The text of a module with its functions marked, and those that are marked already.
-    pub fn put(&self, text: &str, module: usize) -> String {
+    /// The text of a module with its functions marked, and those that are marked already. When others call one, something is
+    /// done first.
+    pub fn put(&self, text: &str, module: usize, first: impl Fn(&Definition) -> String) -> String {
         let mut marks = self.clone();
         // What it defines itself and cannot be marked is not that of another.
         for own in definitions(text) {
@@ -110,7 +111,8 @@ impl Marks {
         for (own, name) in markable(text, module) {
             let parameters = own.parameters.join(", ");
             let private = if own.is_private { "private " } else { "" };
-            let _ = write!(out, "\n{private}fn {}({parameters}) {{ {name}({parameters}) }}", own.name);
+            let first = first(&own);
+            let _ = write!(out, "\n{private}fn {}({parameters}) {{ {first}{name}({parameters}) }}", own.name);
         }
         out
     }
@@ -177,7 +179,7 @@ mod tests {
     use super::*;
 
     fn shown(text: &str) -> String {
-        let marked = Marks::default().put(text, 7);
+        let marked = Marks::default().put(text, 7, |_| String::new());
         assert!(plain(&marked).starts_with(text) || text.contains("private"));
         marked.chars().map(|c| if c as u32 >= MARKS { '*' } else { c }).collect()
     }

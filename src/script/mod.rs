@@ -16,6 +16,7 @@
 //! folder, and bounded time and memory. Native functions return errors and never panic.
 
 mod apply;
+mod arguments;
 mod complete;
 mod definitions;
 mod diagnose;

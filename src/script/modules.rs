@@ -4,6 +4,7 @@
 //! `import "std/fractal"` reads `std/fractal.rhai` there if that exists, else the embedded one.
 //! Nothing else can be read: no absolute paths, no `..`, no links that lead out of the folder.
 
+use super::arguments;
 use super::fault::Fault;
 use super::marks::{Function, Marks};
 use super::{lexer, slips};
@@ -100,7 +101,10 @@ impl Loaded {
     pub fn build(&self, engine: &Engine, name: &str, text: &str) -> Result<Module> {
         let number = self.built.get() + 1;
         self.built.set(number);
-        let marked = self.prelude.borrow().put(text, number);
+        let own = STD.iter().find(|(_, own)| *own == text).map(|(name, _)| *name);
+        let check =
+            |function: &lexer::Definition| own.map_or(String::new(), |own| arguments::check(own, function));
+        let marked = self.prelude.borrow().put(text, number, check);
         let mut ast = engine.compile(marked).map_err(Box::<EvalAltResult>::from)?;
         ast.set_source(name);
         Module::eval_ast_as_new(Scope::new(), &ast, engine)

@@ -282,15 +282,31 @@ impl<'a, 'b> Options<'a, 'b> {
         let Some(key) = self.map.keys().find(|key| !self.known.contains(&key.as_str())) else {
             return Ok(());
         };
-        let fault = Fault::new(format!("`{}` has no option `{key}`", self.call.name))
-            .key(key)
-            .label("unknown option");
-        let fault = match diag::nearest(key, self.known.iter().copied()) {
-            Some(near) => fault.hint(format!("did you mean `{near}`?")),
-            None => fault,
-        };
-        Err(fault.hint(format!("its options are {}", self.known.join(", "))))
+        Err(no_option(self.call.name, key, &self.known))
     }
+}
+
+/// A function has no option of this name, but those.
+fn no_option(function: &str, key: &str, known: &[&str]) -> Fault {
+    let fault = Fault::new(format!("`{function}` has no option `{key}`")).key(key).label("unknown option");
+    let fault = match diag::nearest(key, known.iter().copied()) {
+        Some(near) => fault.hint(format!("did you mean `{near}`?")),
+        None => fault,
+    };
+    fault.hint(format!("its options are {}", known.join(", ")))
+}
+
+/// What a script says that is wrong with an option: an object map with its `key`, and either the `message`, or the name of
+/// the function `of` which it is none, that has the `known` ones.
+pub fn thrown(map: &Map) -> Option<Fault> {
+    let text = |v: &Dynamic| v.clone().into_string().ok();
+    let key = text(map.get("key")?)?;
+    if let Some(message) = map.get("message").and_then(text) {
+        return Some(Fault::new(message).key(&key));
+    }
+    let known = map.get("known")?.read_lock::<Array>()?.iter().filter_map(text).collect::<Vec<String>>();
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    Some(no_option(&text(map.get("of")?)?, &key, &known))
 }
 
 /// The entries of an array that is an option, or what is wrong with the option and which entry is to
