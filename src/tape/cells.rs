@@ -12,6 +12,7 @@
 //! loose octrees).
 
 use super::Tape;
+use super::prune::Bounded;
 use crate::num::{Class, Interval};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -19,7 +20,7 @@ use std::sync::{Arc, OnceLock};
 /// Children of a cell.
 const PARTS: usize = 8;
 
-/// Times that a region is cut.
+/// Times that a region is cut, but for cuts that count for nothing.
 const DEEPEST: u32 = 10;
 
 /// A tape of less [work](Tape::work) is not worth pruning: its children are soon more work than what they
@@ -32,6 +33,14 @@ const GAIN: f64 = 0.95;
 /// So many times a cell is cut in vain before it is cut no more: all parts may be far from the faces that
 /// it is cut along.
 const PATIENCE: u32 = 5;
+
+/// Where so many of the parts of a cell are free of the solid, a cut in vain has found out where the solid is. So is what is
+/// small beside a floor, or beside bounds that are as wide as wished: all of its parts are in one cell until cells are as
+/// small as it is. Such cuts count for nothing.
+const FREE: usize = 5;
+
+/// Times that a region is cut, with those that count for nothing.
+const CUTS: u32 = 32;
 
 /// A region cut into cells; see the module text.
 #[derive(Debug)]
@@ -67,10 +76,13 @@ struct Own {
     tape: Arc<Tape>,
     /// Work in the tape.
     work: u64,
-    /// How often its ancestors were cut in vain, one after the other.
+    /// How often its ancestors were cut, and how often in vain, one after the other.
+    cuts: u32,
     vain: u32,
     /// Whether it is worth cutting.
     is_open: bool,
+    /// Whether most of its parts are free.
+    is_sparse: OnceLock<bool>,
 }
 
 /// The cells that a search for a smaller one goes through.
@@ -114,7 +126,7 @@ impl Cells {
     pub fn undivided(tape: Arc<Tape>) -> Cells {
         let work = tape.work();
         Cells {
-            whole: Own::new(tape, work, 0),
+            whole: Own::new(tape, work, [0, 0]),
             parts: Default::default(),
             centre: [0.0; 3],
             half: 0.0,
@@ -177,48 +189,79 @@ impl Cells {
         if self.is_uniform || !is_within {
             return Some(own);
         }
-        for _ in 0..DEEPEST {
+        for _ in 0..CUTS {
             let quarter = 0.5 * half;
             // The cell reaches a whole `half` of its child beyond the child's faces.
             let fits = reach.max(self.least) <= quarter * (1.0 - 1e-9);
             if !fits || !own.is_open {
                 break;
             }
-            let mut index = 0;
-            for axis in 0..3 {
-                let above = at[axis] >= centre[axis];
-                index |= usize::from(above) << axis;
-                centre[axis] += if above { quarter } else { -quarter };
-            }
-            let region = || centre.map(|c| Interval::around(c, half));
-            let cell = parts[index].get_or_init(|| Box::new(self.part(own, &region(), through)));
+            let index: usize = (0..3).map(|axis| usize::from(at[axis] >= centre[axis]) << axis).sum();
+            let all = Regions { centre, half };
+            let cell = parts[index].get_or_init(|| Box::new(self.part(own, all, index, through)));
             if cell.is_free && through == Through::Occupied {
                 return None;
             }
-            own = cell.own.get_or_init(|| self.cut(own, own.tape.prune(&region())));
-            (parts, half) = (&cell.parts, quarter);
+            own = cell.own.get_or_init(|| self.cut(own, all, own.tape.prune(&all.of(index))));
+            (parts, centre, half) = (&cell.parts, all.middle(index), quarter);
         }
         Some(own)
     }
 
-    /// The part of a cell whose tape holds within a region.
-    fn part(&self, own: &Own, region: &[Interval; 3], through: Through) -> Cell {
-        let bounded = own.tape.bound(region);
-        let is_free = bounded.range().lo > 0.0 || (!self.is_defined && bounded.is_nowhere());
+    /// A part of a cell.
+    fn part(&self, own: &Own, all: Regions, index: usize, through: Through) -> Cell {
+        let bounded = own.tape.bound(&all.of(index));
+        let is_free = self.is_free(&bounded);
         let is_passed = is_free && through == Through::Occupied;
-        let own = if is_passed { OnceLock::new() } else { self.cut(own, bounded.pruned()).into() };
+        let own = if is_passed { OnceLock::new() } else { self.cut(own, all, bounded.pruned()).into() };
         Cell { is_free, own, parts: Default::default() }
     }
 
-    /// What a part of a cell has, of which this is left.
-    fn cut(&self, own: &Own, left: Tape) -> Own {
+    fn is_free(&self, bounded: &Bounded) -> bool {
+        bounded.range().lo > 0.0 || (!self.is_defined && bounded.is_nowhere())
+    }
+
+    /// What one of all parts of a cell has, of which this is left.
+    fn cut(&self, own: &Own, all: Regions, left: Tape) -> Own {
         self.pruned.fetch_add(1, Ordering::Relaxed);
         self.kept.fetch_add(left.len() as u64, Ordering::Relaxed);
         // One that is hardly less work is not worth its memory.
         match left.work() {
-            less if less as f64 <= GAIN * own.work as f64 => Own::new(Arc::new(left), less, 0),
-            _ => Own::new(own.tape.clone(), own.work, own.vain + 1),
+            less if less as f64 <= GAIN * own.work as f64 => {
+                Own::new(Arc::new(left), less, [own.cuts + 1, 0])
+            }
+            _ if self.is_sparse(own, all) => Own::new(own.tape.clone(), own.work, [own.cuts, own.vain]),
+            _ => Own::new(own.tape.clone(), own.work, [own.cuts + 1, own.vain + 1]),
         }
+    }
+
+    /// Whether most of all parts of a cell are free.
+    fn is_sparse(&self, own: &Own, all: Regions) -> bool {
+        let is_free = |index: &usize| self.is_free(&own.tape.bound(&all.of(*index)));
+        *own.is_sparse.get_or_init(|| (0..PARTS).filter(is_free).count() >= FREE)
+    }
+}
+
+/// The parts of a cell.
+#[derive(Clone, Copy)]
+struct Regions {
+    /// Of the cell.
+    centre: [f64; 3],
+    half: f64,
+}
+
+impl Regions {
+    /// The middle of a part.
+    fn middle(&self, index: usize) -> [f64; 3] {
+        let quarter = 0.5 * self.half;
+        std::array::from_fn(|axis| {
+            self.centre[axis] + if index >> axis & 1 == 1 { quarter } else { -quarter }
+        })
+    }
+
+    /// Where the tape of a part holds.
+    fn of(&self, index: usize) -> [Interval; 3] {
+        self.middle(index).map(|c| Interval::around(c, self.half))
     }
 }
 
@@ -236,8 +279,8 @@ impl Cells {
 }
 
 impl Own {
-    fn new(tape: Arc<Tape>, work: u64, vain: u32) -> Own {
-        let is_open = vain < PATIENCE && work >= SHORT && tape.has_choices();
-        Own { tape, work, vain, is_open }
+    fn new(tape: Arc<Tape>, work: u64, [cuts, vain]: [u32; 2]) -> Own {
+        let is_open = vain < PATIENCE && cuts < DEEPEST && work >= SHORT && tape.has_choices();
+        Own { tape, work, cuts, vain, is_open, is_sparse: OnceLock::new() }
     }
 }
