@@ -108,7 +108,8 @@ fn smoothed(picture: &Picture, light: &[Light], errors: &[f32], i: usize, step: 
         let (other, theirs) = (&picture.pixels[j], light[j]);
         let found = |pixel: &Pixel, light: &Light| bounced(pixel) * light.variance.sqrt();
         let error = errors[i].min(errors[j]).max(found(own, &mine)).max(found(other, &theirs));
-        let alike = if i == j { 1.0 } else { likeness(own, other) * agreement(&mine, &theirs, error) };
+        let apart = apart([own, other], [&mine, &theirs]);
+        let alike = if i == j { 1.0 } else { likeness(own, other) * agreement(apart, error) };
         let weight = KERNEL[dx.unsigned_abs() as usize] * KERNEL[dy.unsigned_abs() as usize] * alike;
         for c in 0..3 {
             sum[c] += weight * theirs.color[c];
@@ -130,12 +131,28 @@ fn likeness(a: &Pixel, b: &Pixel) -> f32 {
     let (off, far) = (dot(apart, a.normal).abs(), dot(apart, apart).sqrt());
     let room = DEPTH * (a.footprint + 0.1 * far);
     let level = if room > 0.0 { (1.0 - off / room).max(0.0) } else { 1.0 };
-    level * (0..NORMAL).fold(dot(a.normal, b.normal).max(0.0), |cosine, _| cosine * cosine)
+    level * hues(a, b) * (0..NORMAL).fold(dot(a.normal, b.normal).max(0.0), |cosine, _| cosine * cosine)
 }
 
-/// Whether two lights may be the same but for noise, from 0 to 1.
-fn agreement(a: &Light, b: &Light, error: f32) -> f32 {
-    let apart = (0..3).map(|c| (a.color[c] - b.color[c]).abs()).sum::<f32>() / 3.0;
+/// How much the colours of two surfaces are of one hue, from 0 to 1. What a coat mirrors has none of the surface's colour: where
+/// that is divided out all the same, it is of the complementary one, and no light for a surface of another.
+fn hues(a: &Pixel, b: &Pixel) -> f32 {
+    let ratios: [f32; 3] = std::array::from_fn(|c| surface(a, c) / surface(b, c));
+    let [least, most] = [f32::min, f32::max].map(|pick| ratios.into_iter().reduce(pick).unwrap_or(1.0));
+    let share = least / most;
+    share * share
+}
+
+/// How far two lights are apart in what is seen of them at their surfaces: the noise of a channel that is nearly black there was
+/// multiplied when the colour was divided out.
+fn apart(pixels: [&Pixel; 2], [a, b]: [&Light; 2]) -> f32 {
+    let shares: [f32; 3] = std::array::from_fn(|c| surface(pixels[0], c) + surface(pixels[1], c));
+    let difference = (0..3).map(|c| shares[c] * (a.color[c] - b.color[c]).abs()).sum::<f32>();
+    difference / shares.iter().sum::<f32>()
+}
+
+/// Whether two lights so far apart may be the same but for noise, from 0 to 1.
+fn agreement(apart: f32, error: f32) -> f32 {
     let room = LIGHT * error + 1e-4;
     let share = apart / room;
     // A bump that ends, so that what differs enough has no say.
@@ -238,6 +255,43 @@ mod tests {
         assert!(error(&after) < 0.3 * error(&before), "{} {}", error(&after), error(&before));
         let sum = |light: &[[f32; 3]]| light.iter().map(|c| c[0]).sum::<f32>();
         assert!((sum(&after) / sum(&before) - 1.0).abs() < 0.1, "{} {}", sum(&after), sum(&before));
+    }
+
+    /// What a coat mirrors is white on a surface of any colour.
+    #[test]
+    fn noise_of_what_is_mirrored_goes_from_surfaces_without_a_channel() {
+        let mut picture = noisy(0.0);
+        for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+            let mirrored = 0.2 * uniform(mix(11 + i as u64)) as f32;
+            pixel.albedo = [0.6, 0.5, 0.01];
+            pixel.color = std::array::from_fn(|c| pixel.albedo[c] + mirrored);
+            pixel.direct = pixel.color;
+            pixel.variance = 0.04 / 12.0;
+        }
+        let spread = |light: &[[f32; 3]]| {
+            let mean = light.iter().map(|c| c[2]).sum::<f32>() / light.len() as f32;
+            (light.iter().map(|c| (c[2] - mean).powi(2)).sum::<f32>() / light.len() as f32).sqrt()
+        };
+        let before: Vec<[f32; 3]> = picture.pixels.iter().map(|p| p.color).collect();
+        let after = denoise(&picture);
+        assert!(spread(&after) < 0.3 * spread(&before), "{} {}", spread(&after), spread(&before));
+    }
+
+    #[test]
+    fn what_is_mirrored_by_one_surface_is_not_the_light_of_another() {
+        let mut picture = noisy(0.0);
+        let is_edge = |i: usize| i as u32 % SIDE == SIDE / 4;
+        for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+            // Half of a pixel on the edge shows the grey floor beside.
+            pixel.normal = [0.0, 0.0, 1.0];
+            pixel.albedo = if is_edge(i) { [0.3, 0.4, 0.3] } else { [0.02, 0.4, 0.02] };
+            pixel.color = pixel.albedo.map(|albedo| albedo + if is_edge(i) { 0.0 } else { 0.2 });
+            pixel.direct = pixel.color;
+            pixel.variance = 0.01;
+        }
+        for (i, light) in denoise(&picture).iter().enumerate().filter(|(i, _)| is_edge(*i)) {
+            assert!(light[0] < light[1] + 0.1, "{i}: {light:?}");
+        }
     }
 
     #[test]
