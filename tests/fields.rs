@@ -133,6 +133,34 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
     assert!(free > 2_000, "only {free} of 20000 places are known to be free");
 }
 
+/// However wide the region is, with something in it that goes on everywhere.
+#[test]
+fn cells_tell_apart_what_is_small_beside_a_floor() {
+    for wide in [1.0, 40.0, 3000.0] {
+        let mut rng = StdRng::seed_from_u64(5);
+        let mut b = Build::default();
+        let [_, y, _] = b.p();
+        let mut solid = b.shifted(y, 0.6);
+        for _ in 0..100 {
+            let at = std::array::from_fn(|_| rng.random_range(-0.5..0.5));
+            let ball = b.sphere(at, rng.random_range(0.02..0.1));
+            solid = b.min(solid, ball);
+        }
+        let tape = b.field(solid).tape().clone();
+        let cells = Cells::new(tape.clone(), &Aabb::cube(wide).intervals());
+        let (mut full, mut less) = (Evaluator::<f64>::new(tape.clone()), Evaluator::<f64>::new(tape.clone()));
+        let mut kept = 0;
+        for _ in 0..1000 {
+            let at: [f64; 3] = std::array::from_fn(|_| rng.random_range(-0.5..0.5));
+            let part = cells.tape_around(at, 0.01);
+            kept += part.len();
+            let p = at.map(|c| c + 0.01 * rng.random_range(-1.0..1.0));
+            assert_eq!(full.eval(&p).to_bits(), less.turn_to(part).eval(&p).to_bits());
+        }
+        assert!(kept / 1000 < tape.len() / 5, "{} of {} instructions within {wide}", kept / 1000, tape.len());
+    }
+}
+
 /// A ball with noises where a mask lets them through: none below x = 0.2, some up to 0.4, all above; and
 /// where y is above 0.1, others.
 fn masked(b: &mut Build) -> NodeId {
