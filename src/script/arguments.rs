@@ -21,10 +21,10 @@ use std::any::TypeId;
 /// What suits a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
-    /// A number or a field.
-    Scalar,
     /// A number.
     Number,
+    /// A number or a field.
+    Scalar,
     /// The same; a number is 0 or more.
     Size,
     /// The same; a number is above 0.
@@ -76,7 +76,6 @@ const KINDS: &[(&str, &str, Kind)] = &[
     ("displace", "seed", Kind::Solid),
     ("flow", "radius", Kind::Positive),
     ("flow", "v", Kind::Vector),
-    ("flow", "axis center", Kind::Vector),
     ("fractal", "seed", Kind::Number),
     ("material", "distance", Kind::Positive),
     ("planet", "low high", Kind::Number),
@@ -88,7 +87,7 @@ const KINDS: &[(&str, &str, Kind)] = &[
     ("terrain", "heights", Kind::Scalar),
     ("texture", "image", Kind::Texture),
     ("", "radius ring tube thickness length width outer inner straight bottom top rounding", Kind::Size),
-    ("", "reach depth height size spacing sharpness duration", Kind::Size),
+    ("", "reach depth height size sharpness duration", Kind::Size),
     ("", "exponent alpha soft n meridian parallel", Kind::Number),
     ("", "degrees from to low high u v value scale offset share amount at begin t", Kind::Scalar),
     ("", "squared seed threshold wet roughness", Kind::Scalar),
@@ -175,7 +174,9 @@ fn parts(v: &Dynamic) -> Option<[Dynamic; 3]> {
     if let Some(v) = v.read_lock::<Vec3>() {
         return Some(v.0.map(Dynamic::from_float));
     }
-    v.read_lock::<Array>().and_then(|array| <[Dynamic; 3]>::try_from(array.as_slice().to_vec()).ok())
+    let array = v.read_lock::<Array>()?;
+    let [a, b, c] = array.as_slice() else { return None };
+    Some([a, b, c].map(Dynamic::clone))
 }
 
 /// How many elements an array has, if all are of a kind.
