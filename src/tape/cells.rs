@@ -34,10 +34,10 @@ const GAIN: f64 = 0.95;
 /// it is cut along.
 const PATIENCE: u32 = 5;
 
-/// Where so many of the parts of a cell have less in them, if anything at all, a cut in vain has found out where the rest is. So
-/// are parts that are small beside a floor, or beside bounds that are as wide as wished: all of them are in one cell until cells
-/// are as small as they. Such cuts count for nothing,
-const LESS: usize = 5;
+/// Where so many of the parts of a cell are free of the solid, a cut in vain has found out where it is. So is what is small beside
+/// the bounds, as they are wished or as something far away has them: all of it is in one cell until cells are as small as it
+/// is. As long as nothing was gained, such cuts count for nothing,
+const FREE: usize = 5;
 
 /// but after so many that were in vain nobody asks any more, since asking takes as much as all parts.
 const ASKED: u32 = 2;
@@ -84,7 +84,7 @@ struct Own {
     vain: u32,
     /// Whether it is worth cutting.
     is_open: bool,
-    /// Whether most of its parts have less in them.
+    /// Whether most of its parts are free.
     is_sparse: OnceLock<bool>,
 }
 
@@ -228,28 +228,21 @@ impl Cells {
     fn cut(&self, own: &Own, all: Regions, left: Tape) -> Own {
         self.pruned.fetch_add(1, Ordering::Relaxed);
         self.kept.fetch_add(left.len() as u64, Ordering::Relaxed);
-        // One that is hardly less work is not worth its memory.
-        if is_gain(&left, own) {
-            let work = left.work();
-            return Own::new(Arc::new(left), work, [own.cuts + 1, 0]);
+        let less = left.work();
+        if less as f64 <= GAIN * own.work as f64 {
+            return Own::new(Arc::new(left), less, [own.cuts + 1, 0]);
         }
-        let counts = u32::from(own.vain > ASKED || !self.is_sparse(own, all));
+        // One that is hardly less work is not worth its memory.
+        let is_asked = own.work == self.whole.work && own.vain <= ASKED;
+        let counts = u32::from(!(is_asked && self.is_sparse(own, all)));
         Own::new(own.tape.clone(), own.work, [own.cuts + counts, own.vain + counts])
     }
 
-    /// Whether most of all parts of a cell have less in them.
+    /// Whether most of all parts of a cell are free.
     fn is_sparse(&self, own: &Own, all: Regions) -> bool {
-        let has_less = |index: &usize| {
-            let bounded = own.tape.bound(&all.of(*index));
-            self.is_free(&bounded) || is_gain(&bounded.pruned(), own)
-        };
-        *own.is_sparse.get_or_init(|| (0..PARTS).filter(has_less).count() >= LESS)
+        let is_free = |index: &usize| self.is_free(&own.tape.bound(&all.of(*index)));
+        *own.is_sparse.get_or_init(|| (0..PARTS).filter(is_free).count() >= FREE)
     }
-}
-
-/// Whether what is left of a tape is so much less work that it is worth its memory.
-fn is_gain(left: &Tape, own: &Own) -> bool {
-    left.work() as f64 <= GAIN * own.work as f64
 }
 
 /// The parts of a cell.
