@@ -15,7 +15,7 @@ use super::point::CriticalPoint;
 use super::polish::polish;
 use super::verdict::{Verdict, Verdicts, Zeros, free_parts, judge};
 use crate::field::Watch;
-use crate::num::{Interval, Many, Number, Taylor, Taylors};
+use crate::num::{Interval, Number, Taylor, Taylors};
 use crate::scene::Aabb;
 use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
@@ -26,9 +26,6 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Cells looked at together.
 pub(super) const LANES: usize = 16;
-
-/// Points that are evaluated at a time.
-const POINTS: usize = 64;
 
 /// Where critical points are looked for.
 #[derive(Clone, Copy, Debug)]
@@ -289,7 +286,6 @@ fn cut(cell: &Cell, (f, zeros): (&Taylor, &Zeros), solid: bool, stack: &mut Vec<
 pub struct Balls {
     field: Evaluator<Taylors<LANES>>,
     at: [Taylors<LANES>; 3],
-    points: Evaluator<Many<f64, POINTS>>,
     /// Where the field is known to have a value, so that nobody need ask.
     defined: Option<Defined>,
     /// Where the solid ends, whatever the field says.
@@ -298,9 +294,9 @@ pub struct Balls {
 
 impl Balls {
     pub fn new(tape: &Arc<Tape>) -> Self {
-        let (field, points) = (Evaluator::new(tape.clone()), Evaluator::new(tape.clone()));
+        let field = Evaluator::new(tape.clone());
         let region = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
-        Balls { field, at: std::array::from_fn(|_| Taylors::constant(0.0)), points, defined: None, region }
+        Balls { field, at: std::array::from_fn(|_| Taylors::constant(0.0)), defined: None, region }
     }
 
     /// The same of a solid that ends with a region, which knows where in it and a little beyond the field has a value. If it
@@ -351,16 +347,6 @@ impl Balls {
     /// Goes on with another tape of the same field: one that holds wherever it is asked from now on.
     pub fn turn_to(&mut self, tape: &Arc<Tape>) {
         self.field.turn_to(tape);
-        self.points.turn_to(tape);
-    }
-
-    /// The field at points, as it is computed there.
-    pub fn values(&mut self, points: impl Iterator<Item = DVec3>) -> Vec<f64> {
-        let mut at = [const { Vec::new() }; 3];
-        points.for_each(|p| (0..3).for_each(|axis| at[axis].push(p[axis])));
-        let mut values = vec![0.0; at[0].len()];
-        self.points.eval_all(at.each_ref().map(Vec::as_slice), &mut values);
-        values
     }
 
     /// Whether the field is known to have a value everywhere in a box.

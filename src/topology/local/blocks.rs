@@ -183,9 +183,6 @@ fn values(f: &Taylor, half: f64) -> ([f64; 64], [f64; 64]) {
     (middle, reach)
 }
 
-/// Cells that a flood goes on from at a time.
-const BATCH: usize = 4 * LANES;
-
 /// Bricks of cells that are remembered. Floods from places next to one another come to the same ones.
 const KNOWN: usize = 1 << 12;
 
@@ -204,31 +201,27 @@ impl Blocks {
         Blocks { level, grid: voxels.halved(level), known: Bricks::new() }
     }
 
-    /// Whether one was looked at.
-    pub fn is_known(&self, voxel: Voxel) -> bool {
-        self.known.get(voxel).is_some()
-    }
-
     /// What is known of one that was looked at last.
     pub fn get(&self, voxel: Voxel) -> Block {
         self.known.get(voxel).unwrap_or_default()
     }
 
-    /// Looks at cells.
+    /// Looks at cells, at most [`LANES`] of them.
     pub fn look(&mut self, field: &mut Balls, voxels: &[Voxel]) {
         if self.known.len() > KNOWN {
             self.known.clear();
         }
         let new: Vec<Voxel> =
             voxels.iter().copied().filter(|voxel| self.known.get(*voxel).is_none()).collect();
-        for new in new.chunks(LANES) {
-            let balls: Vec<(DVec3, f64)> = new.iter().map(|&voxel| self.grid.ball(voxel)).collect();
-            let values = *field.eval(balls.iter().copied());
-            for (i, (voxel, (centre, radius))) in new.iter().zip(balls).enumerate() {
-                let is_known = field.is_within(centre, radius) && field.is_defined_around(centre, radius);
-                let block = Block::new(&values.lane(i), self.grid.size() / radius, is_known);
-                *self.known.at(*voxel) = Some(block);
-            }
+        if new.is_empty() {
+            return;
+        }
+        let balls: Vec<(DVec3, f64)> = new.iter().map(|&voxel| self.grid.ball(voxel)).collect();
+        let values = *field.eval(balls.iter().copied());
+        for (i, (voxel, (centre, radius))) in new.into_iter().zip(balls).enumerate() {
+            let is_known = field.is_within(centre, radius) && field.is_defined_around(centre, radius);
+            let block = Block::new(&values.lane(i), self.grid.size() / radius, is_known);
+            *self.known.at(voxel) = Some(block);
         }
     }
 }
@@ -261,17 +254,10 @@ impl Flood {
         Flood { cells, count: 1, waiting: BinaryHeap::from([Reverse((0, voxel))]) }
     }
 
-    /// Some cells to go on from: of those that are touched, the ones of least cost. As many as are looked at together, beside
-    /// those that are known.
-    pub fn next(&mut self, is_known: impl Fn(Voxel) -> bool) -> Vec<Voxel> {
-        let (mut batch, mut new) = (Vec::with_capacity(2 * LANES), 0);
-        while new < LANES
-            && batch.len() < BATCH
-            && let Some(Reverse((_, voxel))) = self.waiting.pop()
-        {
-            new += usize::from(!is_known(voxel));
-            batch.push(voxel);
-        }
+    /// Some cells to go on from: of those that are touched, the ones of least cost.
+    pub fn next(&mut self) -> Vec<Voxel> {
+        let next = |_| self.waiting.pop().map(|Reverse((_, voxel))| voxel);
+        let batch: Vec<Voxel> = (0..LANES).map_while(next).collect();
         batch.iter().for_each(|&voxel| self.cells.at(voxel).waits = false);
         batch
     }

@@ -12,8 +12,7 @@
 //! ```
 //!
 //! Sixteen lines are walked side by side, each in pieces that grow while they are found to be inside and shrink while
-//! they are not. Most lines are not inside, which a few points tell at a tenth of the cost: those of which none is outside
-//! are walked.
+//! they are not.
 
 use super::super::search::{Balls, LANES};
 use crate::num::Taylor;
@@ -93,9 +92,7 @@ impl Core {
 /// Which straight lines, given by their ends, are all inside; `step` as of [`Core::seen_from`].
 pub fn are_inside(field: &mut Balls, lines: &[[DVec3; 2]], step: f64) -> Vec<bool> {
     let mut inside = vec![false; lines.len()];
-    let are_open = are_open(field, lines, step);
-    let open = lines.iter().enumerate().filter(|(i, _)| are_open[*i]);
-    let mut waiting = open.map(|(i, ends)| Line::new(i, *ends, step));
+    let mut waiting = lines.iter().enumerate().map(|(i, ends)| Line::new(i, *ends, step));
     let mut active: Vec<Line> = Vec::with_capacity(LANES);
     loop {
         let free = LANES - active.len();
@@ -112,22 +109,6 @@ pub fn are_inside(field: &mut Balls, lines: &[[DVec3; 2]], step: f64) -> Vec<boo
             line.state == State::Underway
         });
     }
-}
-
-/// Points of a line that are looked at first, the nearer ones closer together, and how far the last is, in steps.
-const GLANCES: usize = 32;
-const GLANCE: f64 = 8.0;
-
-/// Which lines have no point outside among some of them.
-fn are_open(field: &mut Balls, lines: &[[DVec3; 2]], step: f64) -> Vec<bool> {
-    let square = |x: f64| x * x;
-    let glances = |[from, to]: &[DVec3; 2]| {
-        let (from, way) = (*from, *to - *from);
-        let reach = (GLANCE * step / way.length()).min(1.0);
-        (1..=GLANCES).map(move |k| from + reach * square(k as f64 / GLANCES as f64) * way)
-    };
-    let values = field.values(lines.iter().flat_map(glances));
-    values.chunks(GLANCES).map(|values| values.iter().all(|value| *value < 0.0)).collect()
 }
 
 /// A line that is walked from one end to the other.

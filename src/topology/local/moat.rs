@@ -34,7 +34,7 @@ impl Looker {
         let mut flood = Flood::new(&blocks.grid, at);
         let (mut low, mut high) = (first.0, first.0);
         loop {
-            let batch = flood.next(|voxel| blocks.is_known(voxel));
+            let batch = flood.next();
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }

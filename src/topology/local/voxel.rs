@@ -188,7 +188,6 @@ impl Looker {
             }
             // A path ends in the tip of a cone in ever smaller steps.
             if radius < 1e-3 * size
-                && !is_smooth(cells, at, TIP * radius)
                 && let Some(tip) = tip(local, cells, at, cancel)
             {
                 return Some(Arrived::Node(Node::Minimum(tip)));
@@ -297,14 +296,6 @@ fn doors(local: &Local, cells: &mut Balls, voxel: Voxel, cancel: &AtomicBool) ->
 
 fn solid(centre: DVec3, half: DVec3) -> Search {
     Search { region: Aabb { min: centre - half, max: centre + half }, solid: true }
-}
-
-/// How far the tip of a cone may be from a path that comes to it, in steps of the path.
-const TIP: f64 = 64.0;
-
-/// Whether second derivatives are bounded in a ball.
-fn is_smooth(cells: &mut Balls, at: DVec3, radius: f64) -> bool {
-    cells.eval([(at, radius)].into_iter()).lane(0).curvature().is_finite()
 }
 
 /// The minimum that is no smooth one and holds a place.

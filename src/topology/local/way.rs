@@ -84,7 +84,7 @@ impl Looker {
         let mut flood = Flood::new(&grid, at);
         let (mut seen, mut places) = (HashSet::default(), Vec::new());
         loop {
-            let batch = flood.next(|voxel| blocks.is_known(voxel));
+            let batch = flood.next();
             let is_last = batch.is_empty() || flood.len() > TOUCHED || cancel.load(Ordering::Relaxed);
             if is_last || places.len() >= LANES {
                 if self.see(&places).contains(&true) {
@@ -98,13 +98,10 @@ impl Looker {
             self.look(blocks, &batch);
             for voxel in batch {
                 let fresh = flood.take(voxel, blocks.get(voxel).inside, depth);
-                if !fresh.any() {
-                    continue;
-                }
                 if fresh.and(self.local.proven_of(blocks.level, voxel).joined).any() {
                     return Some(flood.within());
                 }
-                if seen.insert(views.voxel(grid.middle(voxel))) {
+                if fresh.any() && seen.insert(views.voxel(grid.middle(voxel))) {
                     places.extend(fresh.first().map(|part| part.middle(&grid, voxel)));
                 }
             }
