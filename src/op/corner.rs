@@ -53,12 +53,12 @@ impl Norm {
     /// `s^(1 - 1/p)`. A product of roots, all of which grow with `s`, is as narrow for intervals as a power.
     #[inline(always)]
     fn other_root<R: Real>(&self, s: R) -> R {
-        let (half, fourth) = (s.sqrt(), s.sqrt().sqrt());
+        let (half, fourth) = (|| s.sqrt(), || s.sqrt().sqrt());
         match self.power() {
             1.0 => R::of(1.0),
-            2.0 => half,
-            4.0 => half * fourth,
-            8.0 => half * fourth * fourth.sqrt(),
+            2.0 => half(),
+            4.0 => half() * fourth(),
+            8.0 => half() * fourth() * fourth().sqrt(),
             p => s.powf(R::of(1.0 - 1.0 / p)),
         }
     }

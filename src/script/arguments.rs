@@ -10,11 +10,12 @@
 
 use super::fault::{Fault, Outcome};
 use super::lexer::Definition;
-use super::library::{GridValue, MeshValue};
+use super::library::{GridValue, MeshValue, advice};
 use super::marks::{NATIVE, marked};
 use super::noises::Source;
 use super::options::describe;
-use super::value::{Field, Region, Vec3, VectorField, number};
+use super::value::{AffineVec3, Field, Region, Vec3, VectorField, number};
+use crate::num::{Affine, Interval};
 use rhai::{Array, Dynamic, Engine, NativeCallContext};
 use std::any::TypeId;
 
@@ -59,7 +60,7 @@ const KINDS: &[(&str, &str, Kind)] = &[
     ("arrange", "profile", Kind::Solid),
     ("arrange", "rise", Kind::Scalar),
     ("arrange", "step cell counts", Kind::Each),
-    ("blend", "height", Kind::Scalar),
+    ("blend", "height exponent", Kind::Scalar),
     ("blend", "first second steps", Kind::Positive),
     ("blobs", "name", Kind::Text),
     ("blobs", "squared", Kind::Scalar),
@@ -156,11 +157,14 @@ fn is_scalar(v: &Dynamic) -> bool {
 }
 
 fn is_field(v: &Dynamic) -> bool {
-    v.is::<Field>() || v.is::<Source>() || v.is::<GridValue>() || v.is::<MeshValue>()
+    let is_made = v.is::<Source>() || v.is::<GridValue>() || v.is::<MeshValue>();
+    // What takes no field of its own is arithmetic for enclosures as well.
+    v.is::<Field>() || is_made || v.is::<Interval>() || v.is::<Affine>()
 }
 
 fn is_vector(v: &Dynamic) -> bool {
-    v.is::<VectorField>() || parts(v).is_some_and(|parts| parts.iter().all(is_scalar))
+    let is_enclosure = v.is::<Region>() || v.is::<AffineVec3>();
+    v.is::<VectorField>() || is_enclosure || parts(v).is_some_and(|parts| parts.iter().all(is_scalar))
 }
 
 /// Whether a value is a number that is none, or a vector with one.
@@ -236,9 +240,12 @@ fn suit(module: &str, function: &str, names: &str, given: &[&mut Dynamic]) -> Ou
     for (i, (name, given)) in names.split(", ").zip(given).enumerate() {
         let Some(wanted) = Kind::of(module, name).and_then(|kind| kind.wants(given)) else { continue };
         let wanted = if is_infinite(given) { "finite" } else { wanted };
-        let given = shown(given);
-        let fault = Fault::new(format!("`{name}` of `{function}` must be {wanted}, not {given}"));
-        return Err(fault.label(format!("{wanted} expected")).argument(i));
+        let message = format!("`{name}` of `{function}` must be {wanted}, not {}", shown(given));
+        let fault = Fault::new(message).label(format!("{wanted} expected")).argument(i);
+        return Err(match advice(given, wanted) {
+            Some(advice) => fault.hint(advice),
+            None => fault,
+        });
     }
     Ok(())
 }

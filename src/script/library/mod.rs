@@ -253,15 +253,9 @@ impl Call<'_> {
         } else {
             format!("{which} of `{}` must be {wanted}, not {given}", self.name)
         });
-        let given = &self.args[i];
-        let is_pair = given.read_lock::<rhai::Array>().is_some_and(|array| array.len() == 2);
-        match () {
-            () if given.is::<Corrected>() => {
-                fault.hint("correct last: colour, move and combine before, and end with largest_component(f)")
-            }
-            () if given.is_char() => fault.hint("a text is in double quotes: \"A\""),
-            () if is_pair && wanted.contains("vector") => fault.hint("a vector has three parts: [1, 2, 0]"),
-            () => fault,
+        match advice(&self.args[i], wanted) {
+            Some(advice) => fault.hint(advice),
+            None => fault,
         }
     }
 
@@ -374,6 +368,19 @@ pub fn interval_of(v: &Dynamic) -> Option<Interval> {
         (c, c)
     };
     (ends.0 <= ends.1).then(|| Interval::new(ends.0, ends.1))
+}
+
+/// What to do about a value where something else is wanted.
+pub fn advice(given: &Dynamic, wanted: &str) -> Option<&'static str> {
+    let is_pair = given.read_lock::<rhai::Array>().is_some_and(|array| array.len() == 2);
+    match () {
+        () if given.is::<Corrected>() => {
+            Some("correct last: colour, move and combine before, and end with largest_component(f)")
+        }
+        () if given.is_char() => Some("a text is in double quotes: \"A\""),
+        () if is_pair && wanted.contains("vector") => Some("a vector has three parts: [1, 2, 0]"),
+        () => None,
+    }
 }
 
 /// Whether a name is an operator.
