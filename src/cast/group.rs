@@ -93,7 +93,7 @@ pub(super) trait Strategy: Clone + Send + 'static {
 pub(super) struct Group<S: Strategy> {
     pub(super) strategy: S,
     any: S,
-    cells: Arc<Cells>,
+    pub(super) cells: Arc<Cells>,
     evaluator: Evaluator<S::Batch>,
     /// Evaluations for each ray of the last group.
     pub(super) costs: Vec<f64>,

@@ -205,9 +205,9 @@ pub trait Caster: Send {
         &[]
     }
 
-    /// The Lipschitz bound of the field by which it takes its steps, if that is how it does: whole tiles can go by the
-    /// same, see [`reach`].
-    fn lipschitz(&self) -> Option<f64> {
+    /// The Lipschitz bound of the field by which it takes its steps, if that is how it does, and where it has values from:
+    /// whole tiles can go by the same, see [`reach`].
+    fn lipschitz(&self) -> Option<(f64, &Arc<Cells>)> {
         None
     }
 
@@ -287,11 +287,11 @@ pub fn caster(
     region: &Aabb,
     typical: &[Vec<Ray>],
 ) -> Result<Box<dyn Caster>, CastError> {
-    let cells = Arc::new(Cells::new(field.tape().clone(), &region.intervals()));
+    let cells = Arc::new(Cells::of_sides(field.tape().clone(), &region.intervals()));
     caster_in(kind, field, region, &cells, typical, &AtomicBool::new(false))
 }
 
-/// A caster for rays within a region, of which the cells are at hand. `typical` bundles of rays,
+/// A caster for rays within a region, of which the cells are at hand, [of sides](Cells::of_sides) for most. `typical` bundles of rays,
 /// neighbours each, help [`Kind::Auto`] to choose.
 ///
 /// # Errors
@@ -310,6 +310,7 @@ pub fn caster_in(
         Kind::Auto => return Ok(auto(field, region, cells, typical, cancel)),
         Kind::Sphere | Kind::Speculative => {}
         Kind::Segment => {
+            let own = own.of_values(&region.intervals());
             return Ok(Box::new(Handover::new(SegmentTracing { any: false, torn: own.is_torn() }, own)));
         }
         Kind::Interval => return Ok(Box::new(Group::new(Pieces::<Interval>::halving(&own), own))),
@@ -328,7 +329,7 @@ pub fn caster_in(
         }
     }
     let relaxation = if kind == Kind::Sphere { 1.0 } else { RELAXATION };
-    Ok(spheres(bound(field, region, cancel)?, relaxation, cells))
+    Ok(spheres(bound(field, region, cancel)?, relaxation, &own.of_values(&region.intervals())))
 }
 
 /// Casts through cubes; beams do where the field may jump or have no value.
@@ -336,7 +337,8 @@ fn octree(field: &Field, region: &Aabb, cells: &Arc<Cells>, cancel: &AtomicBool)
     if cells.is_torn() {
         return Some(Box::new(Beams::new(cells.clone())));
     }
-    Octree::new(field, region, cells, cancel).map(|octree| Box::new(octree) as Box<dyn Caster>)
+    let cells = cells.of_values(&region.intervals());
+    Octree::new(field, region, &cells, cancel).map(|octree| Box::new(octree) as Box<dyn Caster>)
 }
 
 /// The Lipschitz bound that sphere tracing needs.
@@ -362,19 +364,19 @@ fn auto(
     let lipschitz = lipschitz_until(field, region, &|| cancel.load(Ordering::Relaxed));
     let Some(lipschitz) = lipschitz.filter(|&bound| bound > 0.0 && bound < STEEP) else { return beams() };
     let (at_points, along_pieces) = costs(cells.tape().census());
-    // Each prunes for itself what it needs: small steps need many tapes.
-    let fresh = || Arc::new(Cells::new(cells.tape().clone(), &region.intervals()));
     let taken = |own: &Cells, spent: f64, each: f64| {
         spent / cells.tape().work() as f64 * each + PRUNING * own.prunings().instructions as f64
     };
     let mut most = Vec::new();
-    let own = fresh();
+    // Each prunes for itself what it needs: small steps need many tapes.
+    let (tape, whole) = (cells.tape(), region.intervals());
+    let own = Arc::new(Cells::of_sides(tape.clone(), &whole));
     trial(&mut Beams::new(own.clone()), typical, cancel, |_, spent| {
         most.push(taken(&own, spent, along_pieces));
         most.last().is_some_and(|spent| *spent >= PATIENCE)
     });
     let Some(&all) = most.last() else { return beams() };
-    let own = fresh();
+    let own = Arc::new(Cells::new(tape.clone(), &whole));
     let is_lost = |i: usize, spent: f64| {
         let spent = taken(&own, spent, at_points);
         let is_hopeless = most[i] >= TELLING * all && spent > HOPELESS * most[i];
@@ -383,11 +385,11 @@ fn auto(
     if trial(&mut *spheres(lipschitz, RELAXATION, &own), &typical[..most.len()], cancel, is_lost) {
         return beams();
     }
-    let balls = spheres(lipschitz, RELAXATION, cells);
+    let balls = spheres(lipschitz, RELAXATION, &cells.of_values(&whole));
     // Balls that take so long to find are worth sharing.
     let is_carried = cells.is_defined() && cells.tape().census().carried > 0;
     let shared = if is_carried { octree(field, region, cells, cancel) } else { None };
-    shared.filter(|cubes| cubes.lipschitz().is_some_and(|bound| bound < STEEP)).unwrap_or(balls)
+    shared.filter(|cubes| cubes.lipschitz().is_some_and(|(bound, _)| bound < STEEP)).unwrap_or(balls)
 }
 
 /// What an evaluation at a point costs, and what one along a piece of a line: about as many

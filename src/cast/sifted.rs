@@ -83,7 +83,7 @@ impl Sifted {
     pub fn new(solid: Box<dyn Caster>, cells: &Arc<Cells>, region: &Aabb, judge: Box<dyn Judge>) -> Sifted {
         // Which parts of the region are free of the complement is another question than which are free of
         // the solid, so it has cells of its own.
-        let complement = Arc::new(Cells::new(Arc::new(cells.tape().negated()), &region.intervals()));
+        let complement = Arc::new(Cells::of_sides(Arc::new(cells.tape().negated()), &region.intervals()));
         Sifted {
             solid,
             onward: Beams::alone(cells.clone()),
@@ -420,7 +420,7 @@ impl Caster for Sifted {
         self.run(work, stats);
     }
 
-    fn lipschitz(&self) -> Option<f64> {
+    fn lipschitz(&self) -> Option<(f64, &Arc<Cells>)> {
         self.solid.lipschitz()
     }
 

@@ -8,7 +8,7 @@
 use super::lattice::{Lattice, Place, SIDE};
 use crate::field::{Stopped, Watch};
 use crate::num::Interval;
-use crate::tape::{Bounded, Evaluator, Tape};
+use crate::tape::{Bounded, Evaluator, Tape, Wanted};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -60,7 +60,7 @@ impl Part {
             return None;
         }
         // One that is as much work may be shared, which costs less.
-        let shorter = bounded.map(|bounded| bounded.pruned());
+        let shorter = bounded.map(|bounded| bounded.pruned(Wanted::Values));
         if let Some(shorter) = shorter.filter(|shorter| shorter.work() < self.tape.work()) {
             self.tape = Arc::new(shorter);
         }

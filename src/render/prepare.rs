@@ -99,7 +99,7 @@ pub fn prepare(scene: &Scene, settings: &Settings, cancel: &AtomicBool) -> Resul
     Ok(Prepared {
         settings: *settings,
         field: roots[0],
-        cells: Arc::new(Cells::new(tape.clone(), &settings.bounds.intervals())),
+        cells: Arc::new(Cells::of_sides(tape.clone(), &settings.bounds.intervals())),
         tape,
         color: code(&roots[1..colors]),
         reflecting,

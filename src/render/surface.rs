@@ -148,6 +148,7 @@ impl Surface {
     /// How deep points lie below the surface, along the gradient.
     pub(super) fn depths(&mut self, places: &[DVec3]) -> Vec<f64> {
         let mut depths = Vec::with_capacity(places.len());
+        self.field.turn_to(self.cells.tape());
         for batch in places.chunks(LANES) {
             let at = |i: usize| batch[i.min(batch.len() - 1)];
             let dual = |axis: usize| Many(std::array::from_fn(|i| Dual::coordinate(at(i)[axis], axis)));

@@ -11,8 +11,8 @@
 //! cell of about the ball's size that has all of it, also next to the faces of larger cells (Ulrich's
 //! loose octrees).
 
-use super::Tape;
 use super::prune::Bounded;
+use super::{Tape, Wanted};
 use crate::num::{Class, Interval};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -54,6 +54,7 @@ pub struct Cells {
     half: f64,
     /// Reaches that are less are taken for this one.
     least: f64,
+    wanted: Wanted,
     is_uniform: bool,
     is_defined: bool,
     /// Tapes made, and instructions in all of them.
@@ -119,6 +120,12 @@ impl Cells {
         cells
     }
 
+    /// The same for who wants no more of the field than on which side of zero it is, and what it is close to that; tapes of
+    /// other cells may differ elsewhere.
+    pub fn of_sides(tape: Arc<Tape>, region: &[Interval; 3]) -> Cells {
+        Cells { wanted: Wanted::Sides, ..Cells::new(tape, region) }
+    }
+
     /// The same with no cells that are smaller than to hold all within `reach` of a place in them: for many questions that
     /// are about as far apart, which would each have cells of their own made.
     pub fn no_smaller(self, reach: f64) -> Cells {
@@ -134,10 +141,19 @@ impl Cells {
             centre: [0.0; 3],
             half: 0.0,
             least: 0.0,
+            wanted: Wanted::Values,
             is_uniform: true,
             is_defined: false,
             pruned: AtomicU64::new(0),
             kept: AtomicU64::new(0),
+        }
+    }
+
+    /// These cells if their tapes keep all values, else such cells of the same region.
+    pub fn of_values(self: &Arc<Cells>, region: &[Interval; 3]) -> Arc<Cells> {
+        match self.wanted {
+            Wanted::Values => self.clone(),
+            Wanted::Sides => Arc::new(Cells::new(self.tape().clone(), region)),
         }
     }
 
@@ -171,7 +187,7 @@ impl Cells {
         }
     }
 
-    /// A tape that equals the whole one within `reach` of a place along every axis.
+    /// A tape that equals the whole one within `reach` of a place along every axis, as far as it is wanted to.
     pub fn tape_around(&self, at: [f64; 3], reach: f64) -> &Arc<Tape> {
         let own = self.descend(at, reach, Through::All);
         &own.unwrap_or(&self.whole).tape
@@ -205,7 +221,9 @@ impl Cells {
             if cell.is_free && through == Through::Occupied {
                 return None;
             }
-            own = cell.own.get_or_init(|| self.cut(own, all, own.tape.prune(&all.of(index))));
+            own = cell
+                .own
+                .get_or_init(|| self.cut(own, all, own.tape.bound(&all.of(index)).pruned(self.wanted)));
             (parts, centre, half) = (&cell.parts, all.middle(index), quarter);
         }
         Some(own)
@@ -216,7 +234,8 @@ impl Cells {
         let bounded = own.tape.bound(&all.of(index));
         let is_free = self.is_free(&bounded);
         let is_passed = is_free && through == Through::Occupied;
-        let own = if is_passed { OnceLock::new() } else { self.cut(own, all, bounded.pruned()).into() };
+        let own =
+            if is_passed { OnceLock::new() } else { self.cut(own, all, bounded.pruned(self.wanted)).into() };
         Cell { is_free, own, parts: Default::default() }
     }
 

@@ -11,6 +11,7 @@ mod cells;
 mod clock;
 mod eval;
 mod inner;
+mod levels;
 mod lower;
 #[cfg_attr(not(target_arch = "x86_64"), path = "native/elsewhere.rs")]
 mod native;
@@ -22,5 +23,6 @@ pub use cells::{Cells, Prunings};
 pub use clock::{duration, seconds};
 pub use eval::Evaluator;
 pub use inner::{Flowed, Inner};
+pub use levels::Wanted;
 pub use lower::{Census, Instr, Tape};
 pub use prune::Bounded;

@@ -8,8 +8,10 @@
 //! Octaves of a sum need no pruning: a sum ends by itself at the first octave that the footprint leaves
 //! nothing of, after one comparison for a whole batch (`noise/sum.rs`).
 //!
-//! Values stay what they are, bit for bit, but for the sign of a zero.
+//! Values stay what they are, bit for bit, but for the sign of a zero; and where only the sides of a surface matter, more
+//! goes (`levels.rs`).
 
+use super::levels::{Levels, Wanted};
 use super::{Evaluator, Instr, Tape, inner};
 use crate::expr::{Identity, identity};
 use crate::num::{Interval, Number};
@@ -19,7 +21,7 @@ use std::sync::Arc;
 impl Tape {
     /// The tape [without](Bounded::pruned) what cannot matter in a region.
     pub fn prune(self: &Arc<Tape>, region: &[Interval; 3]) -> Tape {
-        self.bound(region).pruned()
+        self.bound(region).pruned(Wanted::Values)
     }
 
     /// What encloses the values of the tape's instructions in `region`.
@@ -40,7 +42,7 @@ impl Tape {
 
     /// The tape after what becomes of its instructions, which is asked from the last to the first, and only of those that
     /// something that stays reads.
-    pub(super) fn decided(&self, fate: impl Fn(usize) -> Fate) -> Tape {
+    pub(super) fn decided(&self, mut fate: impl FnMut(usize) -> Fate) -> Tape {
         let mut fates = vec![Fate::Goes; self.code.len()];
         let stays = |fates: &mut [Fate], slot: u32| {
             let fate = &mut fates[slot as usize];
@@ -113,12 +115,11 @@ impl Bounded {
         *self.0.output(0)
     }
 
-    /// The tape with everything dropped that cannot matter in the region. Equals the full tape there, bit for bit but
-    /// for the sign of a zero.
-    pub fn pruned(&self) -> Tape {
+    /// The tape with everything dropped that cannot matter in the region for what is wanted.
+    pub fn pruned(&self, wanted: Wanted) -> Tape {
         let tape = self.0.tape();
-        let facts = Facts::new(&tape.code, &self.0);
-        tape.decided(|slot| facts.fate(slot))
+        let mut levels = Levels::new(tape, Facts::new(&tape.code, &self.0), wanted);
+        tape.decided(|slot| levels.fate(slot))
     }
 }
 
@@ -148,7 +149,7 @@ impl Fate {
 }
 
 /// What is known of every instruction, from the first to the last.
-struct Facts<'a> {
+pub(super) struct Facts<'a> {
     code: &'a [Instr],
     ranges: &'a Evaluator<Interval>,
     /// Which have a value everywhere. Where a side may have none, a minimum is not decided by the
@@ -177,8 +178,13 @@ impl<'a> Facts<'a> {
         facts
     }
 
+    /// Whether there is a value everywhere.
+    pub(super) fn is_whole(&self, slot: u32) -> bool {
+        self.whole[slot as usize]
+    }
+
     /// Encloses a value.
-    fn range(&self, slot: u32) -> Interval {
+    pub(super) fn range(&self, slot: u32) -> Interval {
         *self.ranges.value(slot)
     }
 
@@ -233,7 +239,8 @@ impl<'a> Facts<'a> {
         (all.lo == all.hi).then_some(all.lo)
     }
 
-    fn fate(&self, slot: usize) -> Fate {
+    /// What becomes of it if all of its values matter.
+    pub(super) fn fate(&self, slot: usize) -> Fate {
         if let Some(c) = self.numbers[slot] {
             return Fate::Number(c);
         }

@@ -186,8 +186,8 @@ impl Caster for Octree {
         &self.costs
     }
 
-    fn lipschitz(&self) -> Option<f64> {
-        Some(self.steep).filter(|steep| steep.is_finite())
+    fn lipschitz(&self) -> Option<(f64, &Arc<Cells>)> {
+        self.steep.is_finite().then_some((self.steep, &self.cells))
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

@@ -120,7 +120,7 @@ impl Sounder {
         }
         let reach = min.abs().max(max.abs()).max(center.abs()).max_element();
         let line = Line { chart, datum, bounds, tolerance: Tolerance::fixed(PRECISION * reach) };
-        let cells = Arc::new(Cells::new(field.tape().clone(), &bounds.intervals()));
+        let cells = Arc::new(Cells::of_sides(field.tape().clone(), &bounds.intervals()));
         let mut caster = cast::caster_in(Kind::Auto, &field, &bounds, &cells, &line.typical_rays(), cancel)
             .map_err(|e| Diagnostic::error(e.to_string()))?;
         if let Some(sieve) = sieve {
