@@ -15,15 +15,16 @@
 //!
 //! | instruction | levels of `a` |
 //! |---|---|
-//! | `min(a, b)`, `max(a, b)` | `[l, h]` |
+//! | `min(a, b)` | `[l, min(h, max b)]`, likewise for `max(a, b)` |
+//! | a [`Melt`](crate::op::Melt) that reaches `r` | `[l, min(h, max b) + r]`; where `b > h` no more than `2 h + r - b` |
 //! | `corner(a, b)` | `[min(l, 0), max(h, 0)]`: below zero the larger counts alone |
-//! | a [`Melt`](crate::op::Melt) that reaches `r` | `[l, h + r]`: it rises with `a` and `b`, and is `b` where `b = a - r` |
 //! | `-a`, `a + c`, `k a` | those of the inverse |
 //! | `abs(a)` | `[-h, h]` |
 //! | `a + b`, `a - b` | what `a` has to be for the outcome to be one, whichever of its values `b` has |
 //! | anything else | all numbers |
 //!
-//! What several instructions read has levels around those of each.
+//! What several instructions read has levels around those of each. (What melts is concave, and is `h` where its arguments
+//! are `h` and `h + r`; so it is at least `h` where both are, and have a sum of at least `2 h + r`.)
 
 use super::prune::{Facts, Fate};
 use super::{Instr, Tape};
@@ -126,19 +127,34 @@ impl<'a> Levels<'a> {
             Instr::Op(Op::Neg(_), [a, ..]) => widen(levels, *a, -own),
             Instr::Op(Op::Abs(_), [a, ..]) => widen(levels, *a, Interval { lo: -own.hi, hi: own.hi }),
             Instr::Op(op @ (Op::Min(_) | Op::Max(_) | Op::Melt(_) | Op::Corner(_)), [a, b, ..]) => {
-                let both = match op {
-                    Op::Melt(melt) => Interval { hi: (own + Interval::point(melt.reach())).hi, ..own },
-                    // Its square and root are rounded.
-                    Op::Corner(_) => {
-                        Interval { lo: own.lo.min(0.0), hi: own.hi.max(0.0) * (1.0 + 8.0 * ROUNDOFF) }
-                    }
-                    _ => own,
-                };
-                widen(levels, *a, both);
-                widen(levels, *b, both);
+                for [one, other] in [[a, b], [b, a]] {
+                    widen(levels, *one, of_side(op, own, range(other)));
+                }
             }
             _ => instr.each_arg(|a| widen(levels, a, Interval::ENTIRE)),
         }
+    }
+}
+
+/// The levels of one side of a minimum and the like, given what encloses the other.
+fn of_side(op: &Op, own: Interval, other: Interval) -> Interval {
+    match op {
+        Op::Min(_) => Interval { hi: highest(own.hi, other, 0.0), ..own },
+        Op::Melt(melt) => Interval { hi: highest(own.hi, other, melt.reach()), ..own },
+        Op::Max(_) => Interval { lo: -highest(-own.lo, -other, 0.0), ..own },
+        // Its square and root are rounded.
+        Op::Corner(_) => Interval { lo: own.lo.min(0.0), hi: own.hi.max(0.0) * (1.0 + 8.0 * ROUNDOFF) },
+        _ => Interval::ENTIRE,
+    }
+}
+
+/// The highest level of one side of what melts over a `reach`, if it has none above `most` itself.
+fn highest(most: f64, other: Interval, reach: f64) -> f64 {
+    let [top, reach] = [most, reach].map(Interval::point);
+    if other.lo > most {
+        (top + top - Interval::point(other.lo) + reach).hi.max(most)
+    } else {
+        (Interval::point(most.min(other.hi)) + reach).hi
     }
 }
 
