@@ -69,8 +69,12 @@ impl<S: Strategy> Caster for Handover<S> {
         &self.quick.costs
     }
 
-    fn lipschitz(&self) -> Option<(f64, &Arc<Cells>)> {
-        Some((self.quick.strategy.lipschitz()?, &self.quick.cells))
+    fn lipschitz(&self) -> Option<f64> {
+        self.quick.strategy.lipschitz()
+    }
+
+    fn values(&self) -> Option<Arc<Cells>> {
+        Some(self.quick.cells.clone())
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

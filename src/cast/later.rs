@@ -71,6 +71,10 @@ impl Caster for Later {
         self.own.as_ref().map_or(&[], |caster| caster.insides())
     }
 
+    fn values(&self) -> Option<Arc<Cells>> {
+        self.choice.lock().unwrap_or_else(PoisonError::into_inner).chosen.as_ref()?.values()
+    }
+
     fn clone_box(&self) -> Box<dyn Caster> {
         Box::new(Later { own: None, choice: self.choice.clone() })
     }

@@ -205,9 +205,14 @@ pub trait Caster: Send {
         &[]
     }
 
-    /// The Lipschitz bound of the field by which it takes its steps, if that is how it does, and where it has values from:
-    /// whole tiles can go by the same, see [`reach`].
-    fn lipschitz(&self) -> Option<(f64, &Arc<Cells>)> {
+    /// The Lipschitz bound of the field by which it takes its steps, if that is how it does: whole tiles can go by the
+    /// same, see [`reach`].
+    fn lipschitz(&self) -> Option<f64> {
+        None
+    }
+
+    /// The cells that it has values from, if it cannot do with sides.
+    fn values(&self) -> Option<Arc<Cells>> {
         None
     }
 
@@ -389,7 +394,7 @@ fn auto(
     // Balls that take so long to find are worth sharing.
     let is_carried = cells.is_defined() && cells.tape().census().carried > 0;
     let shared = if is_carried { octree(field, region, cells, cancel) } else { None };
-    shared.filter(|cubes| cubes.lipschitz().is_some_and(|(bound, _)| bound < STEEP)).unwrap_or(balls)
+    shared.filter(|cubes| cubes.lipschitz().is_some_and(|bound| bound < STEEP)).unwrap_or(balls)
 }
 
 /// What an evaluation at a point costs, and what one along a piece of a line: about as many

@@ -420,8 +420,12 @@ impl Caster for Sifted {
         self.run(work, stats);
     }
 
-    fn lipschitz(&self) -> Option<(f64, &Arc<Cells>)> {
+    fn lipschitz(&self) -> Option<f64> {
         self.solid.lipschitz()
+    }
+
+    fn values(&self) -> Option<Arc<Cells>> {
+        self.solid.values()
     }
 
     fn costs(&self) -> &[f64] {

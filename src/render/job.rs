@@ -7,6 +7,7 @@ use super::{Picture, Pixel, Prepared, Rect, RenderError, Stats, tile};
 use crate::cast::Caster;
 use crate::diag::Diagnostic;
 use glam::DVec3;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// How far a job has come, in tiles.
@@ -137,10 +138,13 @@ pub(super) fn finish(picture: &mut Picture, shots: &[Shot<'_>], threads: Vec<Sta
         picture.stats += stats;
     }
     for shot in shots {
-        let one = shot.scene.cells.prunings();
-        let all = &mut picture.stats.prunings;
-        (all.tapes, all.instructions, all.whole) =
-            (all.tapes + one.tapes, all.instructions + one.instructions, one.whole);
+        let values = shot.caster.values().filter(|values| !Arc::ptr_eq(values, &shot.scene.cells));
+        for cells in [&shot.scene.cells].into_iter().chain(&values) {
+            let one = cells.prunings();
+            let all = &mut picture.stats.prunings;
+            (all.tapes, all.instructions, all.whole) =
+                (all.tapes + one.tapes, all.instructions + one.instructions, one.whole);
+        }
     }
     picture.warnings = shots.first().map_or(Vec::new(), |shot| warnings(shot.scene, picture));
 }

@@ -15,6 +15,9 @@ const LANES: usize = 16;
 /// Cosine between a bump and the eye, at least.
 const GRAZING: f64 = 1e-3;
 
+/// What is so many tolerances from the surface, as far as value and gradient tell, is close to it: hits are.
+const CLOSE: f64 = 16.0;
+
 /// The colour of a solid that has none.
 const GREY: DVec3 = DVec3::splat(0.6);
 
@@ -167,28 +170,37 @@ impl Surface {
         out.clear();
         if self.cells.is_uniform() {
             for batch in seen.chunks(LANES).take_while(|_| goes_on()) {
-                self.batch(batch.iter().copied(), |patch, _| out.push(patch));
+                self.batch(batch.iter().copied(), |patch, _, _| out.push(patch));
             }
             // Whoever asked has as many as they asked for.
             out.resize(seen.len(), Patch::PLAIN);
             return;
         }
         out.resize(seen.len(), Patch::PLAIN);
-        let cells = self.cells.clone();
+        let (cells, mut off) = (self.cells.clone(), Vec::new());
         let places = seen.iter().enumerate().map(|(i, (p, _))| (i, p.to_array(), 0.0));
         for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
             self.field.turn_to(same[0].0);
             for batch in same.chunks(LANES).take_while(|_| goes_on()) {
-                self.batch(batch.iter().map(|(_, i)| seen[*i]), |patch, k| out[batch[k].1] = patch);
+                self.batch(batch.iter().map(|(_, i)| seen[*i]), |patch, is_near, k| {
+                    out[batch[k].1] = patch;
+                    off.extend((!is_near).then_some(batch[k].1));
+                });
             }
+        }
+        // Away from the surface the cells' tapes have values of their own.
+        self.field.turn_to(cells.tape());
+        for batch in off.chunks(LANES).take_while(|_| goes_on()) {
+            self.batch(batch.iter().map(|i| seen[*i]), |patch, _, k| out[batch[k]] = patch);
         }
     }
 
-    /// Describes the solid at no more points than there are lanes; `tell` gets each patch with its number.
+    /// Describes the solid at no more points than there are lanes; `tell` gets each patch, whether it is close to the
+    /// surface, and its number.
     fn batch(
         &mut self,
         seen: impl ExactSizeIterator<Item = (DVec3, DVec3)> + Clone,
-        mut tell: impl FnMut(Patch, usize),
+        mut tell: impl FnMut(Patch, bool, usize),
     ) {
         let mut p = [[0.0; LANES]; 3];
         // Idle lanes repeat the last point.
@@ -214,6 +226,8 @@ impl Surface {
             let finish = finish.map_or(Patch::PLAIN.finish, |finish| finish.map(|lanes| lanes[i]));
             let undefined = given.is_nan() || given_off.is_nan() || finish.iter().any(|share| share.is_nan());
             let is_flat = normal.is_none();
+            let near = CLOSE * self.ends.tolerance.at(position.distance(self.ends.eye));
+            let is_near = field.0[i].value.abs() < near * gradient.length();
             let normal = normal.unwrap_or(-direction);
             let rise = bump.map_or(DVec3::ZERO, |bump| DVec3::from_array(bump.0[i].grad));
             let patch = Patch {
@@ -226,7 +240,7 @@ impl Surface {
                 undefined,
                 is_flat,
             };
-            tell(patch, i);
+            tell(patch, is_near, i);
         }
     }
 }

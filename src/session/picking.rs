@@ -124,8 +124,8 @@ impl Picker {
 
     fn read_at(&mut self, point: DVec3, distance: f64) -> Reading {
         let shown = &self.taken.scene;
-        let tape = shown.cells.tape_around(point.to_array(), 0.0);
-        let (value, gradient) = Field::of_tape(tape).gradient(point);
+        let tape = Arc::new(shown.tape.prune(&point.to_array().map(Interval::point)));
+        let (value, gradient) = Field::of_tape(&tape).gradient(point);
         let color = self.color.as_mut().map(|color| {
             color.eval(&point.to_array());
             [0, 1, 2].map(|channel| *color.output(channel))
@@ -138,7 +138,7 @@ impl Picker {
             footprint: shown.view.footprint(distance),
             color: color.filter(|color| color.iter().all(|channel| channel.is_finite())),
             component: None,
-            dominant: dominant(tape, point, &self.ledger),
+            dominant: dominant(&tape, point, &self.ledger),
         }
     }
 }
@@ -191,6 +191,27 @@ mod tests {
         assert_eq!(hit.color, Some([1.0, 0.5, 0.25]));
         let apart = picker.taken.scene.view.footprint(hit.distance);
         assert!(hit.footprint == apart && hit.footprint > 0.01 && hit.footprint < 0.1);
+    }
+
+    /// Also where tapes of cells have no more than the side of the surface: within what the bounds cut, and away from it.
+    #[test]
+    fn readings_have_the_values_of_the_field() {
+        let mut picker = picker(
+            "let all = [y + 1.0];
+            for i in 0..60 { all.push(sphere(0.2).translated([i % 8 - 4.0, -0.5, (i / 8) - 4.0])); }
+            scene(#{ surface: union(all), bounds: [[-5, -5, -5], [5, 5, 5]],
+                camera: look_at(#{ eye: [0, -3, 20], target: [0, -3, 0] }) })",
+            (100, 80),
+        );
+        let hit = picker.pick(50.0, 40.0).hit.unwrap();
+        assert!((hit.point - DVec3::new(0.0, -3.0, 5.0)).length() < 0.1, "{hit:?}");
+        for reading in [hit, picker.read(DVec3::new(0.3, 4.0, 0.2)), picker.read(DVec3::new(3.3, -4.0, 0.2))]
+        {
+            let value = reading.value.unwrap();
+            assert!((value - (reading.point.y + 1.0)).abs() < 1e-9 || value > 4.0, "{reading:?}");
+            assert!((reading.gradient.unwrap().length() - 1.0).abs() < 1e-9, "{reading:?}");
+            assert!(reading.dominant.is_some());
+        }
     }
 
     #[test]

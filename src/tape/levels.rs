@@ -23,6 +23,9 @@
 //! | `a + b`, `a - b` | what `a` has to be for the outcome to be one, whichever of its values `b` has |
 //! | anything else | all numbers |
 //!
+//! What is above its levels, and is replaced, never gets below what encloses it, nor above that if it was below; so where both
+//! arguments change, one is no worse than the least that it may have been.
+//!
 //! What several instructions read has levels around those of each. (What melts is concave, and is `h` where its arguments
 //! are `h` and `h + r`; so it is at least `h` where both are, and have a sum of at least `2 h + r`.)
 
@@ -167,7 +170,7 @@ fn widen(levels: &mut [Interval], slot: u32, by: Interval) {
 #[cfg(test)]
 mod tests {
     use super::Wanted;
-    use crate::num::Interval;
+    use crate::num::{Dual, Interval};
     use crate::script::{Request, compile};
     use crate::tape::{Cells, Evaluator, Tape};
     use rand::{RngExt, SeedableRng, rngs::StdRng};
@@ -185,10 +188,12 @@ mod tests {
         if depth == 0 {
             let [x, y, z] = [0; 3].map(|_| rng.random_range(-1.0..1.0));
             let at = format!(".translated([{x:.3}, {y:.3}, {z:.3}])");
-            return match rng.random_range(0..4) {
+            return match rng.random_range(0..5) {
                 0 => format!("sphere({size:.3}){at}"),
-                1 => format!("box([{size:.3}, 0.3, 0.2]){at}"),
-                2 => format!("(y + 0.1 * gradient({})){at}", rng.random_range(0..9)),
+                // Without values beyond x = -0.9.
+                1 => format!("(y + 0.5 - sqrt(x + 0.9)){at}"),
+                2 => format!("box([{size:.3}, 0.3, 0.2]){at}"),
+                3 => format!("(y + 0.1 * gradient({})){at}", rng.random_range(0..9)),
                 _ => format!("cylinder({size:.3}, 0.6){at}"),
             };
         }
@@ -198,7 +203,10 @@ mod tests {
             5..7 => format!("max({a}, {b})"),
             7 => format!("max({a}, -({b}))"),
             8 => format!("smooth_union({a}, {b}, {size:.3})"),
-            9 => format!("melt({a}, {b}, \"exponential\", 0.01)"),
+            9 => {
+                let ramp = ["quadratic", "cubic", "exponential"][rng.random_range(0..3)];
+                format!("melt({a}, {b}, \"{ramp}\", {:.4})", 0.1 * size)
+            }
             10 => format!("corner({a}, {b})"),
             11 => format!("abs({a}) - 0.05"),
             12 => format!("0.7 * ({a}) - 0.1"),
@@ -219,24 +227,29 @@ mod tests {
             let tape = tape(&text);
             let region = [Interval::radius(1.5); 3];
             let [values, sides] = [Cells::new(tape.clone(), &region), Cells::of_sides(tape.clone(), &region)];
-            let (mut whole, mut part) = (Evaluator::<f64>::new(tape.clone()), Evaluator::<f64>::new(tape));
+            let (mut whole, mut part) =
+                (Evaluator::<f64>::new(tape.clone()), Evaluator::<f64>::new(tape.clone()));
+            let (mut slope, mut slope_of_part) =
+                (Evaluator::<Dual>::new(tape.clone()), Evaluator::<Dual>::new(tape));
             for _ in 0..1000 {
                 let at: [f64; 3] = std::array::from_fn(|_| rng.random_range(-1.5..1.5));
                 let reach = 0.3 * libm::exp2(-rng.random_range(0.0..6.0));
                 of_values += values.tape_around(at, reach).len();
                 of_sides += sides.tape_around(at, reach).len();
-                part.turn_to(sides.tape_around(at, reach));
+                let part_tape = sides.tape_around(at, reach);
+                part.turn_to(part_tape);
                 let [mut low, mut high] = [0; 2].map(|_| at.map(|c| c + reach * rng.random_range(-1.0..1.0)));
                 for p in [low, high] {
                     let [whole, part] = [*whole.eval(&p), *part.eval(&p)];
-                    assert!(whole == part || whole * part > 0.0, "{whole} {part} at {p:?}: {text}");
+                    let same = whole == part || whole * part > 0.0 || whole.is_nan();
+                    assert!(same, "{whole} {part} at {p:?}: {text}");
                     inside += u32::from(whole < 0.0);
-                }
-                if (*whole.eval(&low) < 0.0) == (*whole.eval(&high) < 0.0) {
-                    continue;
                 }
                 if *whole.eval(&low) > 0.0 {
                     (low, high) = (high, low);
+                }
+                if !(*whole.eval(&low) < 0.0 && *whole.eval(&high) > 0.0) {
+                    continue;
                 }
                 for _ in 0..60 {
                     let middle = std::array::from_fn(|axis| 0.5 * (low[axis] + high[axis]));
@@ -245,7 +258,14 @@ mod tests {
                 for p in [low, high] {
                     near += 1;
                     let [whole, part] = [*whole.eval(&p), *part.eval(&p)];
-                    assert!(whole == part, "{whole} {part} at {p:?}: {text}");
+                    let same = whole == part || whole.is_nan();
+                    assert!(same, "{whole} {part} at {p:?}: {text}");
+                    let p = std::array::from_fn(|axis| Dual::coordinate(p[axis], axis));
+                    let [whole, part] = [*slope.eval(&p), *slope_of_part.turn_to(part_tape).eval(&p)];
+                    // Of an exponential ramp 1e-18 is left where it has ended.
+                    let differs = |axis: usize| (whole.grad[axis] - part.grad[axis]).abs() > 1e-15;
+                    let same = whole.value.abs() > 1e-9 || !(0..3).any(differs);
+                    assert!(same, "{whole:?} {part:?} at {p:?}: {text}");
                 }
             }
         }

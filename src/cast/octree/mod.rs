@@ -186,8 +186,12 @@ impl Caster for Octree {
         &self.costs
     }
 
-    fn lipschitz(&self) -> Option<(f64, &Arc<Cells>)> {
-        self.steep.is_finite().then_some((self.steep, &self.cells))
+    fn lipschitz(&self) -> Option<f64> {
+        Some(self.steep).filter(|steep| steep.is_finite())
+    }
+
+    fn values(&self) -> Option<Arc<Cells>> {
+        Some(self.cells.clone())
     }
 
     fn clone_box(&self) -> Box<dyn Caster> {

@@ -39,8 +39,9 @@ pub trait Reach: Send {
 /// The way that goes with a caster of rays within a region: by balls for those that trace spheres, with the same bound, and
 /// by bands for all others.
 pub fn reach(caster: &dyn Caster, region: &Aabb, cells: &Arc<Cells>) -> Box<dyn Reach> {
-    if let Some((lipschitz, values)) = caster.lipschitz() {
-        return Box::new(Balls::new(lipschitz, *region, values.clone()));
+    if let Some(lipschitz) = caster.lipschitz() {
+        let values = caster.values().unwrap_or_else(|| cells.of_values(&region.intervals()));
+        return Box::new(Balls::new(lipschitz, *region, values));
     }
     Box::new(Bands::new(cells.clone()))
 }

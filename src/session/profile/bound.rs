@@ -3,8 +3,8 @@
 use super::sight::Sight;
 use crate::expr::NodeId;
 use crate::field::{Stopped, Terms, Watch};
-use crate::render::Prepared;
 use crate::session::ledger::{Ledger, Line};
+use crate::tape::Cells;
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashSet};
@@ -82,9 +82,9 @@ pub(super) struct Slopes {
     pub boxes: usize,
 }
 
-/// Bounds around points of the surface.
+/// Bounds around points of the surface, by cells that keep values.
 pub(super) fn of(
-    shown: &Prepared,
+    cells: &Cells,
     seen: &[Sight],
     ledger: &Ledger,
     watch: &Watch<'_>,
@@ -99,7 +99,7 @@ pub(super) fn of(
             break;
         }
         slopes.boxes += 1;
-        if let Some((bound, sample)) = look(shown, sight, &mut slopes) {
+        if let Some((bound, sample)) = look(cells, sight, &mut slopes) {
             bounds.push(bound);
             steepest += sample;
         }
@@ -113,7 +113,7 @@ pub(super) fn of(
         if start.elapsed() > PATIENCE {
             break;
         }
-        line.without = Some(without(shown, &seen, &slopes, ledger, &line.line));
+        line.without = Some(without(cells, &seen, &slopes, ledger, &line.line));
     }
     let bound = Bound {
         mean: sum / bounded,
@@ -125,13 +125,13 @@ pub(super) fn of(
     Ok((bound, slopes))
 }
 
-fn terms(shown: &Prepared, sight: &Sight) -> Terms {
-    Terms::new(shown.cells.tape_around(sight.p.to_array(), REACH * sight.footprint).clone())
+fn terms(cells: &Cells, sight: &Sight) -> Terms {
+    Terms::new(cells.tape_around(sight.p.to_array(), REACH * sight.footprint).clone())
 }
 
 /// Looks at the box around a point: its bound, and the largest slope of its samples. `None` if there is no bound.
-fn look(shown: &Prepared, sight: &Sight, slopes: &mut Slopes) -> Option<(f64, f64)> {
-    let terms = terms(shown, sight);
+fn look(cells: &Cells, sight: &Sight, slopes: &mut Slopes) -> Option<(f64, f64)> {
+    let terms = terms(cells, sight);
     let found = terms.steepness(&sight.region(REACH));
     if !found.bound.is_finite() {
         for (slot, _) in &found.shares {
@@ -176,12 +176,12 @@ fn by_line(slopes: &Slopes, ledger: &Ledger, sum: f64) -> Vec<LineBound> {
 }
 
 /// The mean bound if the terms of a line did not vary.
-fn without(shown: &Prepared, seen: &[&Sight], slopes: &Slopes, ledger: &Ledger, line: &Line) -> f64 {
+fn without(cells: &Cells, seen: &[&Sight], slopes: &Slopes, ledger: &Ledger, line: &Line) -> f64 {
     let still: HashSet<NodeId> =
         slopes.terms.keys().copied().filter(|node| ledger.line(*node) == *line).collect();
     let bounds = seen
         .iter()
-        .map(|sight| terms(shown, sight).bound_without(&sight.region(REACH), |node| still.contains(&node)));
+        .map(|sight| terms(cells, sight).bound_without(&sight.region(REACH), |node| still.contains(&node)));
     let bounds: Vec<f64> = bounds.filter(|bound| bound.is_finite()).collect();
     bounds.iter().sum::<f64>() / bounds.len().max(1) as f64
 }

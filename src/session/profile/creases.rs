@@ -85,7 +85,7 @@ fn creases(found: &Found<'_>) -> Vec<Crease> {
     let (mut counts, mut places) = (BTreeMap::<NodeId, usize>::new(), 0);
     for sight in found.places() {
         places += 1;
-        let tape = found.shown.cells.tape_around(sight.p.to_array(), REACH * sight.footprint);
+        let tape = found.cells.tape_around(sight.p.to_array(), REACH * sight.footprint);
         let mut ranges = Evaluator::<Interval>::keeping_all(tape.clone());
         ranges.eval(&sight.region(REACH));
         for (instr, node) in tape.code().iter().zip(tape.origins()) {

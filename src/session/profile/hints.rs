@@ -9,7 +9,7 @@ use crate::field::Terms;
 use crate::noise::{Fractal, Kind, Noise, Recipe};
 use crate::render::Prepared;
 use crate::session::ledger::{Ledger, Line};
-use crate::tape::{self, Instr, Tape};
+use crate::tape::{self, Cells, Instr, Tape};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -30,6 +30,8 @@ pub struct Hint {
 #[derive(Clone, Copy)]
 pub(super) struct Found<'a> {
     pub shown: &'a Prepared,
+    /// Those that keep values.
+    pub cells: &'a Cells,
     pub look: &'a Look,
     pub ledger: &'a Ledger,
     pub times: &'a Times,
@@ -222,7 +224,7 @@ fn undefined(found: &Found<'_>) -> Vec<Hint> {
     let (mut nodes, mut places) = (BTreeMap::<NodeId, usize>::new(), 0);
     for sight in found.places() {
         places += 1;
-        let tape = found.shown.cells.tape_around(sight.p.to_array(), REACH * sight.footprint);
+        let tape = found.cells.tape_around(sight.p.to_array(), REACH * sight.footprint);
         if let Some(slot) = tape.first_undefined(&sight.region(REACH)) {
             *nodes.entry(tape.origins()[slot as usize]).or_default() += 1;
         }

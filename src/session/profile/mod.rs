@@ -95,7 +95,8 @@ fn measured(
     let times = watch.part(0.5, 0.7, |watch| cost::of_solid(shown, &look.seen, watch)).map_err(stopped)?;
     let shading = cost::of_shading(shown, &look.seen);
     watch.check().map_err(stopped)?;
-    let bound = watch.part(0.7, 0.8, |watch| bound::of(shown, &look.seen, &ledger, watch));
+    let cells = shown.cells.of_values(&shown.settings.bounds.intervals());
+    let bound = watch.part(0.7, 0.8, |watch| bound::of(&cells, &look.seen, &ledger, watch));
     let (bound, slopes) = bound.map_err(stopped)?;
     let stats = &look.stats;
     let solid = times.by_line(&ledger, &shown.graph);
@@ -110,8 +111,15 @@ fn measured(
         bound,
         hints: Vec::new(),
     };
-    let found =
-        hints::Found { shown, look, ledger: &ledger, times: &times, slopes: &slopes, profile: &profile };
+    let found = hints::Found {
+        shown,
+        cells: &cells,
+        look,
+        ledger: &ledger,
+        times: &times,
+        slopes: &slopes,
+        profile: &profile,
+    };
     let mut hints = hints::of(&found);
     hints.extend(repeats::of(&found));
     let trials = |watch: &Watch<'_>| creases::of(&found, &Trials { scene, order, watch });
