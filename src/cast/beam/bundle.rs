@@ -208,6 +208,16 @@ impl Bundle {
         Some((self.closed.as_ref()?, self.piece))
     }
 
+    /// The depths between which it is expected to be zero on its lines, as far as its middle and its corners tell.
+    pub(super) fn expected(&self) -> Option<[f64; 2]> {
+        let mut between = [f64::INFINITY, f64::NEG_INFINITY];
+        for place in self.section.centre_and_corners() {
+            let root = self.root(&place)?;
+            between = [between[0].min(root), between[1].max(root)];
+        }
+        Some(between)
+    }
+
     /// The depth at which the field is expected to be zero on a line of the frame.
     pub(super) fn root(&self, place: &Place) -> Option<f64> {
         let (sketch, section) = self.last?;

@@ -307,6 +307,14 @@ impl Section {
         })
     }
 
+    /// The lines in its middle and at its corners.
+    pub(super) fn centre_and_corners(&self) -> [Place; 5] {
+        [[0.0, 0.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(|off| Place {
+            start: [0, 1].map(|k| self.centre.start[k] + off[k] * self.extent[k]),
+            slope: [0, 1].map(|k| self.centre.slope[k] + off[k] * self.growth[k]),
+        })
+    }
+
     /// How far its lines go across at most, for each unit of depth.
     pub(super) fn slant(&self) -> f64 {
         let [x, y] = [0, 1].map(|k| self.centre.slope[k].abs() + self.growth[k]);

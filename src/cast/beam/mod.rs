@@ -4,7 +4,8 @@
 //! of 64 rays marches until its own width is what limits it; its four quarters go on from there, then their
 //! quarters, then the rays, each with a prediction of its root from the last answer of its beam (the
 //! notes on ray casting, 9.6; Keeter's and others' tiles are the same idea with intervals). Where the field is flat across
-//! a beam its last answer ends its rays as well (`close.rs`). Beams of all tiles at one level are answered together, in
+//! a beam its last answer ends its rays as well (`close.rs`), and where it falls along all of its rays, values at points do
+//! (`fall.rs`). Beams of all tiles at one level are answered together, in
 //! batches.
 //!
 //! Shadow rays all begin on the surface, where nothing can be shared. So they are marched from their other
@@ -15,6 +16,7 @@
 mod batch;
 mod bundle;
 mod close;
+mod fall;
 mod frame;
 mod gather;
 mod march;
@@ -29,6 +31,7 @@ pub(super) use batch::Batches;
 pub use bundle::Bundle;
 use bundle::FIRST;
 pub(super) use bundle::{State, march_bundles};
+use fall::Falls;
 pub use frame::Frame;
 pub(super) use frame::{Line, Section};
 pub(super) use gather::{gather, is_from_surface, is_real, quarters, trimmed, turned};
@@ -56,6 +59,7 @@ pub(super) struct Beams {
     thin: Batches<0>,
     /// The field at single points.
     points: Evaluator<f64>,
+    falls: Falls,
     /// Whether every ray begins next to the surface and marches alone.
     is_alone: bool,
     memory: Memory,
@@ -148,7 +152,8 @@ impl Beams {
     pub(super) fn new(cells: Arc<Cells>) -> Beams {
         let (wide, thin) = (Batches::new(cells.tape()), Batches::new(cells.tape()));
         let points = Evaluator::new(cells.tape().clone());
-        Beams { wide, thin, points, cells, is_alone: false, memory: Memory::default() }
+        let falls = Falls::new(cells.tape());
+        Beams { wide, thin, points, falls, cells, is_alone: false, memory: Memory::default() }
     }
 
     /// The same for rays that begin next to the surface, where they have nothing in common.
@@ -289,6 +294,11 @@ impl Beams {
         self.gather(rays, want, out);
         while !self.memory.beams.is_empty() {
             self.march_beams(stats, cancel);
+            // Of parts, each ball would have a tape of its own.
+            if self.cells.is_uniform() && !self.cells.is_torn() {
+                let Memory { beams, lines, thin, costs, .. } = &mut self.memory;
+                self.falls.end(want, beams, (rays, lines), (thin, out, costs), stats, cancel);
+            }
             let smallest = if self.cells.is_uniform() { SMALLEST } else { SMALLEST_OF_PARTS };
             let Memory { beams, parts, lines, thin, .. } = &mut self.memory;
             for beam in beams.iter() {

@@ -10,7 +10,7 @@ use crate::tape::Cells;
 // All were chosen on fields of goblets and on a building of 800 operations; their minima are flat.
 
 /// Tapes of no more work than this are not worth a shorter piece.
-const LITTLE: u64 = 256;
+const LITTLE: u64 = 64;
 
 /// Nor are pieces of fewer tolerances than this: a pixel in pictures. Tapes of places that are smaller
 /// serve too few rays.

@@ -1,0 +1,310 @@
+//! Rays that end where the field is known to fall.
+//!
+//! Where a beam ends because it is too wide for what is ahead, its surface is near. If the field falls along all of its
+//! rays in the stretch from the beam's frontier to a little behind the root that is expected, each ray has one root there at
+//! most, and plain values find it: with slopes between `-most` and `-least`, the value `f` at a place leaves of the stretch
+//!
+//! ```text
+//! root >= t + f / most,    root <= t + f / least        for f > 0, and the other way round below
+//! ```
+//!
+//! so that a secant closes in on it in three or four values, each of which takes a tenth of an enclosure. That it falls is
+//! known from one expansion over a ball around the stretch ([`Taylor`]), which all rays of the beam share.
+//!
+//! Rays to lights, turned around, end on the surface. Where the field falls all the way from the frontier to their ends, and
+//! is above zero there, they are free: that takes one value.
+
+use super::Beam;
+use super::bundle::{Bundle, State};
+use super::frame::Line;
+use super::gather::is_real;
+use super::march::Piece;
+use super::thin::{Thin, Want};
+use crate::cast::{CastStats, Hit, Ray};
+use crate::num::{Many, Number, Taylor, Taylors};
+use crate::tape::{Evaluator, Tape};
+use glam::DVec3;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Balls that are asked about together, and points.
+const BALLS: usize = 8;
+const LANES: usize = 32;
+
+/// The gradient may turn by so much of its part along a ray.
+const STEADY: f64 = 0.9;
+
+/// Values after which a ray is left to march.
+const PATIENCE: u32 = 12;
+
+/// Evaluators for what falls, of a field that is the same expression everywhere.
+pub(super) struct Falls {
+    balls: Evaluator<Taylors<BALLS>>,
+    points: Evaluator<Many<f64, LANES>>,
+    roots: Vec<Root>,
+}
+
+/// Rays, as they are, and as they look from the frames of their beams.
+type Rays<'a> = (&'a [Ray], &'a [Line]);
+
+impl Falls {
+    pub(super) fn new(tape: &Arc<Tape>) -> Falls {
+        Falls { balls: Evaluator::new(tape.clone()), points: Evaluator::new(tape.clone()), roots: Vec::new() }
+    }
+
+    /// Ends those beams of a list along all of whose rays the field falls. Rays that it says too little of go on alone.
+    pub(super) fn end(
+        &mut self,
+        want: Want,
+        beams: &mut Vec<Beam>,
+        (rays, lines): Rays<'_>,
+        (thin, out, costs): (&mut Vec<Thin>, &mut [Hit], &mut [f64]),
+        stats: &mut CastStats,
+        cancel: &AtomicBool,
+    ) {
+        let fall = self.fall(want, beams, (rays, lines), costs, stats, cancel);
+        self.find(rays, costs, stats, cancel);
+        for root in &self.roots {
+            let ray = &rays[root.ray];
+            out[root.ray] = match root.known {
+                Known::Found => Hit { t: root.between[0].clamp(ray.near, ray.far), certified: true },
+                _ => Hit::MISS,
+            };
+            stats.hits += u64::from(root.known == Known::Found);
+            if matches!(root.known, Known::Asking | Known::Left) {
+                thin.extend(root.onward(&beams[root.beam], (ray, &lines[root.ray]), want));
+            }
+        }
+        let mut number = 0;
+        beams.retain(|_| {
+            number += 1;
+            !fall[number - 1]
+        });
+    }
+
+    /// Along which beams the field falls; their rays' roots are to be found.
+    fn fall(
+        &mut self,
+        want: Want,
+        beams: &[Beam],
+        rays: Rays<'_>,
+        costs: &mut [f64],
+        stats: &mut CastStats,
+        cancel: &AtomicBool,
+    ) -> Vec<bool> {
+        let Falls { balls, roots, .. } = self;
+        roots.clear();
+        let mut fall = vec![false; beams.len()];
+        let stretches: Vec<Stretch> =
+            beams.iter().enumerate().filter_map(|(i, beam)| beam.stretch_ahead(i, want)).collect();
+        for batch in stretches.chunks(BALLS).take_while(|_| !cancel.load(Ordering::Relaxed)) {
+            let mut p = [Taylors::<BALLS>::constant(0.0); 3];
+            for lane in 0..BALLS {
+                let Stretch { middle, radius, .. } = batch[lane.min(batch.len() - 1)];
+                Taylors::set_ball(&mut p, lane, middle, radius);
+            }
+            let f = *balls.eval(&p);
+            stats.evaluations += batch.len() as u64;
+            stats.shared += batch.len() as u64;
+            stats.work += balls.tape().work() * BALLS as u64;
+            for (lane, stretch) in batch.iter().enumerate() {
+                let own = beams[stretch.beam].rays.clone();
+                let share = 1.0 / own.len() as f64;
+                costs[own].iter_mut().for_each(|cost| *cost += share);
+                let before = roots.len();
+                fall[stretch.beam] = beams[stretch.beam].add_roots(&f.lane(lane), stretch, want, rays, roots);
+                if !fall[stretch.beam] {
+                    roots.truncate(before);
+                }
+            }
+        }
+        fall
+    }
+
+    /// Finds roots from values.
+    fn find(&mut self, rays: &[Ray], costs: &mut [f64], stats: &mut CastStats, cancel: &AtomicBool) {
+        let Falls { points, roots, .. } = self;
+        let mut open: Vec<usize> = (0..roots.len()).collect();
+        loop {
+            open.retain(|&i| roots[i].known == Known::Asking);
+            if open.is_empty() || cancel.load(Ordering::Relaxed) {
+                return;
+            }
+            for batch in open.chunks(LANES) {
+                let place = |lane: usize| {
+                    let root = &roots[batch[lane.min(batch.len() - 1)]];
+                    rays[root.ray].at(root.at)
+                };
+                let places: [DVec3; LANES] = std::array::from_fn(place);
+                let values = points.eval(&std::array::from_fn(|axis| Many(places.map(|p| p[axis])))).0;
+                stats.evaluations += batch.len() as u64;
+                stats.work += points.tape().work() * LANES as u64;
+                for (&i, value) in batch.iter().zip(values) {
+                    let root = &mut roots[i];
+                    costs[root.ray] += 1.0;
+                    root.tell(value, rays[root.ray].tolerance.at(root.between[0]));
+                }
+            }
+        }
+    }
+}
+
+/// The root of a ray within a stretch along which the field falls.
+#[derive(Clone, Copy)]
+struct Root {
+    /// Its ray's number in the group, and its beam's in the list.
+    ray: usize,
+    beam: usize,
+    /// Whether it is enough to know that there is none.
+    any: bool,
+    /// Not before, and not behind if there is one at all.
+    between: [f64; 2],
+    /// Whether there is one.
+    is_there: bool,
+    /// End of the stretch.
+    end: f64,
+    /// How steeply the field falls at least, and at most.
+    steepness: [f64; 2],
+    /// Where its value is asked for, and what that is off by.
+    at: f64,
+    slack: f64,
+    /// Where it was asked for before, and what it was there.
+    last: Option<(f64, f64)>,
+    asked: u32,
+    known: Known,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Known {
+    Asking,
+    /// Its root is known to the tolerance.
+    Found,
+    /// There is none.
+    Free,
+    /// It goes on by itself.
+    Left,
+}
+
+impl Root {
+    /// Takes the value where it was asked for.
+    fn tell(&mut self, value: f64, tolerance: f64) {
+        let ([least, most], slack) = (self.steepness, self.slack);
+        self.asked += 1;
+        if value.is_nan() || self.any || self.asked > PATIENCE {
+            self.known = if self.any && value > slack { Known::Free } else { Known::Left };
+            return;
+        }
+        let ([low, high], at) = ([value - slack, value + slack], self.at);
+        self.between[0] = self.between[0].max(at + low / if low > 0.0 { most } else { least });
+        let behind = at + high / if high > 0.0 { least } else { most };
+        self.is_there |= behind <= self.end;
+        self.between[1] = self.between[1].min(behind);
+        let [from, to] = self.between;
+        if self.is_there && to - from <= 0.5 * tolerance {
+            self.known = Known::Found;
+            return;
+        }
+        let secant = self.last.map_or(f64::NAN, |(t, v)| (value - v) / (t - at));
+        let secant = if secant.is_nan() { 0.5 * (least + most) } else { secant.clamp(least, most) };
+        let next = (at + value / secant).max(from).min(to);
+        if next == at || value.abs() <= slack || from > to {
+            self.known = Known::Left;
+            return;
+        }
+        (self.last, self.at) = (Some((at, value)), next);
+    }
+
+    /// The ray, to go on alone from where it is known to be free.
+    fn onward(&self, beam: &Beam, (ray, line): (&Ray, &Line), want: Want) -> Option<Thin> {
+        let mut thin = beam.onward(self.ray, (ray, line), want)?;
+        let near = self.between[0].min(self.end);
+        if near > thin.march.free {
+            thin.march.skip(near);
+        }
+        (thin.march.free < ray.far).then_some(thin)
+    }
+}
+
+/// How far behind the last root that is expected the stretch ends, as a share of how far they are apart, and of the beam's
+/// radius.
+const BEHIND: f64 = 0.25;
+const ASIDE: f64 = 0.25;
+
+/// Half the longest stretch that is looked at, in radii of the beam.
+const LONG: f64 = 4.0;
+
+/// What is ahead of a beam, with the ball around it.
+struct Stretch {
+    beam: usize,
+    piece: Piece,
+    middle: [f64; 3],
+    radius: f64,
+}
+
+impl Beam {
+    /// The stretch from the frontier of a beam that has ended, with this number in a list, to a little behind where its rays
+    /// are expected to meet the surface, or to their ends; if that is not long beside its width.
+    fn stretch_ahead(&self, number: usize, want: Want) -> Option<Stretch> {
+        let Bundle { frame, section, march, state, .. } = &self.bundle;
+        if *state != State::Ended || self.bundle.closed().is_some() {
+            return None;
+        }
+        let (free, radius) = (march.free, section.radius(march.free));
+        let end = match want {
+            Want::First => {
+                let [first, last] = self.bundle.expected()?;
+                (last + BEHIND * (last - first) + ASIDE * radius).min(march.far)
+            }
+            Want::Any => march.far,
+        };
+        let half = 0.5 * (end - free);
+        let piece = (half > 0.0 && half <= LONG * radius).then(|| Piece::new(free + half, half))?;
+        let (middle, radius) = section.around_piece(frame, piece);
+        Some(Stretch { beam: number, piece, middle, radius })
+    }
+
+    /// Adds the roots of its rays, and says whether the field falls along all of them in the stretch.
+    fn add_roots(
+        &self,
+        f: &Taylor,
+        &Stretch { beam, piece, radius, .. }: &Stretch,
+        want: Want,
+        (rays, lines): Rays<'_>,
+        roots: &mut Vec<Root>,
+    ) -> bool {
+        // Derivatives of expansions are in units of the ball.
+        let scale = (1.0 + 1e-12) / radius;
+        let (grad, turn) = (DVec3::from_array(f.grad) * scale, scale * f.turn[0]);
+        let is_steady = turn < STEADY * grad.length();
+        if !f.range.is_finite() || !is_steady {
+            return false;
+        }
+        let (frame, free) = (&self.bundle.frame, self.bundle.march.free);
+        for i in self.rays.clone().filter(|&i| is_real(&rays[i])) {
+            let (ray, line) = (&rays[i], &lines[i]);
+            let fall = -grad.dot(ray.direction);
+            if turn > STEADY * fall {
+                return false;
+            }
+            let from = line.distance(free - frame.hair(free)).max(ray.near);
+            let end = line.distance(piece.mid + piece.half).min(ray.far).max(from);
+            let any = want == Want::Any;
+            let expected = self.bundle.root(&line.place).filter(|_| !any);
+            roots.push(Root {
+                ray: i,
+                beam,
+                any,
+                between: [from, end],
+                is_there: false,
+                end,
+                steepness: [(fall - turn) * (1.0 - 1e-12), (fall + turn) * (1.0 + 1e-12)],
+                at: expected.map_or(end, |depth| line.distance(depth).clamp(from, end)),
+                slack: 4.0 * (grad.length() + turn) * ray.rounding(end.abs().max(from.abs())),
+                last: None,
+                asked: 0,
+                known: if from < end { Known::Asking } else { Known::Left },
+            });
+        }
+        true
+    }
+}
