@@ -2,13 +2,14 @@
 //!
 //! Where a beam ends because it is too wide for what is ahead, its surface is near. If the field falls along all of its
 //! rays in the stretch from the beam's frontier to a little behind the root that is expected, each ray has one root there at
-//! most, and plain values find it: with slopes between `-most` and `-least`, the value `f` at a place leaves of the stretch
+//! most, and values at points find it: with slopes between `-most` and `-least`, the value `f` at a place leaves of the stretch
 //!
 //! ```text
 //! root >= t + f / most,    root <= t + f / least        for f > 0, and the other way round below
 //! ```
 //!
-//! so that a secant closes in on it in three or four values, each of which takes a tenth of an enclosure. That it falls is
+//! so that a secant closes in on it in three or four values. They are intervals, which hold what is rounded, and take little
+//! beside an enclosure over a piece. That it falls is
 //! known from one expansion over a ball around the stretch ([`Taylor`]), which all rays of the beam share.
 //!
 //! Rays to lights, turned around, end on the surface. Where the field falls all the way from the frontier to their ends, and
@@ -21,7 +22,7 @@ use super::gather::is_real;
 use super::march::Piece;
 use super::thin::{Thin, Want};
 use crate::cast::{CastStats, Hit, Ray};
-use crate::num::{Many, Number, Taylor, Taylors};
+use crate::num::{Interval, Many, Number, Taylor, Taylors};
 use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
 use std::sync::Arc;
@@ -40,7 +41,7 @@ const PATIENCE: u32 = 12;
 /// Evaluators for what falls, of a field that is the same expression everywhere.
 pub(super) struct Falls {
     balls: Evaluator<Taylors<BALLS>>,
-    points: Evaluator<Many<f64, LANES>>,
+    points: Evaluator<Many<Interval, LANES>>,
     roots: Vec<Root>,
 }
 
@@ -66,20 +67,24 @@ impl Falls {
         self.find(rays, costs, stats, cancel);
         for root in &self.roots {
             let ray = &rays[root.ray];
-            out[root.ray] = match root.known {
+            let hit = match root.known {
                 Known::Found => Hit { t: root.between[0].clamp(ray.near, ray.far), certified: true },
-                _ => Hit::MISS,
+                Known::Free => Hit::MISS,
+                Known::Asking | Known::Left => {
+                    match root.onward(&beams[root.beam], (ray, &lines[root.ray])) {
+                        Some(ray) => {
+                            thin.push(ray);
+                            continue;
+                        }
+                        None => Hit::MISS,
+                    }
+                }
             };
-            stats.hits += u64::from(root.known == Known::Found);
-            if matches!(root.known, Known::Asking | Known::Left) {
-                thin.extend(root.onward(&beams[root.beam], (ray, &lines[root.ray]), want));
-            }
+            stats.hits += u64::from(hit.is_hit());
+            out[root.ray] = hit;
         }
-        let mut number = 0;
-        beams.retain(|_| {
-            number += 1;
-            !fall[number - 1]
-        });
+        let mut fall = fall.into_iter();
+        beams.retain(|_| fall.next() != Some(true));
     }
 
     /// Along which beams the field falls; their rays' roots are to be found.
@@ -106,6 +111,7 @@ impl Falls {
             let f = *balls.eval(&p);
             stats.evaluations += batch.len() as u64;
             stats.shared += batch.len() as u64;
+            stats.steps += batch.len() as u64;
             stats.work += balls.tape().work() * BALLS as u64;
             for (lane, stretch) in batch.iter().enumerate() {
                 let own = beams[stretch.beam].rays.clone();
@@ -132,12 +138,14 @@ impl Falls {
             }
             for batch in open.chunks(LANES) {
                 let place = |lane: usize| {
-                    let root = &roots[batch[lane.min(batch.len() - 1)]];
-                    rays[root.ray].at(root.at)
+                    let Root { ray, at, .. } = roots[batch[lane.min(batch.len() - 1)]];
+                    (rays[ray].at(at), rays[ray].rounding(at.abs()))
                 };
-                let places: [DVec3; LANES] = std::array::from_fn(place);
-                let values = points.eval(&std::array::from_fn(|axis| Many(places.map(|p| p[axis])))).0;
+                let places: [(DVec3, f64); LANES] = std::array::from_fn(place);
+                let p = |axis: usize| Many(places.map(|(p, blur)| Interval::around(p[axis], blur)));
+                let values = points.eval(&std::array::from_fn(p)).0;
                 stats.evaluations += batch.len() as u64;
+                stats.steps += batch.len() as u64;
                 stats.work += points.tape().work() * LANES as u64;
                 for (&i, value) in batch.iter().zip(values) {
                     let root = &mut roots[i];
@@ -155,8 +163,7 @@ struct Root {
     /// Its ray's number in the group, and its beam's in the list.
     ray: usize,
     beam: usize,
-    /// Whether it is enough to know that there is none.
-    any: bool,
+    want: Want,
     /// Not before, and not behind if there is one at all.
     between: [f64; 2],
     /// Whether there is one.
@@ -165,9 +172,8 @@ struct Root {
     end: f64,
     /// How steeply the field falls at least, and at most.
     steepness: [f64; 2],
-    /// Where its value is asked for, and what that is off by.
+    /// Where its value is asked for.
     at: f64,
-    slack: f64,
     /// Where it was asked for before, and what it was there.
     last: Option<(f64, f64)>,
     asked: u32,
@@ -187,16 +193,15 @@ enum Known {
 
 impl Root {
     /// Takes the value where it was asked for.
-    fn tell(&mut self, value: f64, tolerance: f64) {
-        let ([least, most], slack) = (self.steepness, self.slack);
+    fn tell(&mut self, f: Interval, tolerance: f64) {
+        let ([least, most], at) = (self.steepness, self.at);
         self.asked += 1;
-        if value.is_nan() || self.any || self.asked > PATIENCE {
-            self.known = if self.any && value > slack { Known::Free } else { Known::Left };
+        if self.want == Want::Any {
+            self.known = if f.lo > 0.0 { Known::Free } else { Known::Left };
             return;
         }
-        let ([low, high], at) = ([value - slack, value + slack], self.at);
-        self.between[0] = self.between[0].max(at + low / if low > 0.0 { most } else { least });
-        let behind = at + high / if high > 0.0 { least } else { most };
+        self.between[0] = self.between[0].max(at + f.lo / if f.lo > 0.0 { most } else { least });
+        let behind = at + f.hi / if f.hi > 0.0 { least } else { most };
         self.is_there |= behind <= self.end;
         self.between[1] = self.between[1].min(behind);
         let [from, to] = self.between;
@@ -204,10 +209,11 @@ impl Root {
             self.known = Known::Found;
             return;
         }
+        let value = f.mid();
         let secant = self.last.map_or(f64::NAN, |(t, v)| (value - v) / (t - at));
         let secant = if secant.is_nan() { 0.5 * (least + most) } else { secant.clamp(least, most) };
         let next = (at + value / secant).max(from).min(to);
-        if next == at || value.abs() <= slack || from > to {
+        if next == at || f.contains(0.0) || from > to || self.asked > PATIENCE {
             self.known = Known::Left;
             return;
         }
@@ -215,13 +221,14 @@ impl Root {
     }
 
     /// The ray, to go on alone from where it is known to be free.
-    fn onward(&self, beam: &Beam, (ray, line): (&Ray, &Line), want: Want) -> Option<Thin> {
-        let mut thin = beam.onward(self.ray, (ray, line), want)?;
+    fn onward(&self, beam: &Beam, (ray, line): (&Ray, &Line)) -> Option<Thin> {
+        let mut thin = beam.onward(self.ray, (ray, line), self.want)?;
         let near = self.between[0].min(self.end);
         if near > thin.march.free {
             thin.march.skip(near);
+            return (near < ray.far).then_some(thin);
         }
-        (thin.march.free < ray.far).then_some(thin)
+        Some(thin)
     }
 }
 
@@ -273,33 +280,32 @@ impl Beam {
         roots: &mut Vec<Root>,
     ) -> bool {
         // Derivatives of expansions are in units of the ball.
-        let scale = (1.0 + 1e-12) / radius;
-        let (grad, turn) = (DVec3::from_array(f.grad) * scale, scale * f.turn[0]);
-        let is_steady = turn < STEADY * grad.length();
-        if !f.range.is_finite() || !is_steady {
+        let (grad, turn) = (DVec3::from_array(f.grad) / radius, f.turn[0] / radius);
+        if !f.range.is_finite() {
             return false;
         }
         let (frame, free) = (&self.bundle.frame, self.bundle.march.free);
+        // What is rounded of slopes.
+        let hair = 1e-12 * (grad.length() + turn);
         for i in self.rays.clone().filter(|&i| is_real(&rays[i])) {
             let (ray, line) = (&rays[i], &lines[i]);
             let fall = -grad.dot(ray.direction);
-            if turn > STEADY * fall {
+            let is_steady = turn < STEADY * fall;
+            if !is_steady {
                 return false;
             }
             let from = line.distance(free - frame.hair(free)).max(ray.near);
             let end = line.distance(piece.mid + piece.half).min(ray.far).max(from);
-            let any = want == Want::Any;
-            let expected = self.bundle.root(&line.place).filter(|_| !any);
+            let expected = self.bundle.root(&line.place).filter(|_| want == Want::First);
             roots.push(Root {
                 ray: i,
                 beam,
-                any,
+                want,
                 between: [from, end],
                 is_there: false,
                 end,
-                steepness: [(fall - turn) * (1.0 - 1e-12), (fall + turn) * (1.0 + 1e-12)],
+                steepness: [fall - turn - hair, fall + turn + hair],
                 at: expected.map_or(end, |depth| line.distance(depth).clamp(from, end)),
-                slack: 4.0 * (grad.length() + turn) * ray.rounding(end.abs().max(from.abs())),
                 last: None,
                 asked: 0,
                 known: if from < end { Known::Asking } else { Known::Left },
