@@ -178,6 +178,72 @@ fn beams_close_where_a_solid_is_flat() {
     assert!(2 * (cost.evaluations - cost.shared) < rays.len() as u64, "{cost:?}");
 }
 
+/// Where a field falls along all rays of a beam, values at points end them: at the root, or as free, whatever part of the line
+/// each has.
+#[test]
+fn rays_along_which_a_ball_comes_near_end_where_they_meet_it() {
+    let mut b = Build::default();
+    let ball = b.sphere([0.0; 3], 1.0);
+    let mut made = caster(Kind::Beam, &b.field(ball), &Aabb::cube(REGION), &[]).expect("a caster");
+    let never = AtomicBool::new(false);
+    // Where a line enters and leaves the ball.
+    let chord = |ray: &Ray| {
+        let (along, far) = (ray.origin.dot(ray.direction), ray.origin.length_squared() - 1.0);
+        let root = (along * along - far).sqrt();
+        [-along - root, -along + root]
+    };
+    let mut rng = StdRng::seed_from_u64(23);
+    let mut rays = picture(DVec3::new(1.0, 2.0, -3.0), 0.25);
+    for ray in rays.iter_mut().step_by(5) {
+        let [enters, _] = chord(ray);
+        let near = enters + rng.random_range(-0.3..0.1);
+        (ray.near, ray.far) = match rng.random_range(0..4) {
+            0 => (near, near),
+            1 => (near, ray.far),
+            2 => (ray.near, near),
+            _ => (enters - 0.5 * TOLERANCE, ray.far),
+        };
+    }
+    let mut hits = [Hit::MISS, Hit::MISS].map(|hit| vec![hit; rays.len()]);
+    let mut cost = CastStats::default();
+    made.first_hits(&rays, &mut hits[0], &mut cost, &never);
+    assert_eq!(cost.hits, hits[0].iter().filter(|hit| hit.is_hit()).count() as u64);
+    assert!(cost.evaluations < 6 * rays.len() as u64, "{cost:?}");
+    made.any_hits(&rays, &mut hits[1], &mut cost, &never);
+    let mut met = 0;
+    for (i, ray) in rays.iter().enumerate() {
+        let [enters, leaves] = chord(ray);
+        let begins = ray.near.max(enters);
+        let is_met = enters.is_finite() && begins <= ray.far.min(leaves);
+        let [first, any] = [&hits[0][i], &hits[1][i]];
+        assert!(first.certified && any.certified, "{ray:?}: {first:?} {any:?}");
+        assert!(first.is_hit() == is_met && any.is_hit() == is_met, "{ray:?}: {first:?} {any:?}");
+        let ahead = begins - first.t;
+        assert!(!is_met || (-1e-12..=TOLERANCE).contains(&ahead), "{ray:?}: {first:?} {ahead}");
+        met += u32::from(is_met);
+    }
+    assert!(met > 2000 && (met as usize) < rays.len() - 300, "{met}");
+    // To a light: nothing is in the way from places on its side; from those below the surface there is.
+    let light = DVec3::new(0.3, 0.9, -0.3).normalize();
+    let region = Aabb::cube(REGION);
+    let to_light = |(i, (ray, hit)): (usize, (&Ray, &Hit))| {
+        let at = ray.at(hit.t).normalize() * if i % 7 == 0 { 1.0 - 1e-3 } else { 1.0 + TOLERANCE };
+        let (_, far) = region.clip(at, light)?;
+        let is_lit = hit.is_hit() && at.dot(light) > 0.02;
+        is_lit.then_some(Ray { origin: at, direction: light, near: 0.0, far, tolerance: ray.tolerance })
+    };
+    let onward: Vec<Ray> = rays.iter().zip(&hits[0]).enumerate().filter_map(to_light).collect();
+    let mut shadows = vec![Hit::MISS; onward.len()];
+    let mut cost = CastStats::default();
+    made.any_hits(&onward, &mut shadows, &mut cost, &never);
+    assert!(cost.evaluations < 3 * onward.len() as u64, "{cost:?}");
+    for (ray, shadow) in onward.iter().zip(&shadows) {
+        let is_below = ray.origin.length() < 1.0;
+        assert!(shadow.certified && shadow.is_hit() == is_below, "{ray:?}: {shadow:?}");
+    }
+    assert!(onward.len() > 1000);
+}
+
 /// Rays that begin in front of a surface by less than depths are rounded are not inside of what is behind them.
 #[test]
 fn what_is_just_behind_where_rays_begin_is_not_hit() {
