@@ -69,16 +69,12 @@ impl<'a> Levels<'a> {
             fate => fate,
         };
         match &fate {
-            Fate::Is(a) => self.widen(*a, own),
+            Fate::Is(a) => widen(&mut self.levels, *a, own),
             Fate::Stays => self.pass_on(slot, own),
             Fate::Rests(_) => self.code[slot].each_arg(|a| widen(&mut self.levels, a, Interval::ENTIRE)),
             Fate::Goes | Fate::Number(_) => {}
         }
         fate
-    }
-
-    fn widen(&mut self, slot: u32, by: Interval) {
-        widen(&mut self.levels, slot, by);
     }
 
     /// What becomes of an instruction that has values beyond its levels.

@@ -237,6 +237,9 @@ impl Root {
 const BEHIND: f64 = 0.25;
 const ASIDE: f64 = 0.25;
 
+/// Rays of a beam that is cut no more: larger ones may close yet when they are cut, which takes no value of any ray.
+const LAST: usize = 4;
+
 /// Half the longest stretch that is looked at, in radii of the beam.
 const LONG: f64 = 4.0;
 
@@ -258,6 +261,7 @@ impl Beam {
         }
         let (free, radius) = (march.free, section.radius(march.free));
         let end = match want {
+            Want::First if self.rays.len() > LAST => return None,
             Want::First => {
                 let [first, last] = self.bundle.expected()?;
                 (last + BEHIND * (last - first) + ASIDE * radius).min(march.far)
