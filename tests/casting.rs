@@ -218,8 +218,9 @@ fn rays_along_which_a_ball_comes_near_end_where_they_meet_it() {
         let [first, any] = [&hits[0][i], &hits[1][i]];
         assert!(first.certified && any.certified, "{ray:?}: {first:?} {any:?}");
         assert!(first.is_hit() == is_met && any.is_hit() == is_met, "{ray:?}: {first:?} {any:?}");
+        // Where a bracket as narrow as the tolerance has been closed, the root is taken that is expected in it.
         let ahead = begins - first.t;
-        assert!(!is_met || (-1e-12..=TOLERANCE).contains(&ahead), "{ray:?}: {first:?} {ahead}");
+        assert!(!is_met || (-1e-3 * TOLERANCE..=TOLERANCE).contains(&ahead), "{ray:?}: {first:?} {ahead}");
         met += u32::from(is_met);
     }
     assert!(met > 2000 && (met as usize) < rays.len() - 300, "{met}");
