@@ -46,7 +46,7 @@ impl Sieve {
     fn sifted(&self, kind: Kind, judge: impl Judge + 'static) -> Box<dyn Caster> {
         let region = Aabb::cube(REGION);
         let field = self.build.field(self.whole);
-        let cells = Arc::new(Cells::new(field.tape().clone(), &region.intervals()));
+        let cells = Arc::new(Cells::of_sides(field.tape().clone(), &region.intervals()));
         let solid =
             caster_in(kind, &field, &region, &cells, &[rays(1)[..200].to_vec()], &AtomicBool::new(false))
                 .expect("a caster");
