@@ -296,8 +296,8 @@ pub fn caster(
     caster_in(kind, field, region, &cells, typical, &AtomicBool::new(false))
 }
 
-/// A caster for rays within a region, of which the cells are at hand, [of sides](Cells::of_sides) for most. `typical` bundles of rays,
-/// neighbours each, help [`Kind::Auto`] to choose.
+/// A caster for rays within a region, of which the cells are at hand, [of sides](Cells::of_sides) for most. `typical`
+/// bundles of rays, neighbours each, help [`Kind::Auto`] to choose.
 ///
 /// # Errors
 /// [`CastError::NoLipschitzBound`] where sphere tracing was asked for and cannot be had; [`CastError::NoFlow`] where bent

@@ -8,9 +8,8 @@
 //! root >= t + f / most,    root <= t + f / least        for f > 0, and the other way round below
 //! ```
 //!
-//! so that a secant closes in on it in three or four values. They are intervals, which hold what is rounded, and take little
-//! beside an enclosure over a piece. That it falls is
-//! known from one expansion over a ball around the stretch ([`Taylor`]), which all rays of the beam share.
+//! so that a secant closes in on it in three or four values. They are intervals, which hold what is rounded. That the field
+//! falls is known from one expansion over a ball around the stretch ([`Taylor`]), which all rays of the beam share.
 //!
 //! Rays to lights, turned around, end on the surface. Where the field falls all the way from the frontier to their ends, and
 //! is above zero there, they are free: that takes one value.

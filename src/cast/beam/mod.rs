@@ -5,8 +5,7 @@
 //! quarters, then the rays, each with a prediction of its root from the last answer of its beam (the
 //! notes on ray casting, 9.6; Keeter's and others' tiles are the same idea with intervals). Where the field is flat across
 //! a beam its last answer ends its rays as well (`close.rs`), and where it falls along all of its rays, values at points do
-//! (`fall.rs`). Beams of all tiles at one level are answered together, in
-//! batches.
+//! (`fall.rs`). Beams of all tiles at one level are answered together, in batches.
 //!
 //! Shadow rays all begin on the surface, where nothing can be shared. So they are marched from their other
 //! ends: the beam crosses free space at once, and what is left to its rays is the last bit, down to where each
@@ -59,7 +58,8 @@ pub(super) struct Beams {
     thin: Batches<0>,
     /// The field at single points.
     points: Evaluator<f64>,
-    falls: Falls,
+    /// For a field that is one expression everywhere: of parts, each ball would have a tape of its own.
+    falls: Option<Falls>,
     /// Whether every ray begins next to the surface and marches alone.
     is_alone: bool,
     memory: Memory,
@@ -152,18 +152,19 @@ impl Beams {
     pub(super) fn new(cells: Arc<Cells>) -> Beams {
         let (wide, thin) = (Batches::new(cells.tape()), Batches::new(cells.tape()));
         let points = Evaluator::new(cells.tape().clone());
-        let falls = Falls::new(cells.tape());
+        let falls = (cells.is_uniform() && !cells.is_torn()).then(|| Falls::new(cells.tape()));
         Beams { wide, thin, points, falls, cells, is_alone: false, memory: Memory::default() }
     }
 
     /// The same for rays that begin next to the surface, where they have nothing in common.
     pub(super) fn alone(cells: Arc<Cells>) -> Beams {
-        Beams { is_alone: true, ..Beams::new(cells) }
+        Beams { is_alone: true, falls: None, ..Beams::new(cells) }
     }
 
     /// The same with memory of its own.
     pub(super) fn again(&self) -> Beams {
-        Beams { is_alone: self.is_alone, ..Beams::new(self.cells.clone()) }
+        let made = if self.is_alone { Beams::alone } else { Beams::new };
+        made(self.cells.clone())
     }
 
     /// The widest beams of a group, and the rays that go alone.
@@ -294,10 +295,9 @@ impl Beams {
         self.gather(rays, want, out);
         while !self.memory.beams.is_empty() {
             self.march_beams(stats, cancel);
-            // Of parts, each ball would have a tape of its own.
-            if self.cells.is_uniform() && !self.cells.is_torn() {
+            if let Some(falls) = &mut self.falls {
                 let Memory { beams, lines, thin, costs, .. } = &mut self.memory;
-                self.falls.end(want, beams, (rays, lines), (thin, out, costs), stats, cancel);
+                falls.end(want, beams, (rays, lines), (thin, out, costs), stats, cancel);
             }
             let smallest = if self.cells.is_uniform() { SMALLEST } else { SMALLEST_OF_PARTS };
             let Memory { beams, parts, lines, thin, .. } = &mut self.memory;

@@ -9,7 +9,8 @@ use crate::tape::Cells;
 
 // All were chosen on fields of goblets and on a building of 800 operations; their minima are flat.
 
-/// Tapes of no more work than this are not worth a shorter piece.
+/// Tapes of no more work than this are not worth a shorter piece. (Measured on scenes of 100 to 5000 parts: four times as
+/// much is slower by up to a quarter.)
 const LITTLE: u64 = 64;
 
 /// Nor are pieces of fewer tolerances than this: a pixel in pictures. Tapes of places that are smaller
