@@ -199,8 +199,8 @@ pub trait Caster: Send {
     /// beside an evaluation.
     fn costs(&self) -> &[f64];
 
-    /// Where each ray of the last group that was asked for [any hits](Caster::any_hits) is inside, if that is known, else
-    /// infinity; nothing from casters that do not say.
+    /// Where each ray of the last group is inside wherever the field has a value, if that is known, else infinity; nothing from
+    /// casters that do not say. Of rays with first hits most are next to these.
     fn insides(&self) -> &[f64] {
         &[]
     }

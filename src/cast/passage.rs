@@ -121,6 +121,11 @@ impl Passage {
         found
     }
 
+    /// Whether a place is so close behind a hit as those that are looked at.
+    pub(super) fn is_next_to(ray: &Ray, t: f64, at: f64) -> bool {
+        (t..=rung(ray, t, RUNGS.len() - 1)).contains(&at)
+    }
+
     /// The field at points.
     pub(super) fn values(&mut self, places: &[[f64; 3]], stats: &mut CastStats) -> Vec<f64> {
         let mut values = vec![f64::NAN; places.len()];
@@ -210,6 +215,11 @@ impl Passage {
         });
         let slope = self.slopes.turn_to(tape).eval(&p);
         Some((slope.value * side.sign(), slope.grad[0] * side.sign()))
+    }
+
+    /// Whether the field is known to have a value everywhere.
+    pub(super) fn is_total(&self) -> bool {
+        self.cells.is_defined()
     }
 
     /// Whether the field is known to have a value everywhere along a piece of a ray.

@@ -9,12 +9,14 @@
 //! ```
 //!
 //! 1. The solid's own caster finds where the ray enters. A hit lies in front of the surface, so the judge is
-//!    asked about a place `q` behind it that is inside (`passage.rs`). All rays of a group are judged together.
+//!    asked about a place `q` behind it that is inside, from the caster itself or by values (`passage.rs`). All rays of a group are judged together.
 //! 2. If it is rejected, a cast of the complement, whose field is `-f`, from `q` finds where the ray leaves
 //!    it. Nothing is asked there: up to the exit all is one part of the solid. The ray goes on from a place
 //!    `r` behind the exit that is outside.
 //! 3. And so on, until something is kept or the ray ends. In and behind what was rejected rays begin next to the
-//!    surface, too close to have anything in common: there each marches alone, whichever caster it came by.
+//!    surface, too close to have anything in common: there each marches alone, whichever caster it came by. But where the
+//!    judge knows of a way out, on which there is nothing but what is rejected, they go on from its end as from
+//!    their beginning.
 //!
 //! Where any hit will do, a place inside that the caster knows of is judged first. If that is kept for sure, it does not
 //! matter what is before it.
@@ -58,6 +60,12 @@ pub trait Judge: Send {
     /// than the tolerance. There are as many rulings as there are points; what they are once the job is cancelled is of
     /// no interest.
     fn judge(&mut self, points: &[DVec3], rulings: &mut [Ruling], cancel: &AtomicBool);
+
+    /// Where a ray that meets something at `t`, and is inside of it at `at`, has come out of it, if there is known to be
+    /// nothing on that way but what is rejected for sure.
+    fn way_out(&mut self, _ray: &Ray, _t: f64, _at: f64) -> Option<f64> {
+        None
+    }
 
     /// The same judge with memory of its own, for another thread.
     fn clone_box(&self) -> Box<dyn Judge>;
@@ -109,7 +117,9 @@ struct Going {
 /// Where a ray is.
 #[derive(Clone, Copy)]
 enum Place {
-    /// Outside, or at its beginning; nothing before this counts.
+    /// At its beginning, or well out of what was rejected; nothing before this counts.
+    Clear(f64),
+    /// Just outside of it.
     Free(f64),
     /// At a hit at `t`, which is to be judged by the place `at`.
     Met { t: f64, at: f64, how: How },
@@ -122,6 +132,8 @@ enum Place {
 enum How {
     /// It is inside.
     Entered,
+    /// The same, as its caster says: too close to the surface to go on from there.
+    Known,
     /// It may not be; all that is close enough to matter ends here.
     Grazed { end: f64 },
     /// It was inside of something else, and no gap was found.
@@ -169,7 +181,7 @@ impl<'a> Sifting<'a> {
 
 impl Going {
     fn new(ray: usize, near: f64, certified: bool) -> Going {
-        Going { ray, certified, given_up: false, place: Place::Free(near) }
+        Going { ray, certified, given_up: false, place: Place::Clear(near) }
     }
 
     /// Goes on, with or without a proof.
@@ -182,8 +194,8 @@ impl Sifted {
     /// Sends all rays on until they have their answers.
     fn sift(&mut self, work: &mut Sifting<'_>) {
         let mut going = std::mem::take(&mut work.going);
-        for part in 0..PARTS {
-            going = self.enter(going, part == 0, work);
+        for _ in 0..PARTS {
+            going = self.enter(going, work);
             if going.is_empty() || work.is_cancelled() {
                 return;
             }
@@ -197,27 +209,33 @@ impl Sifted {
             }
         }
         for ray in going {
-            let (Place::Free(t) | Place::Met { t, .. } | Place::Rejected(t)) = ray.place;
+            let (Place::Clear(t) | Place::Free(t) | Place::Met { t, .. } | Place::Rejected(t)) = ray.place;
             work.settle(ray.at(ray.place, false), Hit { t, certified: false });
         }
     }
 
-    /// Casts free rays to what they meet, by the caster of the solid if nothing was met before, and finds the places to be
-    /// judged by. Nothing that was cast counts once the job is cancelled: some hits are not hits.
-    fn enter(&mut self, going: Vec<Going>, is_first: bool, work: &mut Sifting<'_>) -> Vec<Going> {
+    /// Casts free rays to what they meet, and finds the places to be judged by. Nothing that was cast counts once the job is
+    /// cancelled: some hits are not hits.
+    fn enter(&mut self, going: Vec<Going>, work: &mut Sifting<'_>) -> Vec<Going> {
+        let is_clear = |g: &Going| matches!(g.place, Place::Clear(_));
+        let (clear, next): (Vec<Going>, Vec<Going>) = going.into_iter().partition(is_clear);
         let (free, mut next): (Vec<Going>, Vec<Going>) =
-            going.into_iter().partition(|g| matches!(g.place, Place::Free(_)));
-        let caster = if is_first { &mut *self.solid } else { &mut self.onward as &mut dyn Caster };
-        let (free, hits) = cast(caster, free, work, &mut self.costs);
+            next.into_iter().partition(|g| matches!(g.place, Place::Free(_)));
+        let mut cast = |caster: &mut dyn Caster, rays| cast(caster, rays, work, &mut self.costs);
+        let [(clear, first), (free, hits)] = [cast(&mut *self.solid, clear), cast(&mut self.onward, free)];
         if work.is_cancelled() {
             return Vec::new();
         }
         let mut met = Vec::new();
-        for (ray, hit) in free.into_iter().zip(hits) {
-            if hit.is_hit() {
-                met.push((Going { certified: ray.certified && hit.certified, ..ray }, hit.t));
-            } else {
+        for (ray, (hit, inside)) in clear.into_iter().zip(first).chain(free.into_iter().zip(hits)) {
+            let ray = Going { certified: ray.certified && hit.certified, ..ray };
+            let (own, t) = (work.ray(&ray), hit.t);
+            if !hit.is_hit() {
                 work.settle(ray, hit);
+            } else if self.passage.is_total() && Passage::is_next_to(own, t, inside) {
+                next.push(Going { place: Place::Met { t, at: inside, how: How::Known }, ..ray });
+            } else {
+                met.push((ray, t));
             }
         }
         let (rays, costs) = (work.rays, &mut self.costs);
@@ -236,7 +254,9 @@ impl Sifted {
     /// Judges what rays have met; those that have met what is rejected go on.
     fn judge(&mut self, going: Vec<Going>, work: &mut Sifting<'_>) -> Vec<Going> {
         let place = |ray: &Going| match ray.place {
-            Place::Met { at, .. } | Place::Free(at) | Place::Rejected(at) => work.ray(ray).at(at),
+            Place::Met { at, .. } | Place::Clear(at) | Place::Free(at) | Place::Rejected(at) => {
+                work.ray(ray).at(at)
+            }
         };
         let points: Vec<DVec3> = going.iter().map(place).collect();
         let mut rulings = vec![Ruling { kept: true, proven: false }; points.len()];
@@ -254,27 +274,51 @@ impl Sifted {
                 continue;
             }
             work.stats.rejected += 1;
-            let own = &work.rays[ray.ray];
-            let mut looks = Looks { stats: &mut work.stats, cost: &mut self.costs[ray.ray] };
-            let (place, proven) = match how {
-                How::Entered => {
-                    let once = self.passage.crosses_once(Side::Inside, own, (t, at), &mut looks);
-                    (Place::Rejected(at), once)
-                }
-                How::Grazed { end } => {
-                    (Place::Free(end), self.passage.stays_off(Side::Inside, own, (t, end), &mut looks))
-                }
-                How::Stayed => {
-                    (Place::Rejected(at), self.passage.stays_off(Side::Outside, own, (t, at), &mut looks))
-                }
-            };
-            let ray = ray.at(place, proven);
+            let (place, proven) = self.pass_by(ray.ray, (t, at, how), ruling, work);
+            let (ray, far) = (ray.at(place, proven), work.rays[ray.ray].far);
             match place {
-                Place::Free(end) if end >= own.far => work.settle(ray, Hit::MISS),
+                Place::Clear(end) | Place::Free(end) if end >= far => work.settle(ray, Hit::MISS),
                 _ => next.push(ray),
             }
         }
         next
+    }
+
+    /// Where a ray goes on that has met at `t` what is rejected, and is inside at `at`; and whether it is proven that there
+    /// is nothing else in between.
+    fn pass_by(
+        &mut self,
+        ray: usize,
+        (t, at, how): (f64, f64, How),
+        ruling: Ruling,
+        work: &mut Sifting<'_>,
+    ) -> (Place, bool) {
+        let own = &work.rays[ray];
+        let is_inside = matches!(how, How::Entered | How::Known);
+        if is_inside
+            && ruling.proven
+            && let Some(out) = self.judge.way_out(own, t, at)
+        {
+            return (Place::Clear(out), true);
+        }
+        let cost = &mut self.costs[ray];
+        let ahead = match how {
+            How::Known => self.passage.look(Side::Inside, &[(own, t)], &mut work.stats, |_| *cost += 1.0),
+            _ => Vec::new(),
+        };
+        let at = if let [Ahead::Crossed(ahead)] = ahead[..] { at.max(ahead) } else { at };
+        let mut looks = Looks { stats: &mut work.stats, cost };
+        match how {
+            How::Entered | How::Known => {
+                (Place::Rejected(at), self.passage.crosses_once(Side::Inside, own, (t, at), &mut looks))
+            }
+            How::Grazed { end } => {
+                (Place::Free(end), self.passage.stays_off(Side::Inside, own, (t, end), &mut looks))
+            }
+            How::Stayed => {
+                (Place::Rejected(at), self.passage.stays_off(Side::Outside, own, (t, at), &mut looks))
+            }
+        }
     }
 
     /// Where the rays that the caster was asked for any hits of are inside of something that is kept for sure, as far as is
@@ -312,7 +356,7 @@ impl Sifted {
             return Vec::new();
         }
         let mut left = Vec::new();
-        for (ray, exit) in within.into_iter().zip(exits) {
+        for (ray, (exit, _)) in within.into_iter().zip(exits) {
             let Place::Rejected(from) = ray.place else { continue };
             let own = work.ray(&ray);
             // What is undefined is empty: of neither the solid nor, for its caster, the complement.
@@ -350,24 +394,26 @@ impl Sifted {
     }
 }
 
-/// Casts rays from where they are; returns them with their hits.
+/// Casts rays from where they are; returns them with their hits, and where they are inside, as far as the caster says.
 fn cast(
     caster: &mut dyn Caster,
     going: Vec<Going>,
     work: &mut Sifting<'_>,
     costs: &mut [f64],
-) -> (Vec<Going>, Vec<Hit>) {
+) -> (Vec<Going>, Vec<(Hit, f64)>) {
     if going.is_empty() {
         return (going, Vec::new());
     }
     let from = |ray: &Going| match ray.place {
-        Place::Free(near) | Place::Rejected(near) | Place::Met { t: near, .. } => {
+        Place::Clear(near) | Place::Free(near) | Place::Rejected(near) | Place::Met { t: near, .. } => {
             Ray { near, ..*work.ray(ray) }
         }
     };
     let rays: Vec<Ray> = going.iter().map(from).collect();
     let mut hits = vec![Hit::MISS; rays.len()];
     caster.first_hits(&rays, &mut hits, &mut work.stats, work.cancel);
+    let insides = caster.insides().iter().copied().chain(std::iter::repeat(f64::INFINITY));
+    let hits = hits.into_iter().zip(insides).collect();
     for (ray, cost) in going.iter().zip(caster.costs()) {
         costs[ray.ray] += cost;
     }

@@ -30,14 +30,14 @@ pub(super) fn closes(f: &Parabola<2>, piece: Piece, bracket: f64) -> bool {
 const WIDER: f64 = 1.1;
 
 impl Beam {
-    /// Ends its rays by an answer about a piece, and says how many of them hit; those that it says too little of go on
-    /// alone, from what it does say.
+    /// Ends its rays by an answer about a piece, tells where they are inside, and says how many of them hit; those that it
+    /// says too little of go on alone, from what it does say.
     pub(super) fn close(
         &self,
         (f, piece): (&Parabola<2>, Piece),
         (rays, lines): (&[Ray], &[Line]),
         thin: &mut Vec<Thin>,
-        out: &mut [Hit],
+        (out, insides): (&mut [Hit], &mut [f64]),
     ) -> u64 {
         let mut hits = 0;
         let own: Vec<usize> = self.rays.clone().filter(|&i| is_real(&rays[i])).collect();
@@ -50,9 +50,9 @@ impl Beam {
             let halves = forms.halves();
             for (lane, &i) in own.iter().enumerate() {
                 match self.ended((&rays[i], &lines[i]), piece, &forms.lane(lane), halves[lane]) {
-                    ControlFlow::Break(hit) => {
+                    ControlFlow::Break((hit, inside)) => {
                         hits += u64::from(hit.is_hit());
-                        out[i] = hit;
+                        (out[i], insides[i]) = (hit, inside);
                     }
                     ControlFlow::Continue(onward) => {
                         thin.push(Thin::new(i, Ray { near: onward.free, ..rays[i] }, onward))
@@ -63,7 +63,7 @@ impl Beam {
         hits
     }
 
-    /// How a ray ends by an answer, or goes on. Its ends are rounded in depth: what is free is so as far as these may be,
+    /// How a ray ends by an answer and where it is inside, or goes on. Its ends are rounded in depth: what is free is so as far as these may be,
     /// and what is inside counts where the ray is for certain.
     fn ended(
         &self,
@@ -71,7 +71,7 @@ impl Beam {
         piece: Piece,
         form: &Parabola<0>,
         halves: [Half; 2],
-    ) -> ControlFlow<Hit, March> {
+    ) -> ControlFlow<(Hit, f64), March> {
         let answer = Answer::new(form, piece, halves);
         let (frame, all, stretch) = (&self.bundle.frame, &self.bundle.march, line.stretch);
         let hair = |depth: f64| frame.hair(depth);
@@ -89,10 +89,11 @@ impl Beam {
         }
         let tolerance = ray.tolerance.at(distance(march.free));
         match march.tell(piece, &answer, tolerance / stretch) {
-            Next::Free => return ControlFlow::Break(Hit::MISS),
+            Next::Free => return ControlFlow::Break((Hit::MISS, f64::INFINITY)),
             Next::Root(a, b) if within.contains(&b) => {
                 let t = distance(answer.root.unwrap_or(a).clamp(a, b)).clamp(ray.near, ray.far);
-                return ControlFlow::Break(Hit { t, certified: true });
+                let inside = distance(b + hair(b)).min(ray.far);
+                return ControlFlow::Break((Hit { t, certified: true }, inside));
             }
             Next::Root(..) | Next::Look | Next::Stuck(_) => {}
         }

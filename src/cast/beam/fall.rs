@@ -58,7 +58,7 @@ impl Falls {
         want: Want,
         beams: &mut Vec<Beam>,
         (rays, lines): Rays<'_>,
-        (thin, out, costs): (&mut Vec<Thin>, &mut [Hit], &mut [f64]),
+        (thin, out, insides, costs): (&mut Vec<Thin>, &mut [Hit], &mut [f64], &mut [f64]),
         stats: &mut CastStats,
         cancel: &AtomicBool,
     ) {
@@ -67,7 +67,10 @@ impl Falls {
         for root in &self.roots {
             let ray = &rays[root.ray];
             let hit = match root.known {
-                Known::Found => Hit { t: root.between[0].clamp(ray.near, ray.far), certified: true },
+                Known::Found => {
+                    insides[root.ray] = root.inside(ray);
+                    Hit { t: root.between[0].clamp(ray.near, ray.far), certified: true }
+                }
                 Known::Free => Hit::MISS,
                 Known::Asking | Known::Left => {
                     match root.onward(&beams[root.beam], (ray, &lines[root.ray])) {
@@ -217,6 +220,12 @@ impl Root {
             return;
         }
         (self.last, self.at) = (Some((at, value)), next);
+    }
+
+    /// Where a ray is inside whose root is found: the field falls on behind it.
+    fn inside(&self, ray: &Ray) -> f64 {
+        let behind = self.between[1] + 0.25 * ray.tolerance.at(self.between[0]);
+        if self.between[1] < behind && behind <= self.end { behind } else { f64::INFINITY }
     }
 
     /// The ray, to go on alone from where it is known to be free.

@@ -81,7 +81,7 @@ struct Memory {
     turned: Vec<Ray>,
     /// Evaluations for each ray of the last group.
     costs: Vec<f64>,
-    /// Where each ray of the last group of which anything was wanted is inside, or infinity.
+    /// Where each ray of the last group is inside, or infinity.
     insides: Vec<f64>,
 }
 
@@ -267,8 +267,8 @@ impl Beams {
         for thin in &*thin {
             let Thin { ray, march, hit, .. } = thin;
             if let Some(hit) = *hit {
-                if let (Want::Any, Some(t)) = (want, thin.inside(&rays[*ray])) {
-                    insides[*ray] = -t;
+                if let Some(t) = thin.inside(&rays[*ray]) {
+                    insides[*ray] = if want == Want::Any { -t } else { t };
                 }
                 // Any hit is somewhere behind the beginning.
                 let t = if want == Want::Any && hit.is_hit() { -rays[*ray].far } else { hit.t };
@@ -296,15 +296,17 @@ impl Beams {
         while !self.memory.beams.is_empty() {
             self.march_beams(stats, cancel);
             if let Some(falls) = &mut self.falls {
-                let Memory { beams, lines, thin, costs, .. } = &mut self.memory;
-                falls.end(want, beams, (rays, lines), (thin, out, costs), stats, cancel);
+                let Memory { beams, lines, thin, costs, insides, .. } = &mut self.memory;
+                falls.end(want, beams, (rays, lines), (thin, out, insides, costs), stats, cancel);
             }
             let smallest = if self.cells.is_uniform() { SMALLEST } else { SMALLEST_OF_PARTS };
-            let Memory { beams, parts, lines, thin, .. } = &mut self.memory;
+            let Memory { beams, parts, lines, thin, insides, .. } = &mut self.memory;
             for beam in beams.iter() {
                 match (beam.bundle.state, beam.bundle.closed()) {
                     (State::Free, _) => out[beam.rays.clone()].fill(Hit::MISS),
-                    (_, Some(answer)) => stats.hits += beam.close(answer, (rays, lines), thin, out),
+                    (_, Some(answer)) => {
+                        stats.hits += beam.close(answer, (rays, lines), thin, (out, insides));
+                    }
                     (State::Ended, _) => beam.cut((rays, lines), (want, smallest), (parts, thin), out),
                     // Given up.
                     (State::Marching, _) => {}

@@ -18,14 +18,14 @@ const COUNT: usize = 1 << (3 * EDGE);
 pub struct Bricks<T> {
     numbers: HashMap<[i64; 3], usize, RandomState>,
     bricks: Vec<([i64; 3], [T; COUNT])>,
-    /// The number of the brick that was changed last.
-    last: usize,
+    /// The numbers of those that were used last.
+    recent: [usize; COUNT],
 }
 
 impl<T: Copy + Default> Bricks<T> {
     /// Without any brick.
     pub fn new() -> Bricks<T> {
-        Bricks { numbers: HashMap::default(), bricks: Vec::new(), last: 0 }
+        Bricks { numbers: HashMap::default(), bricks: Vec::new(), recent: [0; COUNT] }
     }
 
     /// How many bricks there are.
@@ -37,27 +37,28 @@ impl<T: Copy + Default> Bricks<T> {
     pub fn clear(&mut self) {
         self.numbers.clear();
         self.bricks.clear();
-        self.last = 0;
     }
 
     /// What is known of a cell, to be changed.
     pub fn at(&mut self, voxel: Voxel) -> &mut T {
         let name = voxel.0.map(|i| i >> EDGE);
-        if self.bricks.get(self.last).is_none_or(|brick| brick.0 != name) {
+        let recent = &mut self.recent[place(Voxel(name))];
+        if self.bricks.get(*recent).is_none_or(|brick| brick.0 != name) {
             let bricks = &mut self.bricks;
-            self.last = *self.numbers.entry(name).or_insert_with(|| {
+            *recent = *self.numbers.entry(name).or_insert_with(|| {
                 bricks.push((name, [T::default(); COUNT]));
                 bricks.len() - 1
             });
         }
-        &mut self.bricks[self.last].1[place(voxel)]
+        &mut self.bricks[*recent].1[place(voxel)]
     }
 
     /// What is known of a cell.
     pub fn get(&self, voxel: Voxel) -> T {
         let name = voxel.0.map(|i| i >> EDGE);
-        let number = self.numbers.get(&name);
-        number.map_or_else(T::default, |&number| self.bricks[number].1[place(voxel)])
+        let recent = self.bricks.get(self.recent[place(Voxel(name))]).filter(|brick| brick.0 == name);
+        let brick = recent.or_else(|| self.numbers.get(&name).map(|&number| &self.bricks[number]));
+        brick.map_or_else(T::default, |brick| brick.1[place(voxel)])
     }
 
     /// All cells of all bricks.

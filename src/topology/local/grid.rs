@@ -49,7 +49,7 @@ impl Grid {
     }
 
     /// The lowest corner of a voxel. Voxels that share a corner have the same numbers for it.
-    fn corner(&self, node: [i64; 3]) -> DVec3 {
+    pub fn corner(&self, node: [i64; 3]) -> DVec3 {
         let [x, y, z] = node.map(|i| i as f64);
         (DVec3::new(x, y, z) + SHIFT) * self.size
     }

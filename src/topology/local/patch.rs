@@ -1,28 +1,23 @@
-//! Small cells of which all that is inside leads to one place.
+//! Small cells that lead places inside to where the solid is thick.
 //!
-//! Rays come to the surface in places next to one another, and most of what lines and paths find out is the same for
-//! all of a cell. Let `d = -g / |g|` in the middle of a ball, and a cell lie in a ball of radius `s`, in units of the
-//! first. With `b = d^T H d`, `a = |H d - b d|` and `c` the greatest eigenvalue of `H` across `d`, if for a depth `t > s`
+//! Rays come to the surface in places next to one another, and one evaluation says much about all places of a cell. Let
+//! `f`, `g` and `H` be the field and its derivatives in the middle of a ball around the cell, in units of the ball, and `v`
+//! a place of the cell that is inside. With `d = -(g + H v) / |g + H v|` and `b = d^T H d`, if for a step `t > 0`
 //!
 //! ```text
-//! |g| - s a - max(t b, -s b) - turn_1 > 0                              the field falls along d within s of the axis, from -s to t,
-//! f - t |g| + t^2 b / 2 + t s a + s^2 max(c, 0) / 2 + bow_1 < 0     and is below zero all over a disc of radius s at t d,
-//! s^2 + t^2 < 1                                                        which lies in the ball,
-//! the field has a value all over the ball                              since what is undefined is empty,
+//! |g + H v| - t max(b, 0) - turn_1 > 0       the field falls along d from v on,
+//! |v + t d| < 1                              and all that lies in the ball,
+//! the field has a value all over the ball    since what is undefined is empty,
 //! ```
 //!
-//! then every place of the cell that is inside is joined, along `d`, with the middle of the disc: one evaluation
-//! answers for all of them. Where a cell is too rough for that, those of a finer grid are tried. From the place that
-//! a cell leads to another leads on, so that chains of cells come down to where the solid is thick, or into hollows
-//! where nothing leads on; that is where lines and paths begin, once for all cells of a chain. Where a chain ends
-//! follows from where it begins, whoever went there before.
+//! then `v` is joined, along `d`, with `v + t d`, which is inside as well, and farther below zero. So an expansion leads
+//! every place of its cell on, each on a way of its own, without another evaluation. Where one is too rough for
+//! a step worth the name, that of a smaller cell is tried; after a step, that of the next larger one.
 //!
-//! Small cells are seldom shared by the places that rays come to, as far apart as pixels are. So a place whose largest cell
-//! is too rough is looked at by balls around itself, for which `s = 0`. That takes no less work (126 million octaves in a
-//! picture of surface (8.11) for 122 with cells alone), but nothing of it is looked up in tables or remembered there.
-//!
-//! Chains that end in one place save the most. So a ball that is all inside leads to the lowest place in it, if the
-//! expansion has one there, and the largest, at which chains end, to a place that they share with those beside them.
+//! From a ball that is all inside, all places go on alike: from a *knot*, a corner of the cell that it shares with seven
+//! others. A knot leads to the next, down to where largest cells are all inside, or into hollows where nothing leads on.
+//! That is where lines and paths begin, once for all chains that end in a knot. Where a chain ends follows from where it
+//! begins, whoever went there before.
 
 use super::super::matrix::matrix;
 use super::super::search::{Balls, LANES};
@@ -34,92 +29,120 @@ use ahash::{HashSet, RandomState};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// The size of a cell as a share of its ball, and how far the disc is from the middle at most. (A picture of surface (8.11)
-/// takes 6.0 million cells with a share of 0.5, 4.4 with 0.6, 3.9 with this; at 0.707 nothing is left of the depth.)
-const CELL: Shape = Shape { share: 0.65, depth: 0.7599 };
+/// The size of a cell as a share of its ball, in which its corners are, too.
+const SHARE: f64 = 0.99;
 
-/// The same of a place alone in the middle of a ball.
-const PLACE: Shape = Shape { share: 0.0, depth: 0.9999 };
+/// The shortest step to where the field may not fall any more, as a share of the ball,
+const STEP: f64 = 0.1;
 
-/// What of a ball leads to one place.
-#[derive(Clone, Copy)]
-struct Shape {
-    share: f64,
-    depth: f64,
-}
+/// and the shortest to the rim of the ball, behind which other cells lead on.
+const LEAST: f64 = 1e-3;
 
-/// Cells to a voxel along each axis, as powers of two: of the largest, and of the smallest.
+/// Steps from a place to a ball that is all inside, until it is left where it is.
+const STEPS: u32 = 50;
+
+/// Cells to a voxel along each axis, as powers of two: of the largest, and of the smallest,
 const LEVELS: [u32; 2] = [2, 6];
+
+/// and of those that hollows are named after.
+const HOLLOWS: u32 = 5;
 
 /// Which cell: how often voxels are halved for it, and where it is.
 type Key = (u32, Voxel);
 
-/// What is known of cells near some places that are asked about together: most of them come to the same ones.
-type Memo = HashMap<Key, Patch, RandomState>;
+/// Something about each of many cells, or knots.
+type Map<K, T> = HashMap<K, T, RandomState>;
+
+/// A place at which chains meet.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+enum Knot {
+    /// A corner of cells, by the one above it.
+    Corner(Key),
+    /// The middle of a cell that has the lowest place of a hollow in it.
+    Hollow(Key),
+}
 
 /// What is known of a cell.
 #[derive(Clone, Copy, Debug)]
 enum Patch {
-    /// Nothing; those in it may be known.
-    Rough,
-    /// What is inside leads to this place.
-    Leads(DVec3),
-    /// The same, and all about that place is inside.
-    Thick(DVec3),
-    /// What is inside is all alike.
-    Known(Answer),
+    /// Nothing.
+    Blind,
+    /// The field in its ball, and whether that is all inside.
+    Known(Taylor, bool),
 }
 
-/// Cells, and what is known of them.
-#[derive(Debug)]
-pub struct Patches {
-    cells: Cache<Key, Patch>,
-    voxels: Grid,
+/// What a place leads to.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Next {
+    /// It is in the core.
+    Joined,
+    /// A place at which chains meet.
+    Knot(Knot),
+    /// Nothing leads on from here.
+    Nowhere(DVec3),
 }
 
-/// A point on its way along a chain.
+impl Knot {
+    fn level(self) -> u32 {
+        let (Knot::Corner((level, _)) | Knot::Hollow((level, _))) = self;
+        level
+    }
+
+    /// Whether it may lead to another. Those of largest cells do not, nor do hollows.
+    fn leads_on(self) -> bool {
+        matches!(self, Knot::Corner((level, _)) if level > LEVELS[0])
+    }
+}
+
+impl Next {
+    fn knot(self) -> Option<Knot> {
+        if let Next::Knot(knot) = self { Some(knot) } else { None }
+    }
+
+    fn nowhere(self) -> Option<DVec3> {
+        if let Next::Nowhere(at) = self { Some(at) } else { None }
+    }
+}
+
+/// A place on its way to the next knot.
 struct Chase {
     index: usize,
     at: DVec3,
-    /// The level of cells to try first; at the beginning, of balls around the place, once its largest cell is too rough.
+    /// The level of cells to try first.
     level: u32,
-    begins: bool,
-    trail: Vec<Key>,
-}
-
-impl Chase {
-    fn new(index: usize, at: DVec3) -> Chase {
-        Chase { index, at, level: LEVELS[0] + 1, begins: true, trail: Vec::new() }
-    }
-
-    /// Goes on to a place that something of this level leads to.
-    fn follow(&mut self, at: DVec3, level: u32) {
-        self.at = at;
-        self.level = (level - 1).max(LEVELS[0]);
-        self.begins = false;
-    }
+    /// The knot that it begins at.
+    knot: Option<Knot>,
+    steps: u32,
 }
 
 /// What a look at what is known comes to.
 enum Look {
-    Answer(Answer),
-    /// The chain ends here.
-    End,
+    Next(Next),
     /// Something is to be found out about a cell.
     Ask(Key),
-    /// And about a ball around the place.
-    Around,
+}
+
+/// What is known of knots that chains end in.
+#[derive(Debug)]
+pub struct Patches {
+    ends: Cache<Knot, Answer>,
+    voxels: Grid,
 }
 
 impl Patches {
-    /// For cells of these voxels, of which so many are remembered.
+    /// For cells of these voxels; so many answers are remembered.
     pub fn new(voxels: Grid, capacity: usize) -> Patches {
-        Patches { cells: Cache::new(capacity), voxels }
+        Patches { ends: Cache::new(capacity), voxels }
     }
 
     /// Another picture begins.
     pub fn turn(&self) {
-        self.cells.turn();
+        self.ends.turn();
+    }
+
+    /// Forgets all.
+    pub fn clear(&self) {
+        self.ends.clear();
     }
 
     /// The answers for places inside, of which `exact` knows those for the ends of chains, unless it was broken off.
@@ -130,140 +153,160 @@ impl Patches {
         points: &[DVec3],
         exact: impl FnOnce(&[DVec3]) -> Option<Vec<Answer>>,
     ) -> Vec<Answer> {
-        let mut answers = vec![Answer::Unknown; points.len()];
-        let mut active: Vec<Chase> = points.iter().enumerate().map(|(i, at)| Chase::new(i, *at)).collect();
-        let mut ended: Vec<Chase> = Vec::new();
-        let mut memo = Memo::with_capacity_and_hasher(2 * points.len(), RandomState::default());
-        while !active.is_empty() {
-            let (mut wanted, mut around) = (Vec::new(), Vec::new());
-            let mut next = Vec::with_capacity(active.len());
-            for mut chase in active {
-                match self.look(core, &mut chase, &mut memo) {
-                    Look::Answer(answer) => {
-                        answers[chase.index] = self.learn(&chase.trail, answer, &mut memo);
-                    }
-                    Look::End => ended.push(chase),
-                    Look::Ask(key) => {
-                        wanted.push(key);
-                        next.push(chase);
-                    }
-                    Look::Around => around.push(chase),
-                }
-            }
-            self.find(field, wanted, &mut memo);
-            self.look_around(field, &mut around);
-            next.append(&mut around);
-            active = next;
-        }
-        // Many chains end in one place.
-        ended.sort_by(|a, b| a.at.to_array().map(f64::to_bits).cmp(&b.at.to_array().map(f64::to_bits)));
-        let groups: Vec<&[Chase]> = ended.chunk_by(|a, b| a.at == b.at).collect();
-        let places: Vec<DVec3> = groups.iter().map(|group| group[0].at).collect();
-        let found = exact(&places).unwrap_or_default();
-        for (group, answer) in groups.into_iter().zip(found) {
-            for chase in group {
-                answers[chase.index] = self.learn(&chase.trail, answer, &mut memo);
-            }
-        }
-        answers
-    }
-
-    /// Follows a chain as far as it is known.
-    fn look(&self, core: &Core, chase: &mut Chase, memo: &mut Memo) -> Look {
-        'chain: loop {
-            if core.holds(chase.at) {
-                return Look::Answer(Answer::Joined);
-            }
-            let levels = if chase.begins { LEVELS[0]..=LEVELS[0] } else { chase.level..=LEVELS[1] };
-            for level in levels {
-                let key = (level, self.voxels.halved(level).voxel(chase.at));
-                match self.known(key, memo) {
-                    None => return Look::Ask(key),
-                    Some(Patch::Rough) => {}
-                    Some(Patch::Known(answer)) => return Look::Answer(answer),
-                    Some(Patch::Thick(at)) => {
-                        chase.trail.push(key);
-                        chase.at = at;
-                        return Look::End;
-                    }
-                    Some(Patch::Leads(at)) => {
-                        if let Some(first) = chase.trail.iter().position(|k| *k == key) {
-                            chase.at = at;
-                            match first_of(&chase.trail[first..], memo) {
-                                Some(Patch::Known(answer)) => return Look::Answer(answer),
-                                Some(Patch::Leads(first)) => chase.at = first,
-                                _ => {}
-                            }
-                            return Look::End;
-                        }
-                        chase.trail.push(key);
-                        chase.follow(at, level);
-                        continue 'chain;
-                    }
-                }
-            }
-            return if chase.begins && chase.level <= LEVELS[1] { Look::Around } else { Look::End };
-        }
-    }
-
-    /// Remembers an answer for all cells of a chain, or what is proven of one of them. Returns that.
-    fn learn(&self, trail: &[Key], answer: Answer, memo: &mut Memo) -> Answer {
-        let proven = |key: &Key| match self.cells.get(key)? {
-            Patch::Known(known) if known.is_proven() => Some(known),
-            _ => None,
-        };
-        let known = if answer.is_proven() { None } else { trail.iter().find_map(proven) };
-        let answer = known.unwrap_or(answer);
-        for key in trail {
-            if matches!(memo.get(key), Some(Patch::Known(known)) if *known == answer) {
-                continue;
-            }
-            let patch = self.cells.update(*key, |old| match old {
-                Some(Patch::Known(before)) => Patch::Known(answer.unless_proven(Some(before))),
-                _ => Patch::Known(answer),
+        let ends = self.ends(field, core, points);
+        // Many chains end in one knot.
+        let (mut known, mut open) = (Map::<Knot, Answer>::default(), Vec::new());
+        for knot in ends.iter().filter_map(|end| end.knot()) {
+            known.entry(knot).or_insert_with(|| {
+                self.ends.get(&knot).unwrap_or_else(|| {
+                    open.push(knot);
+                    Answer::Unknown
+                })
             });
-            memo.insert(*key, patch);
         }
-        answer
+        let alone = ends.iter().filter_map(|end| end.nowhere());
+        let places: Vec<DVec3> = open.iter().map(|knot| self.place(*knot)).chain(alone).collect();
+        let Some(found) = exact(&places) else { return vec![Answer::Unknown; points.len()] };
+        let (of_knots, alone) = found.split_at(open.len());
+        for (knot, answer) in open.into_iter().zip(of_knots) {
+            known.insert(knot, self.learn(knot, *answer));
+        }
+        let mut alone = alone.iter().copied();
+        let mut answer = |end: Next| match end {
+            Next::Joined => Some(Answer::Joined),
+            Next::Knot(knot) => known.get(&knot).copied(),
+            Next::Nowhere(_) => alone.next(),
+        };
+        ends.into_iter().map(|end| answer(end).unwrap_or(Answer::Unknown)).collect()
     }
 
-    fn known(&self, key: Key, memo: &mut Memo) -> Option<Patch> {
-        if let Some(patch) = memo.get(&key) {
-            return Some(*patch);
+    /// Remembers an answer, or what is proven; returns that.
+    fn learn(&self, knot: Knot, answer: Answer) -> Answer {
+        self.ends.update(knot, |old| answer.unless_proven(old))
+    }
+
+    /// Where chains from some places end.
+    fn ends(&self, field: &mut Balls, core: &Core, points: &[DVec3]) -> Vec<Next> {
+        let mut cells = Map::with_capacity_and_hasher(points.len(), RandomState::default());
+        let start =
+            |(index, &at): (usize, &DVec3)| Chase { index, at, level: LEVELS[0], knot: None, steps: 0 };
+        let first = self.run((field, core), points.iter().enumerate().map(start).collect(), &mut cells);
+        let (mut knots, mut next) = (Map::<Knot, Next>::default(), first.clone());
+        loop {
+            let mut fresh: Vec<Knot> = next.iter().filter_map(|next| next.knot()).collect();
+            fresh.retain(|knot| knots.insert(*knot, Next::Knot(*knot)).is_none());
+            let start = |(index, knot): (usize, Knot)| Chase {
+                index,
+                at: self.place(knot),
+                level: knot.level() - 1,
+                knot: Some(knot),
+                steps: 0,
+            };
+            fresh.retain(|knot| knot.leads_on());
+            if fresh.is_empty() {
+                break;
+            }
+            next =
+                self.run((field, core), fresh.iter().copied().enumerate().map(start).collect(), &mut cells);
+            knots.extend(fresh.into_iter().zip(next.iter().copied()));
         }
-        let patch = self.cells.get(&key)?;
-        memo.insert(key, patch);
-        Some(patch)
+        let mut last = Map::<Knot, Next>::default();
+        let mut end = |next: Next| match next {
+            Next::Knot(knot) => *last.entry(knot).or_insert_with(|| last_of(knot, &knots)),
+            _ => next,
+        };
+        first.into_iter().map(&mut end).collect()
+    }
+
+    /// Sends places on until each has come to the next knot, or to its end.
+    fn run(
+        &self,
+        (field, core): (&mut Balls, &Core),
+        mut active: Vec<Chase>,
+        cells: &mut Map<Key, Patch>,
+    ) -> Vec<Next> {
+        let mut next = vec![Next::Joined; active.len()];
+        while !active.is_empty() {
+            let mut wanted = Vec::new();
+            active.retain_mut(|chase| match self.look(core, chase, cells) {
+                Look::Next(found) => {
+                    next[chase.index] = found;
+                    false
+                }
+                Look::Ask(key) => {
+                    wanted.push(key);
+                    true
+                }
+            });
+            self.find(field, wanted, cells);
+        }
+        next
+    }
+
+    /// Sends a place on as far as cells are known.
+    fn look(&self, core: &Core, chase: &mut Chase, cells: &Map<Key, Patch>) -> Look {
+        'steps: while chase.steps < STEPS {
+            if core.holds(chase.at) {
+                return Look::Next(Next::Joined);
+            }
+            for level in chase.level..=LEVELS[1] {
+                let key = (level, self.voxels.halved(level).voxel(chase.at));
+                let (f, is_full) = match cells.get(&key) {
+                    None => return Look::Ask(key),
+                    Some(Patch::Blind) => continue,
+                    Some(Patch::Known(f, is_full)) => (f, *is_full),
+                };
+                let knot = is_full.then(|| self.corner(key));
+                if let Some(knot) = knot.filter(|knot| chase.knot != Some(*knot)) {
+                    return Look::Next(Next::Knot(knot));
+                }
+                let (centre, radius) = self.ball(key);
+                if let Some(u) = leads(f, (chase.at - centre) / radius, is_full) {
+                    chase.at = centre + radius * u;
+                    chase.level = (level - 1).max(LEVELS[0]);
+                    chase.steps += 1;
+                    continue 'steps;
+                }
+                if is_full {
+                    let hollow = self.hollow(key, f).or(chase.knot);
+                    return Look::Next(hollow.map_or(Next::Nowhere(chase.at), Next::Knot));
+                }
+            }
+            break;
+        }
+        Look::Next(chase.knot.map_or(Next::Nowhere(chase.at), Next::Knot))
+    }
+
+    /// The knot of a cell that is all inside: the one of its corners of which all numbers are even.
+    fn corner(&self, (level, Voxel(cell)): Key) -> Knot {
+        Knot::Corner((level, Voxel(cell.map(|i| i + (i & 1)))))
+    }
+
+    /// The knot about the lowest place of a ball that is all inside.
+    fn hollow(&self, key: Key, f: &Taylor) -> Option<Knot> {
+        let (centre, radius) = self.ball(key);
+        let hollow = (HOLLOWS, self.voxels.halved(HOLLOWS).voxel(centre + radius * lowest(f)?));
+        let knot = Knot::Hollow(hollow);
+        (self.place(knot).distance(centre) < radius * DEEPEST).then_some(knot)
+    }
+
+    /// Where a knot is.
+    fn place(&self, knot: Knot) -> DVec3 {
+        match knot {
+            Knot::Corner((level, Voxel(node))) => self.voxels.halved(level).corner(node),
+            Knot::Hollow((level, cell)) => self.voxels.halved(level).middle(cell),
+        }
     }
 
     /// The ball that is looked at for a cell.
     fn ball(&self, (level, cell): Key) -> (DVec3, f64) {
         let (centre, radius) = self.voxels.halved(level).ball(cell);
-        (centre, radius / CELL.share)
-    }
-
-    /// Looks at balls around the places of chains that begin, which go on where they lead, or to smaller ones.
-    fn look_around(&self, field: &mut Balls, chases: &mut [Chase]) {
-        for batch in chases.chunks_mut(LANES) {
-            // As large as those of cells.
-            let radius = |level: u32| 0.5 * 3.0_f64.sqrt() * self.voxels.halved(level).size() / CELL.share;
-            let balls: Vec<(DVec3, f64)> =
-                batch.iter().map(|chase| (chase.at, radius(chase.level))).collect();
-            let values = *field.eval(balls.iter().copied());
-            for (i, (chase, (centre, radius))) in batch.iter_mut().zip(balls).enumerate() {
-                let is_known = field.is_within(centre, radius) && field.is_defined_around(centre, radius);
-                match is_known.then(|| leads(&values.lane(i), PLACE)).flatten() {
-                    Some(u) => chase.follow(centre + radius * u, chase.level),
-                    None => chase.level += 1,
-                }
-            }
-        }
+        (centre, radius / SHARE)
     }
 
     /// Finds out about cells, in the order in which they were asked for: places that are asked about one after the other
-    /// are next to one another, and so balls have more in common. Where a cell leads need not be remembered for others,
-    /// since soon it is known what all of its chain comes to.
-    fn find(&self, field: &mut Balls, mut wanted: Vec<Key>, memo: &mut Memo) {
+    /// are next to one another, and so balls have more in common.
+    fn find(&self, field: &mut Balls, mut wanted: Vec<Key>, cells: &mut Map<Key, Patch>) {
         let mut seen = HashSet::default();
         wanted.retain(|key| seen.insert(*key));
         for keys in wanted.chunks(LANES) {
@@ -271,64 +314,60 @@ impl Patches {
             for (i, key) in keys.iter().enumerate() {
                 let (centre, radius) = self.ball(*key);
                 let value = values.lane(i);
-                let patch = if !(field.is_within(centre, radius) && field.is_defined_around(centre, radius)) {
-                    Patch::Rough
-                } else if key.0 == LEVELS[0] && value.range.hi < 0.0 {
-                    let wide = self.voxels.halved(LEVELS[0] - 1);
-                    let shared = wide.middle(wide.voxel(centre));
-                    let is_near = shared.distance(centre) < radius * (1.0 - 1e-9);
-                    Patch::Thick(if is_near { shared } else { centre })
-                } else {
-                    leads(&value, CELL).map_or(Patch::Rough, |u| Patch::Leads(centre + radius * u))
-                };
-                if let Patch::Rough = patch {
-                    // Another thread may know more by now.
-                    self.cells.update(*key, |old| old.copied().unwrap_or(patch));
-                }
-                memo.insert(*key, patch);
+                let is_known = field.is_within(centre, radius) && field.is_defined_around(centre, radius);
+                let patch = if is_known { Patch::Known(value, value.range.hi < 0.0) } else { Patch::Blind };
+                cells.insert(*key, patch);
             }
         }
     }
 }
 
-/// What is known of the first cell of a ring: the same wherever the ring was entered.
-fn first_of(ring: &[Key], memo: &Memo) -> Option<Patch> {
-    memo.get(ring.iter().min()?).copied()
+/// Where knots lead to in the end: of a ring, to the first in order, wherever it is entered.
+fn last_of(mut knot: Knot, knots: &Map<Knot, Next>) -> Next {
+    let mut trail = vec![knot];
+    while let Some(next) = knots.get(&knot) {
+        let Some(onward) = next.knot() else { return *next };
+        if let Some(first) = trail.iter().position(|own| *own == onward) {
+            knot = trail[first..].iter().copied().min().unwrap_or(onward);
+            break;
+        }
+        trail.push(onward);
+        knot = onward;
+    }
+    Next::Knot(knot)
 }
 
-/// Where all of such a shape leads to, in units of its ball.
-fn leads(f: &Taylor, Shape { share, depth: deepest }: Shape) -> Option<DVec3> {
-    let (g, hessian) = (DVec3::from_array(f.grad), matrix(f.hess));
+/// Where a field is lowest in a ball, in units of it, if its expansion has such a place.
+fn lowest(f: &Taylor) -> Option<DVec3> {
+    let hessian = matrix(f.hess);
+    let vertex = -(hessian.inverse() * DVec3::from_array(f.grad));
+    (vertex.length() < DEEPEST && vertex.dot(hessian * vertex) > 0.0).then_some(vertex)
+}
+
+/// How far a step leads from the middle of a ball at most, as a share of it.
+const DEEPEST: f64 = 0.9999;
+
+/// Where a place leads to that is inside, in units of the ball; if nowhere, it may be next to the lowest place, or
+/// the ball is too rough.
+fn leads(f: &Taylor, v: DVec3, is_full: bool) -> Option<DVec3> {
+    let [xx, yy, zz, xy, xz, yz] = f.hess;
+    let times = |u: DVec3| {
+        DVec3::new(
+            xx * u.x + xy * u.y + xz * u.z,
+            xy * u.x + yy * u.y + yz * u.z,
+            xz * u.x + yz * u.y + zz * u.z,
+        )
+    };
+    let g = DVec3::from_array(f.grad) + times(v);
     let slope = g.length();
     let down = -g / slope;
-    if f.range.hi < 0.0 {
-        let lowest = -(hessian.inverse() * g);
-        let is_lowest = lowest.length() < deepest && lowest.dot(hessian * lowest) > 0.0;
-        let at = if is_lowest { lowest } else { deepest * down };
-        return Some(if at.is_finite() { at } else { DVec3::ZERO });
-    }
-    let turned = hessian * down;
-    let bend = turned.dot(down);
-    let aside = (turned - bend * down).length();
+    let bend = times(down).dot(down);
     let rounding = 1e-7 * (f.value.abs() + slope + f.curvature());
-    let steady = slope - share * aside - f.turn[1] - rounding;
-    let depth = if bend > 0.0 { deepest.min(steady / bend * (1.0 - 1e-9)) } else { deepest };
-    let falls = steady + share * bend.min(0.0) > 0.0 && depth > share;
-    let highest = f.value
-        + depth * (0.5 * depth * bend - slope + share * aside)
-        + 0.5 * share * share * across(f.hess, bend, aside).max(0.0)
-        + f.bow[1]
-        + rounding;
-    (falls && highest < 0.0).then_some(depth * down)
-}
-
-/// The greatest eigenvalue of a symmetric matrix across a direction, along which it bends by so much and turns aside by
-/// so much: of what is left the trace and the squares say it.
-fn across([xx, yy, zz, xy, xz, yz]: [f64; 6], bend: f64, aside: f64) -> f64 {
-    let trace = xx + yy + zz - bend;
-    let squares = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
-    let squares = squares - bend * bend - 2.0 * aside * aside;
-    0.5 * (trace + (2.0 * squares - trace * trace).max(0.0).sqrt())
+    let steady = if is_full { slope } else { slope - f.turn[1] - rounding };
+    let along = v.dot(down);
+    let rim = (along * along + DEEPEST * DEEPEST - v.length_squared()).sqrt() - along;
+    let falls = if bend > 0.0 { steady / bend * (1.0 - 1e-9) } else { f64::INFINITY };
+    (steady > 0.0 && falls > STEP && rim > LEAST).then(|| v + rim.min(falls) * down)
 }
 
 #[cfg(test)]
@@ -354,60 +393,67 @@ mod tests {
     }
 
     #[test]
-    fn what_is_proven_of_a_cell_is_known_of_its_chain_and_stays() {
+    fn what_is_proven_of_an_end_stays() {
         let patches = Patches::new(Grid::new(1.0), 10_000);
-        let key = |x: i64| (LEVELS[0], Voxel([x, 0, 0]));
-        let known = |x: i64| match patches.cells.get(&key(x)) {
-            Some(Patch::Known(answer)) => Some(answer),
-            _ => None,
-        };
-        let learn = |trail: &[Key], answer: Answer| patches.learn(trail, answer, &mut Memo::default());
-        assert_eq!(learn(&[key(0), key(1)], Answer::Apart), Answer::Apart);
-        assert_eq!(learn(&[key(1), key(2)], Answer::Joined), Answer::Joined);
-        assert_eq!([known(0), known(1)], [Some(Answer::Apart), Some(Answer::Joined)]);
-        assert_eq!(learn(&[key(0), key(2), key(3)], Answer::Unknown), Answer::Joined);
-        assert_eq!([0, 1, 2, 3].map(known), [Some(Answer::Joined); 4]);
+        let key = Knot::Corner((LEVELS[0], Voxel([0, 0, 0])));
+        assert_eq!(patches.learn(key, Answer::Apart), Answer::Apart);
+        assert_eq!(patches.learn(key, Answer::Joined), Answer::Joined);
+        assert_eq!(patches.learn(key, Answer::Unknown), Answer::Joined);
+        assert_eq!(patches.ends.get(&key), Some(Answer::Joined));
     }
 
     #[test]
-    fn all_of_a_shape_that_is_inside_comes_to_where_it_leads() {
+    fn a_knot_is_in_the_balls_of_its_eight_cells() {
+        let patches = Patches::new(Grid::new(2.5e-5), 10);
+        for i in 0..1000 {
+            let p = DVec3::new(0.7, -0.5, 0.51) + 1e-6 * f64::from(i) * DVec3::new(1.0, 0.7, -1.3);
+            let level = LEVELS[0] + i as u32 % 5;
+            let key = (level, patches.voxels.halved(level).voxel(p));
+            let knot = patches.corner(key);
+            let (place, edge) = (patches.place(knot), patches.voxels.halved(level).size());
+            for corner in 0..8 {
+                let beside = DVec3::from_array([0, 1, 2].map(|axis| f64::from(corner >> axis & 1) - 0.5));
+                let cell = (level, patches.voxels.halved(level).voxel(place + edge * beside));
+                let (centre, radius) = patches.ball(cell);
+                assert_eq!(patches.corner(cell), knot);
+                assert!(place.distance(centre) < radius);
+            }
+        }
+    }
+
+    #[test]
+    fn a_place_inside_is_joined_with_where_it_is_led() {
         let tape = waves();
         let (mut balls, mut values) = (Balls::new(&tape), Evaluator::<Interval>::new(tape.clone()));
-        let mut value = |p: DVec3| values.eval(&p.to_array().map(Interval::point)).hi;
+        let mut value = |p: DVec3| *values.eval(&p.to_array().map(Interval::point));
         let mut state = 7_u64;
         let mut inside = |low: f64, high: f64| {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             low + (high - low) * (state >> 11) as f64 / (1_u64 << 53) as f64
         };
-        for (shape, places) in [(CELL, 40), (PLACE, 1)] {
-            let mut found = [0, 0];
-            for _ in 0..4000 {
-                let centre = DVec3::new(inside(-3.0, 3.0), inside(-3.0, 3.0), inside(-3.0, 3.0));
-                let radius = inside(0.02, 0.6);
-                let f = balls.eval([(centre, radius)].into_iter()).lane(0);
-                let Some(place) = leads(&f, shape).map(|u| centre + radius * u) else { continue };
-                let is_full = f.range.hi < 0.0;
-                let down = (place - centre).normalize_or_zero();
-                let mut is_met = false;
-                for _ in 0..places {
-                    let u = DVec3::new(inside(-1.0, 1.0), inside(-1.0, 1.0), inside(-1.0, 1.0));
-                    let p = centre + shape.share * radius * u;
-                    if u.length() > 1.0 && shape.share > 0.0 || value(p) >= 0.0 {
-                        continue;
-                    }
-                    is_met = true;
-                    let foot = if is_full { p } else { p + (place - p).dot(down) * down };
-                    for k in 0..=20 {
-                        let t = f64::from(k) / 20.0;
-                        assert!(
-                            value(p.lerp(foot, t)) < 0.0 && value(foot.lerp(place, t)) < 0.0,
-                            "{centre} {radius}"
-                        );
-                    }
+        let mut found = [0, 0];
+        for _ in 0..4000 {
+            let centre = DVec3::new(inside(-3.0, 3.0), inside(-3.0, 3.0), inside(-3.0, 3.0));
+            let radius = inside(0.02, 0.6);
+            let f = balls.eval([(centre, radius)].into_iter()).lane(0);
+            for _ in 0..10 {
+                let v = DVec3::new(inside(-1.0, 1.0), inside(-1.0, 1.0), inside(-1.0, 1.0));
+                let p = centre + radius * v;
+                if v.length() > 1.0 || value(p).hi >= 0.0 {
+                    continue;
                 }
-                found[usize::from(is_full)] += usize::from(is_met);
+                let is_full = f.range.hi < 0.0;
+                let Some(u) = leads(&f, v, is_full) else { continue };
+                assert!(u.length() < 1.0, "{u}");
+                found[usize::from(is_full)] += 1;
+                let mut before = value(p).hi;
+                for k in 1..=20 {
+                    let here = value(p.lerp(centre + radius * u, f64::from(k) / 20.0));
+                    assert!(here.lo < if is_full { 0.0 } else { before }, "{centre} {radius} {v}");
+                    before = here.hi;
+                }
             }
-            assert!(found.iter().all(|n| *n > 300), "{found:?}");
         }
+        assert!(found.iter().all(|n| *n > 3000), "{found:?}");
     }
 }
