@@ -27,6 +27,7 @@
 mod along;
 mod beam;
 mod bent;
+mod going;
 mod group;
 mod handover;
 mod later;

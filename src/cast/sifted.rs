@@ -36,13 +36,14 @@
 //! A ruling without a proof is followed like any other, but nothing that follows from it is certified.
 
 use super::beam::Beams;
+use super::going::{Going, How, Met, Place, Rejected, Sifting};
 use super::passage::{Ahead, Looks, Passage, Side};
 use super::{CastStats, Caster, Hit, Ray};
 use crate::scene::Aabb;
 use crate::tape::Cells;
 use glam::DVec3;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// What a judge says of a point.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -103,93 +104,6 @@ impl Sifted {
     }
 }
 
-/// A ray under way.
-#[derive(Clone, Copy)]
-struct Going {
-    /// Of the group.
-    ray: usize,
-    /// Whether nothing that counts was missed so far, and if not, whether that is for want of a proof.
-    certified: bool,
-    given_up: bool,
-    place: Place,
-}
-
-/// Where a ray is.
-#[derive(Clone, Copy)]
-enum Place {
-    /// At its beginning, or well out of what was rejected; nothing before this counts.
-    Clear(f64),
-    /// Just outside of it.
-    Free(f64),
-    /// At a hit at `t`, which is to be judged by the place `at`.
-    Met { t: f64, at: f64, how: How },
-    /// Inside what was rejected.
-    Rejected(f64),
-}
-
-/// How a ray met something.
-#[derive(Clone, Copy)]
-enum How {
-    /// It is inside.
-    Entered,
-    /// The same, as its caster says: too close to the surface to go on from there.
-    Known,
-    /// It may not be; all that is close enough to matter ends here.
-    Grazed { end: f64 },
-    /// It was inside of something else, and no gap was found.
-    Stayed,
-}
-
-/// Rays on their way to their hits.
-struct Sifting<'a> {
-    rays: &'a [Ray],
-    out: &'a mut [Hit],
-    going: Vec<Going>,
-    /// All that was counted, each cast for itself.
-    stats: CastStats,
-    /// Rays given up here.
-    given_up: u64,
-    /// What is counted once for each ray.
-    total: CastStats,
-    cancel: &'a AtomicBool,
-}
-
-impl<'a> Sifting<'a> {
-    /// Nothing is under way yet; `stats` are those of what was done before.
-    fn new(rays: &'a [Ray], out: &'a mut [Hit], stats: CastStats, cancel: &'a AtomicBool) -> Sifting<'a> {
-        let total = CastStats { rays: rays.len() as u64, ..CastStats::default() };
-        Sifting { rays, out, going: Vec::new(), stats, given_up: 0, total, cancel }
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.cancel.load(Ordering::Relaxed)
-    }
-
-    fn ray(&self, going: &Going) -> &Ray {
-        &self.rays[going.ray]
-    }
-
-    /// A ray has its answer.
-    fn settle(&mut self, going: Going, hit: Hit) {
-        let hit = Hit { certified: hit.certified && going.certified, ..hit };
-        self.out[going.ray] = hit;
-        self.total.hits += u64::from(hit.is_hit());
-        self.total.uncertified += u64::from(!hit.certified);
-        self.given_up += u64::from(going.given_up);
-    }
-}
-
-impl Going {
-    fn new(ray: usize, near: f64, certified: bool) -> Going {
-        Going { ray, certified, given_up: false, place: Place::Clear(near) }
-    }
-
-    /// Goes on, with or without a proof.
-    fn at(self, place: Place, proven: bool) -> Going {
-        Going { place, certified: self.certified && proven, given_up: self.given_up || !proven, ..self }
-    }
-}
-
 impl Sifted {
     /// Sends all rays on until they have their answers.
     fn sift(&mut self, work: &mut Sifting<'_>) {
@@ -209,8 +123,7 @@ impl Sifted {
             }
         }
         for ray in going {
-            let (Place::Clear(t) | Place::Free(t) | Place::Met { t, .. } | Place::Rejected(t)) = ray.place;
-            work.settle(ray.at(ray.place, false), Hit { t, certified: false });
+            work.settle(ray.at(ray.place, false), Hit { t: ray.place.t(), certified: false });
         }
     }
 
@@ -233,7 +146,7 @@ impl Sifted {
             if !hit.is_hit() {
                 work.settle(ray, hit);
             } else if self.passage.is_total() && Passage::is_next_to(own, t, inside) {
-                next.push(Going { place: Place::Met { t, at: inside, how: How::Known }, ..ray });
+                next.push(Going { place: Place::Met(Met { t, at: inside, how: How::Known }), ..ray });
             } else {
                 met.push((ray, t));
             }
@@ -246,17 +159,16 @@ impl Sifted {
                 Ahead::Crossed(at) => (at, How::Entered),
                 Ahead::Along { closest, end } => (closest, How::Grazed { end }),
             };
-            Going { place: Place::Met { t, at, how }, ..ray }
+            Going { place: Place::Met(Met { t, at, how }), ..ray }
         }));
         next
     }
 
     /// Judges what rays have met; those that have met what is rejected go on.
     fn judge(&mut self, going: Vec<Going>, work: &mut Sifting<'_>) -> Vec<Going> {
-        let place = |ray: &Going| match ray.place {
-            Place::Met { at, .. } | Place::Clear(at) | Place::Free(at) | Place::Rejected(at) => {
-                work.ray(ray).at(at)
-            }
+        let place = |ray: &Going| {
+            let at = if let Place::Met(met) = ray.place { met.at } else { ray.place.t() };
+            work.ray(ray).at(at)
         };
         let points: Vec<DVec3> = going.iter().map(place).collect();
         let mut rulings = vec![Ruling { kept: true, proven: false }; points.len()];
@@ -265,60 +177,63 @@ impl Sifted {
             return Vec::new();
         }
         work.stats.judged += points.len() as u64;
-        let mut next = Vec::new();
+        let mut rejected = Vec::new();
         for (ray, ruling) in going.into_iter().zip(rulings) {
-            let Place::Met { t, at, how } = ray.place else { continue };
+            let Place::Met(met) = ray.place else { continue };
             let ray = ray.at(ray.place, ruling.proven);
             if ruling.kept {
-                work.settle(ray, Hit { t, certified: true });
+                work.settle(ray, Hit { t: met.t, certified: true });
                 continue;
             }
-            work.stats.rejected += 1;
-            let (place, proven) = self.pass_by(ray.ray, (t, at, how), ruling, work);
-            let (ray, far) = (ray.at(place, proven), work.rays[ray.ray].far);
+            let out = match met.how {
+                How::Entered | How::Known if ruling.proven => {
+                    self.judge.way_out(work.ray(&ray), met.t, met.at)
+                }
+                _ => None,
+            };
+            rejected.push((ray, met, out));
+        }
+        work.stats.rejected += rejected.len() as u64;
+        self.pass_by(rejected, work)
+    }
+
+    /// Sends rays on from what they have met that is rejected, and from where they have come out of it, if that is known.
+    fn pass_by(&mut self, mut rejected: Vec<Rejected>, work: &mut Sifting<'_>) -> Vec<Going> {
+        let (rays, costs) = (work.rays, &mut self.costs);
+        let is_known = |i: &usize| matches!(rejected[*i], (_, Met { how: How::Known, .. }, None));
+        let known: Vec<usize> = (0..rejected.len()).filter(is_known).collect();
+        let number = |i: usize| rejected[known[i]].0.ray;
+        let places: Vec<(&Ray, f64)> =
+            known.iter().map(|&i| (&rays[rejected[i].0.ray], rejected[i].1.t)).collect();
+        let ahead = self.passage.look(Side::Inside, &places, &mut work.stats, |i| costs[number(i)] += 1.0);
+        for (i, ahead) in known.into_iter().zip(ahead) {
+            if let Ahead::Crossed(at) = ahead {
+                rejected[i].1.at = rejected[i].1.at.max(at);
+            }
+        }
+        let mut next = Vec::new();
+        for (ray, Met { t, at, how }, out) in rejected {
+            let own = &work.rays[ray.ray];
+            let mut looks = Looks { stats: &mut work.stats, cost: &mut self.costs[ray.ray] };
+            let (place, proven) = match (out, how) {
+                (Some(out), _) => (Place::Clear(out), true),
+                (None, How::Entered | How::Known) => {
+                    (Place::Rejected(at), self.passage.crosses_once(Side::Inside, own, (t, at), &mut looks))
+                }
+                (None, How::Grazed { end }) => {
+                    (Place::Free(end), self.passage.stays_off(Side::Inside, own, (t, end), &mut looks))
+                }
+                (None, How::Stayed) => {
+                    (Place::Rejected(at), self.passage.stays_off(Side::Outside, own, (t, at), &mut looks))
+                }
+            };
+            let ray = ray.at(place, proven);
             match place {
-                Place::Clear(end) | Place::Free(end) if end >= far => work.settle(ray, Hit::MISS),
+                Place::Clear(end) | Place::Free(end) if end >= own.far => work.settle(ray, Hit::MISS),
                 _ => next.push(ray),
             }
         }
         next
-    }
-
-    /// Where a ray goes on that has met at `t` what is rejected, and is inside at `at`; and whether it is proven that there
-    /// is nothing else in between.
-    fn pass_by(
-        &mut self,
-        ray: usize,
-        (t, at, how): (f64, f64, How),
-        ruling: Ruling,
-        work: &mut Sifting<'_>,
-    ) -> (Place, bool) {
-        let own = &work.rays[ray];
-        let is_inside = matches!(how, How::Entered | How::Known);
-        if is_inside
-            && ruling.proven
-            && let Some(out) = self.judge.way_out(own, t, at)
-        {
-            return (Place::Clear(out), true);
-        }
-        let cost = &mut self.costs[ray];
-        let ahead = match how {
-            How::Known => self.passage.look(Side::Inside, &[(own, t)], &mut work.stats, |_| *cost += 1.0),
-            _ => Vec::new(),
-        };
-        let at = if let [Ahead::Crossed(ahead)] = ahead[..] { at.max(ahead) } else { at };
-        let mut looks = Looks { stats: &mut work.stats, cost };
-        match how {
-            How::Entered | How::Known => {
-                (Place::Rejected(at), self.passage.crosses_once(Side::Inside, own, (t, at), &mut looks))
-            }
-            How::Grazed { end } => {
-                (Place::Free(end), self.passage.stays_off(Side::Inside, own, (t, end), &mut looks))
-            }
-            How::Stayed => {
-                (Place::Rejected(at), self.passage.stays_off(Side::Outside, own, (t, at), &mut looks))
-            }
-        }
     }
 
     /// Where the rays that the caster was asked for any hits of are inside of something that is kept for sure, as far as is
@@ -386,7 +301,7 @@ impl Sifted {
                     }
                 }
                 Ahead::Along { end, .. } => {
-                    next.push(Going { place: Place::Met { t, at: end, how: How::Stayed }, ..ray });
+                    next.push(Going { place: Place::Met(Met { t, at: end, how: How::Stayed }), ..ray });
                 }
             }
         }
@@ -404,11 +319,7 @@ fn cast(
     if going.is_empty() {
         return (going, Vec::new());
     }
-    let from = |ray: &Going| match ray.place {
-        Place::Clear(near) | Place::Free(near) | Place::Rejected(near) | Place::Met { t: near, .. } => {
-            Ray { near, ..*work.ray(ray) }
-        }
-    };
+    let from = |ray: &Going| Ray { near: ray.place.t(), ..*work.ray(ray) };
     let rays: Vec<Ray> = going.iter().map(from).collect();
     let mut hits = vec![Hit::MISS; rays.len()];
     caster.first_hits(&rays, &mut hits, &mut work.stats, work.cancel);

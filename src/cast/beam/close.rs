@@ -92,8 +92,7 @@ impl Beam {
             Next::Free => return ControlFlow::Break((Hit::MISS, f64::INFINITY)),
             Next::Root(a, b) if within.contains(&b) => {
                 let t = distance(answer.root.unwrap_or(a).clamp(a, b)).clamp(ray.near, ray.far);
-                let inside = distance(b + hair(b)).min(ray.far);
-                return ControlFlow::Break((Hit { t, certified: true }, inside));
+                return ControlFlow::Break((Hit { t, certified: true }, distance(b).min(ray.far)));
             }
             Next::Root(..) | Next::Look | Next::Stuck(_) => {}
         }

@@ -225,7 +225,11 @@ impl Root {
     /// Where a ray is inside whose root is found: the field falls on behind it.
     fn inside(&self, ray: &Ray) -> f64 {
         let behind = self.between[1] + 0.25 * ray.tolerance.at(self.between[0]);
-        if self.between[1] < behind && behind <= self.end { behind } else { f64::INFINITY }
+        if self.between[1].max(self.between[0]) < behind && behind <= self.end {
+            behind
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// The ray, to go on alone from where it is known to be free.

@@ -4,8 +4,8 @@
 //! themselves are empty (`moat.rs`). So a ray that meets anything there has nothing to look for until it comes to a part
 //! that is not within: it goes from part to part, without asking the field for anything.
 //!
-//! A moat is there as a whole or not at all, and it is kept for as long as answers are that come of it: where a
-//! ray comes out must not depend on what was forgotten meanwhile.
+//! A moat is there as a whole or not at all, and none is forgotten while a picture is made, however many there are: where a
+//! ray comes out must not depend on that.
 
 use super::blocks::Parts;
 use super::grid::{Grid, Voxel};
@@ -17,7 +17,7 @@ use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 /// Parts that a way out may lead through.
 const LONGEST: usize = 4096;
 
-/// How far a way goes beyond the border of a part, as a share of the part. (What is known of parts reaches ten times as far.)
+/// How far a way goes beyond the border of a part, as a share of the part: what it then skips touches that part.
 const BEYOND: f64 = 1e-7;
 
 /// Parts of cells, by how often voxels are halved for these.
@@ -109,8 +109,8 @@ impl Spot {
         let reach = 0.5 * Parts::edge(grid) * direction.signum();
         let to = (self.part.middle(grid, self.voxel) + reach - p) / direction;
         // Along an axis that it does not go along there is no border.
-        let far = [to.x, to.y, to.z].into_iter().filter(|far| !far.is_nan()).fold(f64::INFINITY, f64::min);
-        far.max(0.0)
+        let ways = (0..3).filter(|&axis| direction[axis] != 0.0).map(|axis| to[axis]);
+        ways.fold(f64::INFINITY, f64::min).max(0.0)
     }
 }
 

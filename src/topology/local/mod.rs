@@ -144,7 +144,7 @@ pub struct Local {
 pub struct LocalStats {
     /// Points that were asked about.
     pub asked: u64,
-    /// Places where that was not known from a cell.
+    /// Ends of chains, of which that was not known.
     pub looked: u64,
     /// Of these, seen from the core in a straight line.
     pub quick: u64,
@@ -311,7 +311,7 @@ impl Seeker {
             // What was broken off is not to be remembered.
             (!cancel.load(Ordering::Relaxed)).then_some(answers)
         };
-        let answers = local.patches.answers(cells, &local.core, points, exact);
+        let answers = local.patches.answers((cells, &local.core), points, cancel, exact);
         let unknown = answers.iter().filter(|answer| **answer == Answer::Unknown).count();
         local.counters.add(Count::Asked, points.len());
         local.counters.add(Count::Unknown, unknown);

@@ -28,15 +28,17 @@ use crate::num::Taylor;
 use ahash::{HashSet, RandomState};
 use glam::DVec3;
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The size of a cell as a share of its ball, in which its corners are, too.
 const SHARE: f64 = 0.99;
 
-/// The shortest step to where the field may not fall any more, as a share of the ball,
+/// The shortest step to where the field may not fall any more, as a share of the ball. (To its rim, behind which other cells
+/// lead on, it may be shorter.)
 const STEP: f64 = 0.1;
 
-/// and the shortest to the rim of the ball, behind which other cells lead on.
-const LEAST: f64 = 1e-3;
+/// The share of the slope that must be left for certain: by that a step falls far more than what is rounded of a place.
+const SURE: f64 = 1e-3;
 
 /// Steps from a place to a ball that is all inside, until it is left where it is.
 const STEPS: u32 = 50;
@@ -49,6 +51,9 @@ const HOLLOWS: u32 = 5;
 
 /// Which cell: how often voxels are halved for it, and where it is.
 type Key = (u32, Voxel);
+
+/// The field of a solid, and its core.
+type Solid<'a> = (&'a mut Balls, &'a Core);
 
 /// Something about each of many cells, or knots.
 type Map<K, T> = HashMap<K, T, RandomState>;
@@ -115,6 +120,16 @@ struct Chase {
     steps: u32,
 }
 
+impl Chase {
+    fn from_place(index: usize, at: DVec3) -> Chase {
+        Chase { index, at, level: LEVELS[0], knot: None, steps: 0 }
+    }
+
+    fn from_knot(index: usize, knot: Knot, at: DVec3) -> Chase {
+        Chase { index, at, level: knot.level() - 1, knot: Some(knot), steps: 0 }
+    }
+}
+
 /// What a look at what is known comes to.
 enum Look {
     Next(Next),
@@ -148,12 +163,15 @@ impl Patches {
     /// The answers for places inside, of which `exact` knows those for the ends of chains, unless it was broken off.
     pub fn answers(
         &self,
-        field: &mut Balls,
-        core: &Core,
+        solid: Solid<'_>,
         points: &[DVec3],
+        cancel: &AtomicBool,
         exact: impl FnOnce(&[DVec3]) -> Option<Vec<Answer>>,
     ) -> Vec<Answer> {
-        let ends = self.ends(field, core, points);
+        let ends = self.ends(solid, points, cancel);
+        if cancel.load(Ordering::Relaxed) {
+            return vec![Answer::Unknown; points.len()];
+        }
         // Many chains end in one knot.
         let (mut known, mut open) = (Map::<Knot, Answer>::default(), Vec::new());
         for knot in ends.iter().filter_map(|end| end.knot()) {
@@ -186,28 +204,25 @@ impl Patches {
     }
 
     /// Where chains from some places end.
-    fn ends(&self, field: &mut Balls, core: &Core, points: &[DVec3]) -> Vec<Next> {
+    fn ends(&self, (field, core): Solid<'_>, points: &[DVec3], cancel: &AtomicBool) -> Vec<Next> {
         let mut cells = Map::with_capacity_and_hasher(points.len(), RandomState::default());
-        let start =
-            |(index, &at): (usize, &DVec3)| Chase { index, at, level: LEVELS[0], knot: None, steps: 0 };
-        let first = self.run((field, core), points.iter().enumerate().map(start).collect(), &mut cells);
+        let mut run = |starts: Vec<Chase>| self.run((field, core), starts, &mut cells, cancel);
+        let first = run(points.iter().enumerate().map(|(i, at)| Chase::from_place(i, *at)).collect());
         let (mut knots, mut next) = (Map::<Knot, Next>::default(), first.clone());
         loop {
-            let mut fresh: Vec<Knot> = next.iter().filter_map(|next| next.knot()).collect();
-            fresh.retain(|knot| knots.insert(*knot, Next::Knot(*knot)).is_none());
-            let start = |(index, knot): (usize, Knot)| Chase {
-                index,
-                at: self.place(knot),
-                level: knot.level() - 1,
-                knot: Some(knot),
-                steps: 0,
-            };
+            let mut fresh = Vec::new();
+            for knot in next.iter().filter_map(|next| next.knot()) {
+                knots.entry(knot).or_insert_with(|| {
+                    fresh.push(knot);
+                    Next::Knot(knot)
+                });
+            }
             fresh.retain(|knot| knot.leads_on());
-            if fresh.is_empty() {
+            if fresh.is_empty() || cancel.load(Ordering::Relaxed) {
                 break;
             }
-            next =
-                self.run((field, core), fresh.iter().copied().enumerate().map(start).collect(), &mut cells);
+            let start = |(i, knot): (usize, &Knot)| Chase::from_knot(i, *knot, self.place(*knot));
+            next = run(fresh.iter().enumerate().map(start).collect());
             knots.extend(fresh.into_iter().zip(next.iter().copied()));
         }
         let mut last = Map::<Knot, Next>::default();
@@ -218,15 +233,16 @@ impl Patches {
         first.into_iter().map(&mut end).collect()
     }
 
-    /// Sends places on until each has come to the next knot, or to its end.
+    /// Sends places on until each has come to the next knot, or to its end; once it is cancelled, it says nothing.
     fn run(
         &self,
-        (field, core): (&mut Balls, &Core),
+        (field, core): Solid<'_>,
         mut active: Vec<Chase>,
         cells: &mut Map<Key, Patch>,
+        cancel: &AtomicBool,
     ) -> Vec<Next> {
         let mut next = vec![Next::Joined; active.len()];
-        while !active.is_empty() {
+        while !(active.is_empty() || cancel.load(Ordering::Relaxed)) {
             let mut wanted = Vec::new();
             active.retain_mut(|chase| match self.look(core, chase, cells) {
                 Look::Next(found) => {
@@ -257,7 +273,10 @@ impl Patches {
                     Some(Patch::Known(f, is_full)) => (f, *is_full),
                 };
                 let knot = is_full.then(|| self.corner(key));
-                if let Some(knot) = knot.filter(|knot| chase.knot != Some(*knot)) {
+                // One goes on to no smaller cells: from these it would only come back.
+                let is_news =
+                    |knot: &Knot| chase.knot.is_none_or(|own| own != *knot && own.level() >= knot.level());
+                if let Some(knot) = knot.filter(is_news) {
                     return Look::Next(Next::Knot(knot));
                 }
                 let (centre, radius) = self.ball(key);
@@ -367,7 +386,7 @@ fn leads(f: &Taylor, v: DVec3, is_full: bool) -> Option<DVec3> {
     let along = v.dot(down);
     let rim = (along * along + DEEPEST * DEEPEST - v.length_squared()).sqrt() - along;
     let falls = if bend > 0.0 { steady / bend * (1.0 - 1e-9) } else { f64::INFINITY };
-    (steady > 0.0 && falls > STEP && rim > LEAST).then(|| v + rim.min(falls) * down)
+    (steady > SURE * slope && falls > STEP && rim > 0.0).then(|| v + rim.min(falls) * down)
 }
 
 #[cfg(test)]
@@ -418,6 +437,39 @@ mod tests {
                 assert_eq!(patches.corner(cell), knot);
                 assert!(place.distance(centre) < radius);
             }
+        }
+    }
+
+    #[test]
+    fn chains_end_where_they_end_alone() {
+        let tape = waves();
+        let (mut balls, core) = (Balls::new(&tape), Core { centre: DVec3::splat(9.0), radius: 0.1 });
+        let mut values = Evaluator::<Interval>::new(tape.clone());
+        for size in [0.3, 1.0, 3.0] {
+            let patches = Patches::new(Grid::new(size), 10_000);
+            let places = (0..3000)
+                .map(f64::from)
+                .map(|i| 2.0 * DVec3::new(libm::sin(1.1 * i), libm::cos(1.7 * i), libm::sin(0.3 * i + 1.0)));
+            let inside: Vec<DVec3> =
+                places.filter(|p| values.eval(&p.to_array().map(Interval::point)).hi < 0.0).collect();
+            let never = AtomicBool::new(false);
+            let together = patches.ends((&mut balls, &core), &inside, &never);
+            let knots = together.iter().filter(|end| end.knot().is_some()).count();
+            assert!(3 * knots > 2 * inside.len(), "{knots} of {}", inside.len());
+            for (p, end) in inside.iter().zip(together) {
+                assert_eq!(patches.ends((&mut balls, &core), &[*p], &never), [end], "{p}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_ring_of_knots_ends_alike_wherever_it_is_entered() {
+        let corner = |i: i64| Knot::Corner((3, Voxel([i, 0, 0])));
+        let leads = [(1, 5), (5, 4), (4, 7), (7, 5), (2, 2), (3, 2)];
+        let knots: Map<Knot, Next> =
+            leads.into_iter().map(|(from, to)| (corner(from), Next::Knot(corner(to)))).collect();
+        for (from, to) in [(1, 4), (5, 4), (4, 4), (7, 4), (2, 2), (3, 2)] {
+            assert_eq!(last_of(corner(from), &knots), Next::Knot(corner(to)));
         }
     }
 
