@@ -63,8 +63,8 @@ impl Beam {
         hits
     }
 
-    /// How a ray ends by an answer and where it is inside, or goes on. Its ends are rounded in depth: what is free is so as far as these may be,
-    /// and what is inside counts where the ray is for certain.
+    /// How a ray ends by an answer, and where it is inside, or goes on. Its ends are rounded in depth: what is free is so as
+    /// far as these may be, and what is inside counts where the ray is for certain.
     fn ended(
         &self,
         (ray, line): (&Ray, &Line),

@@ -53,7 +53,7 @@ impl Moats {
     }
 
     /// How far from a place within a moat a straight line, given by its unit direction, comes to where nothing is, having
-    /// met nothing but what is within; it begins so far `before` the place.
+    /// met nothing but what is within. It begins so far `before` the place, which must be less than half a part.
     pub fn way_out(
         &self,
         voxels: &Grid,
