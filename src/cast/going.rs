@@ -17,9 +17,7 @@ pub(super) struct Going {
 /// Where a ray is.
 #[derive(Clone, Copy)]
 pub(super) enum Place {
-    /// At its beginning, or out of all that was rejected there; nothing before this counts.
-    Clear(f64),
-    /// Just outside of it.
+    /// Outside, or at its beginning; nothing before this counts.
     Free(f64),
     /// At a hit, which is to be judged.
     Met(Met),
@@ -29,7 +27,7 @@ pub(super) enum Place {
 
 impl Place {
     pub fn t(self) -> f64 {
-        let (Place::Clear(t) | Place::Free(t) | Place::Met(Met { t, .. }) | Place::Rejected(t)) = self;
+        let (Place::Free(t) | Place::Met(Met { t, .. }) | Place::Rejected(t)) = self;
         t
     }
 }
@@ -41,9 +39,6 @@ pub(super) struct Met {
     pub at: f64,
     pub how: How,
 }
-
-/// A ray, what it has met that is rejected, and where it has come out of that, if it is known.
-pub(super) type Rejected = (Going, Met, Option<f64>);
 
 /// How a ray met something.
 #[derive(Clone, Copy)]
@@ -99,7 +94,7 @@ impl<'a> Sifting<'a> {
 
 impl Going {
     pub fn new(ray: usize, near: f64, certified: bool) -> Going {
-        Going { ray, certified, given_up: false, place: Place::Clear(near) }
+        Going { ray, certified, given_up: false, place: Place::Free(near) }
     }
 
     /// Goes on, with or without a proof.

@@ -14,9 +14,7 @@
 //!    it. Nothing is asked there: up to the exit all is one part of the solid. The ray goes on from a place
 //!    `r` behind the exit that is outside.
 //! 3. And so on, until something is kept or the ray ends. In and behind what was rejected rays begin next to the
-//!    surface, too close to have anything in common: there each marches alone, whichever caster it came by. But where the
-//!    judge knows of a way out, on which there is nothing but what is rejected, they go on from its end as from
-//!    their beginning.
+//!    surface, too close to have anything in common: there each marches alone, whichever caster it came by.
 //!
 //! Where any hit will do, a place inside that the caster knows of is judged first. If that is kept for sure, it does not
 //! matter what is before it.
@@ -36,7 +34,7 @@
 //! A ruling without a proof is followed like any other, but nothing that follows from it is certified.
 
 use super::beam::Beams;
-use super::going::{Going, How, Met, Place, Rejected, Sifting};
+use super::going::{Going, How, Met, Place, Sifting};
 use super::passage::{Ahead, Looks, Passage, Side};
 use super::{CastStats, Caster, Hit, Ray};
 use crate::scene::Aabb;
@@ -61,12 +59,6 @@ pub trait Judge: Send {
     /// than the tolerance. There are as many rulings as there are points; what they are once the job is cancelled is of
     /// no interest.
     fn judge(&mut self, points: &[DVec3], rulings: &mut [Ruling], cancel: &AtomicBool);
-
-    /// Where a ray that meets something at `t`, and is inside of it at `at`, has come out of it, if there is known to be
-    /// nothing on that way but what is rejected for sure.
-    fn way_out(&mut self, _ray: &Ray, _t: f64, _at: f64) -> Option<f64> {
-        None
-    }
 
     /// The same judge with memory of its own, for another thread.
     fn clone_box(&self) -> Box<dyn Judge>;
@@ -108,8 +100,8 @@ impl Sifted {
     /// Sends all rays on until they have their answers.
     fn sift(&mut self, work: &mut Sifting<'_>) {
         let mut going = std::mem::take(&mut work.going);
-        for _ in 0..PARTS {
-            going = self.enter(going, work);
+        for part in 0..PARTS {
+            going = self.enter(going, part == 0, work);
             if going.is_empty() || work.is_cancelled() {
                 return;
             }
@@ -127,20 +119,18 @@ impl Sifted {
         }
     }
 
-    /// Casts free rays to what they meet, and finds the places to be judged by. Nothing that was cast counts once the job is
-    /// cancelled: some hits are not hits.
-    fn enter(&mut self, going: Vec<Going>, work: &mut Sifting<'_>) -> Vec<Going> {
-        let is_clear = |g: &Going| matches!(g.place, Place::Clear(_));
-        let (clear, next): (Vec<Going>, Vec<Going>) = going.into_iter().partition(is_clear);
+    /// Casts free rays to what they meet, by the caster of the solid if nothing was met before, and finds the places to be
+    /// judged by. Nothing that was cast counts once the job is cancelled: some hits are not hits.
+    fn enter(&mut self, going: Vec<Going>, is_first: bool, work: &mut Sifting<'_>) -> Vec<Going> {
         let (free, mut next): (Vec<Going>, Vec<Going>) =
-            next.into_iter().partition(|g| matches!(g.place, Place::Free(_)));
-        let mut cast = |caster: &mut dyn Caster, rays| cast(caster, rays, work, &mut self.costs);
-        let [(clear, first), (free, hits)] = [cast(&mut *self.solid, clear), cast(&mut self.onward, free)];
+            going.into_iter().partition(|g| matches!(g.place, Place::Free(_)));
+        let caster = if is_first { &mut *self.solid } else { &mut self.onward as &mut dyn Caster };
+        let (free, hits) = cast(caster, free, work, &mut self.costs);
         if work.is_cancelled() {
             return Vec::new();
         }
         let mut met = Vec::new();
-        for (ray, (hit, inside)) in clear.into_iter().zip(first).chain(free.into_iter().zip(hits)) {
+        for (ray, (hit, inside)) in free.into_iter().zip(hits) {
             let ray = Going { certified: ray.certified && hit.certified, ..ray };
             let (own, t) = (work.ray(&ray), hit.t);
             if !hit.is_hit() {
@@ -185,22 +175,16 @@ impl Sifted {
                 work.settle(ray, Hit { t: met.t, certified: true });
                 continue;
             }
-            let out = match met.how {
-                How::Entered | How::Known if ruling.proven => {
-                    self.judge.way_out(work.ray(&ray), met.t, met.at)
-                }
-                _ => None,
-            };
-            rejected.push((ray, met, out));
+            rejected.push((ray, met));
         }
         work.stats.rejected += rejected.len() as u64;
         self.pass_by(rejected, work)
     }
 
-    /// Sends rays on from what they have met that is rejected, and from where they have come out of it, if that is known.
-    fn pass_by(&mut self, mut rejected: Vec<Rejected>, work: &mut Sifting<'_>) -> Vec<Going> {
+    /// Sends rays on from what they have met that is rejected.
+    fn pass_by(&mut self, mut rejected: Vec<(Going, Met)>, work: &mut Sifting<'_>) -> Vec<Going> {
         let (rays, costs) = (work.rays, &mut self.costs);
-        let is_known = |i: &usize| matches!(rejected[*i], (_, Met { how: How::Known, .. }, None));
+        let is_known = |i: &usize| matches!(rejected[*i].1.how, How::Known);
         let known: Vec<usize> = (0..rejected.len()).filter(is_known).collect();
         let number = |i: usize| rejected[known[i]].0.ray;
         let places: Vec<(&Ray, f64)> =
@@ -212,24 +196,23 @@ impl Sifted {
             }
         }
         let mut next = Vec::new();
-        for (ray, Met { t, at, how }, out) in rejected {
+        for (ray, Met { t, at, how }) in rejected {
             let own = &work.rays[ray.ray];
             let mut looks = Looks { stats: &mut work.stats, cost: &mut self.costs[ray.ray] };
-            let (place, proven) = match (out, how) {
-                (Some(out), _) => (Place::Clear(out), true),
-                (None, How::Entered | How::Known) => {
+            let (place, proven) = match how {
+                How::Entered | How::Known => {
                     (Place::Rejected(at), self.passage.crosses_once(Side::Inside, own, (t, at), &mut looks))
                 }
-                (None, How::Grazed { end }) => {
+                How::Grazed { end } => {
                     (Place::Free(end), self.passage.stays_off(Side::Inside, own, (t, end), &mut looks))
                 }
-                (None, How::Stayed) => {
+                How::Stayed => {
                     (Place::Rejected(at), self.passage.stays_off(Side::Outside, own, (t, at), &mut looks))
                 }
             };
             let ray = ray.at(place, proven);
             match place {
-                Place::Clear(end) | Place::Free(end) if end >= own.far => work.settle(ray, Hit::MISS),
+                Place::Free(end) if end >= own.far => work.settle(ray, Hit::MISS),
                 _ => next.push(ray),
             }
         }

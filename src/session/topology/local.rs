@@ -4,7 +4,7 @@
 //! animation and pictures that are made again while their script is edited begin where the last one ended.
 
 use super::store::Key;
-use crate::cast::{Judge, Ray, Ruling};
+use crate::cast::{Judge, Ruling};
 use crate::diag::Diagnostic;
 use crate::field::{self, Field};
 use crate::num::Interval;
@@ -93,10 +93,6 @@ impl Judge for Joined {
         for (ruling, answer) in rulings.iter_mut().zip(self.0.answers(points, cancel)) {
             *ruling = Ruling { kept: !answer.is_apart(), proven: answer.is_proven() };
         }
-    }
-
-    fn way_out(&mut self, ray: &Ray, t: f64, at: f64) -> Option<f64> {
-        Some(at + self.0.way_out((ray.at(at), ray.direction), at - t)?)
     }
 
     fn clone_box(&self) -> Box<dyn Judge> {

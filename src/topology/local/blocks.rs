@@ -56,11 +56,6 @@ impl Parts {
         Parts(1 << (x + 4 * y + 16 * z))
     }
 
-    /// How long the edge of a part is.
-    pub fn edge(grid: &Grid) -> f64 {
-        grid.size() / EDGE as f64
-    }
-
     /// One of them.
     pub fn first(self) -> Option<Parts> {
         self.any().then(|| Parts(1 << self.0.trailing_zeros()))

@@ -93,11 +93,6 @@ impl<K: Hash + Eq + Clone, V: Clone> Cache<K, V> {
         }
     }
 
-    /// Forgets all.
-    pub fn clear(&self) {
-        self.shards.iter().for_each(|shard| lock(shard).entries.clear());
-    }
-
     /// Entries.
     pub fn len(&self) -> usize {
         self.shards.iter().map(|shard| lock(shard).entries.len()).sum()

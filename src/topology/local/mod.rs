@@ -44,7 +44,6 @@ mod core;
 mod counters;
 mod grid;
 mod moat;
-mod moats;
 mod patch;
 mod voxel;
 mod way;
@@ -60,7 +59,6 @@ use cache::Cache;
 use counters::{Count, Counters};
 use glam::DVec3;
 use grid::{Grid, Voxel};
-use moats::Moats;
 use patch::Patches;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -100,7 +98,7 @@ impl Answer {
 /// Voxels that one search may look into.
 const PATIENCE: usize = 4096;
 
-/// Voxels that are remembered, minima, and small cells.
+/// Voxels that are remembered, minima, small cells, and ends of chains.
 const REMEMBERED: usize = 1 << 19;
 
 /// Cells to a voxel along each axis, as powers of two, in which moats and ways are looked for: those after the first where
@@ -113,6 +111,8 @@ const CELLS_REMEMBERED: usize = 1 << 21;
 /// What is proven of the parts of a cell.
 #[derive(Clone, Copy, Debug, Default)]
 struct Proven {
+    /// All of the solid in them is within a moat.
+    parted: Parts,
     /// They are all inside, and joined with the core.
     joined: Parts,
     /// There is no moat around what touches them by cells of their size.
@@ -132,9 +132,8 @@ pub struct Local {
     statuses: Cache<Minimum, Answer>,
     /// What moats and ways say of small cells.
     around: Cache<Voxel, Answer>,
-    /// What is proven of cells, by how often voxels are halved for them.
+    /// What moats and ways have proven of cells, by how often voxels are halved for them.
     proven: Cache<(u32, Voxel), Proven>,
-    moats: Moats,
     patches: Patches,
     counters: Counters,
 }
@@ -187,17 +186,13 @@ impl Local {
             statuses: Cache::new(REMEMBERED),
             around: Cache::new(REMEMBERED),
             proven: Cache::new(CELLS_REMEMBERED),
-            moats: Moats::default(),
-            patches: Patches::new(Grid::new(feature), CELLS_REMEMBERED),
+            patches: Patches::new(Grid::new(feature), REMEMBERED),
             counters: Counters::default(),
         })
     }
 
     /// Another picture begins: what was not used for a while is forgotten, and counting begins anew.
     pub fn turn(&self) {
-        if self.moats.len() > CELLS_REMEMBERED {
-            self.forget();
-        }
         self.points.turn();
         self.links.turn();
         self.statuses.turn();
@@ -207,30 +202,16 @@ impl Local {
         self.counters.clear();
     }
 
-    /// Forgets moats, and all answers that may come of them.
-    fn forget(&self) {
-        self.moats.clear();
-        self.links.clear();
-        self.statuses.clear();
-        self.around.clear();
-        self.patches.clear();
-    }
-
-    /// How far from a point within a moat a straight line, given by its unit direction, comes to where nothing is, having
-    /// met nothing of the solid but what is parted from the core; it begins so far `before` the point.
-    pub fn way_out(&self, line: (DVec3, DVec3), before: f64) -> Option<f64> {
-        SMALL.into_iter().find_map(|level| self.moats.way_out(&self.grid, level, line, before))
-    }
-
     /// What moats and ways to other places have proven of a point: if it is inside, a *parted*; a *joined* in any case.
     fn proven(&self, p: DVec3) -> Option<Answer> {
         SMALL.into_iter().find_map(|level| {
             let grid = self.grid.halved(level);
             let voxel = grid.voxel(p);
-            let part = Parts::of(&grid, voxel, p);
-            match self.proven.get(&(level, voxel)) {
-                Some(proven) if part.and(proven.joined).any() => Some(Answer::Joined),
-                _ => self.moats.holds(&self.grid, level, p).then_some(Answer::Parted),
+            let (part, proven) = (Parts::of(&grid, voxel, p), self.proven.get(&(level, voxel))?);
+            match part {
+                _ if part.and(proven.joined).any() => Some(Answer::Joined),
+                _ if part.and(proven.parted).any() => Some(Answer::Parted),
+                _ => None,
             }
         })
     }
@@ -247,7 +228,7 @@ impl Local {
 
     /// Remembers what is within a moat.
     fn remember_moat(&self, level: u32, within: Vec<(Voxel, Parts)>) {
-        self.moats.add(level, within);
+        self.remember(level, within, |known, parts| known.parted = known.parted.or(parts));
         self.counters.add(Count::Moats, 1);
     }
 
@@ -316,11 +297,6 @@ impl Seeker {
         local.counters.add(Count::Asked, points.len());
         local.counters.add(Count::Unknown, unknown);
         answers
-    }
-
-    /// [`Local::way_out`].
-    pub fn way_out(&self, line: (DVec3, DVec3), before: f64) -> Option<f64> {
-        self.looker.local.way_out(line, before)
     }
 }
 
