@@ -9,7 +9,8 @@
 //! ```
 //!
 //! 1. The solid's own caster finds where the ray enters. A hit lies in front of the surface, so the judge is
-//!    asked about a place `q` behind it that is inside, from the caster itself or by values (`passage.rs`). All rays of a group are judged together.
+//!    asked about a place `q` behind it that is inside, which the caster knows or values tell (`passage.rs`). All
+//!    rays of a group are judged together.
 //! 2. If it is rejected, a cast of the complement, whose field is `-f`, from `q` finds where the ray leaves
 //!    it. Nothing is asked there: up to the exit all is one part of the solid. The ray goes on from a place
 //!    `r` behind the exit that is outside.
