@@ -34,7 +34,7 @@
 //!
 //! A ruling without a proof is followed like any other, but nothing that follows from it is certified.
 
-use super::beam::Beams;
+use super::beam::{Beams, Onward};
 use super::going::{Going, How, Met, Place, Sifting};
 use super::passage::{Ahead, Looks, Passage, Side};
 use super::{CastStats, Caster, Hit, Ray};
@@ -72,7 +72,7 @@ const PARTS: u32 = 1000;
 pub struct Sifted {
     solid: Box<dyn Caster>,
     /// The same solid, for rays that have come out of something.
-    onward: Beams,
+    onward: Onward,
     complement: Beams,
     passage: Passage,
     judge: Box<dyn Judge>,
@@ -88,7 +88,7 @@ impl Sifted {
         let complement = Arc::new(Cells::of_sides(Arc::new(cells.tape().negated()), &region.intervals()));
         Sifted {
             solid,
-            onward: Beams::alone(cells.clone()),
+            onward: Onward::new(cells.clone()),
             complement: Beams::alone(complement),
             passage: Passage::new(cells.clone()),
             judge,
@@ -303,15 +303,18 @@ fn cast(
     if going.is_empty() {
         return (going, Vec::new());
     }
-    let from = |ray: &Going| Ray { near: ray.place.t(), ..*work.ray(ray) };
-    let rays: Vec<Ray> = going.iter().map(from).collect();
+    // Rays keep their places in the group, by which casters know which ones are next to one another.
+    let mut rays: Vec<Ray> =
+        work.rays.iter().map(|ray| Ray { near: f64::INFINITY, far: f64::NEG_INFINITY, ..*ray }).collect();
+    for ray in &going {
+        rays[ray.ray] = Ray { near: ray.place.t(), ..*work.ray(ray) };
+    }
     let mut hits = vec![Hit::MISS; rays.len()];
     caster.first_hits(&rays, &mut hits, &mut work.stats, work.cancel);
-    let insides = caster.insides().iter().copied().chain(std::iter::repeat(f64::INFINITY));
-    let hits = hits.into_iter().zip(insides).collect();
-    for (ray, cost) in going.iter().zip(caster.costs()) {
-        costs[ray.ray] += cost;
-    }
+    costs.iter_mut().zip(caster.costs()).for_each(|(all, cost)| *all += cost);
+    let insides = caster.insides();
+    let found = |ray: &Going| (hits[ray.ray], insides.get(ray.ray).copied().unwrap_or(f64::INFINITY));
+    let hits = going.iter().map(found).collect();
     (going, hits)
 }
 

@@ -72,8 +72,8 @@ enum Knot {
 enum Patch {
     /// Nothing.
     Blind,
-    /// The field in its ball, and whether that is all inside.
-    Known(Taylor, bool),
+    /// Its ball, the field in that, and whether all of it is inside.
+    Known((DVec3, f64), Taylor, bool),
 }
 
 /// What a place leads to.
@@ -262,10 +262,10 @@ impl Patches {
             }
             for level in chase.level..=LEVELS[1] {
                 let key = (level, self.voxels.halved(level).voxel(chase.at));
-                let (f, is_full) = match cells.get(&key) {
+                let ((centre, radius), f, is_full) = match cells.get(&key) {
                     None => return Look::Ask(key),
                     Some(Patch::Blind) => continue,
-                    Some(Patch::Known(f, is_full)) => (f, *is_full),
+                    Some(Patch::Known(ball, f, is_full)) => (*ball, f, *is_full),
                 };
                 let knot = is_full.then(|| self.corner(key));
                 // One goes on to no smaller cells: from these it would only come back.
@@ -274,7 +274,6 @@ impl Patches {
                 if let Some(knot) = knot.filter(is_news) {
                     return Look::Next(Next::Knot(knot));
                 }
-                let (centre, radius) = self.ball(key);
                 if let Some(u) = leads(f, (chase.at - centre) / radius, is_full) {
                     chase.at = centre + radius * u;
                     chase.level = (level - 1).max(LEVELS[0]);
@@ -324,13 +323,13 @@ impl Patches {
         let mut seen = HashSet::default();
         wanted.retain(|key| seen.insert(*key));
         for keys in wanted.chunks(LANES) {
-            let values = *field.eval(keys.iter().map(|key| self.ball(*key)));
-            for (i, key) in keys.iter().enumerate() {
-                let (centre, radius) = self.ball(*key);
+            let balls: Vec<(DVec3, f64)> = keys.iter().map(|key| self.ball(*key)).collect();
+            let values = *field.eval(balls.iter().copied());
+            for (i, (key, ball)) in keys.iter().zip(balls).enumerate() {
                 let value = values.lane(i);
-                let is_known = field.is_within(centre, radius) && field.is_defined_around(centre, radius);
-                let patch = if is_known { Patch::Known(value, value.range.hi < 0.0) } else { Patch::Blind };
-                cells.insert(*key, patch);
+                let is_known = field.is_within(ball.0, ball.1) && field.is_defined_around(ball.0, ball.1);
+                let is_full = value.range.hi < 0.0;
+                cells.insert(*key, if is_known { Patch::Known(ball, value, is_full) } else { Patch::Blind });
             }
         }
     }

@@ -49,6 +49,10 @@ enum Arrived {
 /// Voxels that a path comes down until it is seen whether there is a straight way to the core.
 const FALL: f64 = 8.0;
 
+/// How near to a minimum a path comes, in voxels, before it is asked what is around it: so near that all paths to it ask
+/// about one place. (From a distance to the next, Newton's steps square it.)
+const NEAR: f64 = 1e-4;
+
 /// The critical points of a voxel that are inside.
 #[derive(Debug, Default)]
 pub struct Points {
@@ -183,11 +187,12 @@ impl Looker {
             if core.holds(at) {
                 return Some(Arrived::Node(Node::Core));
             }
-            if let Some(settled) = settled.filter(|settled| settled.within < 0.01 * size) {
+            if let Some(settled) = settled.filter(|settled| settled.within < NEAR * size) {
                 return Some(Arrived::Settled(settled));
             }
             // A path ends in the tip of a cone in ever smaller steps.
-            if radius < 1e-3 * size
+            if settled.is_none()
+                && radius < 1e-3 * size
                 && let Some(tip) = tip(local, cells, at, cancel)
             {
                 return Some(Arrived::Node(Node::Minimum(tip)));

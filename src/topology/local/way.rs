@@ -98,10 +98,13 @@ impl Looker {
             self.look(blocks, &batch);
             for voxel in batch {
                 let fresh = flood.take(voxel, blocks.get(voxel).inside, depth);
+                if !fresh.any() {
+                    continue;
+                }
                 if fresh.and(self.local.proven_of(blocks.level, voxel).joined).any() {
                     return Some(flood.within());
                 }
-                if fresh.any() && seen.insert(views.voxel(grid.middle(voxel))) {
+                if seen.insert(views.voxel(grid.middle(voxel))) {
                     places.extend(fresh.first().map(|part| part.middle(&grid, voxel)));
                 }
             }
