@@ -13,10 +13,12 @@
 use super::super::search::{Balls, LANES};
 use super::bricks::Bricks;
 use super::grid::{Grid, Voxel};
+use super::proofs::{Known, Proofs};
 use crate::num::{Taylor, widest};
 use glam::DVec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::sync::Arc;
 
 /// Parts along an edge.
 const EDGE: usize = 4;
@@ -186,13 +188,17 @@ fn values(f: &Taylor, half: f64) -> ([f64; 64], [f64; 64]) {
 /// Bricks of cells that are remembered. Floods from places next to one another come to the same ones.
 const KNOWN: usize = 1 << 12;
 
+/// Cells that come next of which so many are looked through for some that are new.
+const AHEAD: usize = 4 * LANES;
+
 /// Cells of a grid that were looked at.
 #[derive(Clone, Debug)]
 pub struct Blocks {
     /// How often voxels are halved for them.
     pub level: u32,
     pub grid: Grid,
-    known: Bricks<Option<Block>>,
+    /// With what is proven of them, once somebody has asked.
+    known: Bricks<Option<Block>, Option<Arc<Proofs>>>,
 }
 
 impl Blocks {
@@ -206,16 +212,23 @@ impl Blocks {
         self.known.get(voxel).unwrap_or_default()
     }
 
-    /// Looks at cells, at most [`LANES`] of them.
-    pub fn look(&mut self, field: &mut Balls, voxels: &[Voxel]) {
+    /// What is proven of one that was looked at last.
+    pub fn proofs(&mut self, known: &Known, voxel: Voxel) -> &Proofs {
+        let level = self.level;
+        self.known.head(voxel).get_or_insert_with(|| known.brick(level, voxel))
+    }
+
+    /// Looks at cells, at most [`LANES`] of them, and where that leaves lanes idle, at some that come next.
+    pub fn look(&mut self, field: &mut Balls, voxels: &[Voxel], next: impl Iterator<Item = Voxel>) {
         if self.known.len() > KNOWN {
             self.known.clear();
         }
-        let new: Vec<Voxel> =
-            voxels.iter().copied().filter(|voxel| self.known.get(*voxel).is_none()).collect();
+        let is_new = |voxel: &Voxel| self.known.get(*voxel).is_none();
+        let mut new: Vec<Voxel> = voxels.iter().copied().filter(is_new).collect();
         if new.is_empty() {
             return;
         }
+        new.extend(next.take(AHEAD).filter(is_new).take(LANES - new.len()));
         let balls: Vec<(DVec3, f64)> = new.iter().map(|&voxel| self.grid.ball(voxel)).collect();
         let values = *field.eval(balls.iter().copied());
         for (i, (voxel, (centre, radius))) in new.into_iter().zip(balls).enumerate() {
@@ -260,6 +273,11 @@ impl Flood {
         let batch: Vec<Voxel> = (0..LANES).map_while(next).collect();
         batch.iter().for_each(|&voxel| self.cells.at(voxel).waits = false);
         batch
+    }
+
+    /// Cells to go on from later, some of the next ones first.
+    pub fn ahead(&self) -> impl Iterator<Item = Voxel> + '_ {
+        self.waiting.iter().map(|Reverse((_, voxel))| *voxel)
     }
 
     /// How many cells it touches.

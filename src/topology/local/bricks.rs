@@ -1,7 +1,7 @@
 //! Something about each of many cells of a grid that are next to one another.
 //!
 //! Floods ask about a cell and all that touch it, again and again. So cells are kept in bricks of four along each axis, each
-//! of which is one entry of a table; and the brick that was changed last is at hand.
+//! of which is one entry of a table; and the bricks that were used last are at hand.
 
 use super::grid::Voxel;
 use ahash::RandomState;
@@ -11,20 +11,36 @@ use std::collections::HashMap;
 const EDGE: u32 = 2;
 
 /// Cells of a brick.
-const COUNT: usize = 1 << (3 * EDGE);
+pub const COUNT: usize = 1 << (3 * EDGE);
 
-/// A value for every cell of a grid, most of which have none yet: that of [`Default`].
+/// Which brick.
+pub type Name = [i64; 3];
+
+/// The brick of a cell.
+pub fn name(Voxel(at): Voxel) -> Name {
+    at.map(|i| i >> EDGE)
+}
+
+/// A value for every cell of a grid, most of which have none yet: that of [`Default`]. Of each brick something more may be
+/// known.
 #[derive(Clone, Debug)]
-pub struct Bricks<T> {
-    numbers: HashMap<[i64; 3], usize, RandomState>,
-    bricks: Vec<([i64; 3], [T; COUNT])>,
+pub struct Bricks<T, H = ()> {
+    numbers: HashMap<Name, usize, RandomState>,
+    bricks: Vec<Brick<T, H>>,
     /// The numbers of those that were used last.
     recent: [usize; COUNT],
 }
 
-impl<T: Copy + Default> Bricks<T> {
+#[derive(Clone, Debug)]
+struct Brick<T, H> {
+    name: Name,
+    cells: [T; COUNT],
+    head: H,
+}
+
+impl<T: Copy + Default, H: Default> Bricks<T, H> {
     /// Without any brick.
-    pub fn new() -> Bricks<T> {
+    pub fn new() -> Bricks<T, H> {
         Bricks { numbers: HashMap::default(), bricks: Vec::new(), recent: [0; COUNT] }
     }
 
@@ -41,29 +57,38 @@ impl<T: Copy + Default> Bricks<T> {
 
     /// What is known of a cell, to be changed.
     pub fn at(&mut self, voxel: Voxel) -> &mut T {
-        let name = voxel.0.map(|i| i >> EDGE);
+        &mut self.brick(voxel).cells[place(voxel)]
+    }
+
+    /// What is known of the brick of a cell, to be changed.
+    pub fn head(&mut self, voxel: Voxel) -> &mut H {
+        &mut self.brick(voxel).head
+    }
+
+    fn brick(&mut self, voxel: Voxel) -> &mut Brick<T, H> {
+        let name = name(voxel);
         let recent = &mut self.recent[place(Voxel(name))];
-        if self.bricks.get(*recent).is_none_or(|brick| brick.0 != name) {
+        if self.bricks.get(*recent).is_none_or(|brick| brick.name != name) {
             let bricks = &mut self.bricks;
             *recent = *self.numbers.entry(name).or_insert_with(|| {
-                bricks.push((name, [T::default(); COUNT]));
+                bricks.push(Brick { name, cells: [T::default(); COUNT], head: H::default() });
                 bricks.len() - 1
             });
         }
-        &mut self.bricks[*recent].1[place(voxel)]
+        &mut self.bricks[*recent]
     }
 
     /// What is known of a cell.
     pub fn get(&self, voxel: Voxel) -> T {
-        let name = voxel.0.map(|i| i >> EDGE);
-        let recent = self.bricks.get(self.recent[place(Voxel(name))]).filter(|brick| brick.0 == name);
+        let name = name(voxel);
+        let recent = self.bricks.get(self.recent[place(Voxel(name))]).filter(|brick| brick.name == name);
         let brick = recent.or_else(|| self.numbers.get(&name).map(|&number| &self.bricks[number]));
-        brick.map_or_else(T::default, |brick| brick.1[place(voxel)])
+        brick.map_or_else(T::default, |brick| brick.cells[place(voxel)])
     }
 
-    /// All cells of all bricks.
+    /// All cells of all bricks, those of one after those of another.
     pub fn all(&self) -> impl Iterator<Item = (Voxel, T)> + '_ {
-        self.bricks.iter().flat_map(|(name, cells)| {
+        self.bricks.iter().flat_map(|Brick { name, cells, .. }| {
             cells.iter().enumerate().map(|(i, cell)| {
                 let within = |axis: u32| (i >> (axis * EDGE)) as i64 & ((1 << EDGE) - 1);
                 (Voxel([0, 1, 2].map(|axis| (name[axis as usize] << EDGE) + within(axis))), *cell)
@@ -73,7 +98,7 @@ impl<T: Copy + Default> Bricks<T> {
 }
 
 /// Where a cell is in its brick.
-fn place(Voxel(at): Voxel) -> usize {
+pub fn place(Voxel(at): Voxel) -> usize {
     let within = |i: i64| (i & ((1 << EDGE) - 1)) as usize;
     within(at[0]) + (within(at[1]) << EDGE) + (within(at[2]) << (2 * EDGE))
 }
@@ -84,11 +109,14 @@ mod tests {
 
     #[test]
     fn every_cell_has_a_value_of_its_own() {
-        let mut bricks = Bricks::<i64>::new();
+        let mut bricks = Bricks::<i64, u8>::new();
         let cells = || (0..1000_i64).map(|i| Voxel([i % 10 - 5, i / 10 % 10 - 3, i / 100 + (1 << 40)]));
         let number = |voxel: Voxel| 1 + voxel.0[0] + 100 * voxel.0[1] + 10_000 * voxel.0[2];
         cells().for_each(|voxel| *bricks.at(voxel) = number(voxel));
         assert!(cells().all(|voxel| bricks.get(voxel) == number(voxel)));
+        cells().for_each(|voxel| *bricks.head(voxel) += 1);
+        let heads: u32 = bricks.bricks.iter().map(|brick| u32::from(brick.head)).sum();
+        assert_eq!((heads, *bricks.head(Voxel([0, 0, 1 << 40]))), (1000, 64));
         let told: Vec<(Voxel, i64)> = bricks.all().filter(|(_, n)| *n != 0).collect();
         assert_eq!(told.len(), 1000);
         assert!(told.into_iter().all(|(voxel, n)| n == number(voxel)));

@@ -9,6 +9,7 @@
 
 use super::blocks::{Blocks, Flood, Parts};
 use super::grid::Voxel;
+use super::proofs::Proof;
 use super::voxel::Looker;
 use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -44,13 +45,13 @@ impl Looker {
                 // A place in a part without anything is not inside: of it nothing is known.
                 return (!within.is_empty()).then_some(within);
             }
-            self.look(blocks, &batch);
+            self.look(blocks, &batch, &flood);
             for voxel in batch {
                 let fresh = flood.take(voxel, blocks.get(voxel).solid, near);
                 if !fresh.any() {
                     continue;
                 }
-                is_vast |= fresh.and(self.local.proven_of(blocks.level, voxel).vast).any();
+                is_vast |= fresh.and(blocks.proofs(&self.local.known, voxel).get(Proof::Vast, voxel)).any();
                 for axis in 0..3 {
                     (low[axis], high[axis]) = (low[axis].min(voxel.0[axis]), high[axis].max(voxel.0[axis]));
                 }
@@ -58,7 +59,7 @@ impl Looker {
                 is_vast |= !self.is_beside_the_core(blocks.grid.ball(voxel));
             }
             if is_vast {
-                self.local.remember_vast(blocks.level, flood.within());
+                self.local.known.add(Proof::Vast, blocks.level, &flood.within());
                 return None;
             }
         }

@@ -45,6 +45,7 @@ mod counters;
 mod grid;
 mod moat;
 mod patch;
+mod proofs;
 mod voxel;
 mod way;
 
@@ -60,6 +61,7 @@ use counters::{Count, Counters};
 use glam::DVec3;
 use grid::{Grid, Voxel};
 use patch::Patches;
+use proofs::{Known, Proof};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -108,17 +110,6 @@ const SMALL: [u32; 2] = [3, 4];
 /// Cells of voxels that are remembered.
 const CELLS_REMEMBERED: usize = 1 << 21;
 
-/// What is proven of the parts of a cell.
-#[derive(Clone, Copy, Debug, Default)]
-struct Proven {
-    /// All of the solid in them is within a moat.
-    parted: Parts,
-    /// They are all inside, and joined with the core.
-    joined: Parts,
-    /// There is no moat around what touches them by cells of their size.
-    vast: Parts,
-}
-
 /// What many threads know of a solid.
 #[derive(Debug)]
 pub struct Local {
@@ -132,8 +123,8 @@ pub struct Local {
     statuses: Cache<Minimum, Answer>,
     /// What moats and ways say of small cells.
     around: Cache<Voxel, Answer>,
-    /// What moats and ways have proven of cells, by how often voxels are halved for them.
-    proven: Cache<(u32, Voxel), Proven>,
+    /// What moats and ways have proven of cells.
+    known: Known,
     patches: Patches,
     counters: Counters,
 }
@@ -185,7 +176,7 @@ impl Local {
             links: Cache::new(REMEMBERED),
             statuses: Cache::new(REMEMBERED),
             around: Cache::new(REMEMBERED),
-            proven: Cache::new(CELLS_REMEMBERED),
+            known: Known::new(CELLS_REMEMBERED),
             patches: Patches::new(Grid::new(feature), REMEMBERED),
             counters: Counters::default(),
         })
@@ -197,7 +188,7 @@ impl Local {
         self.links.turn();
         self.statuses.turn();
         self.around.turn();
-        self.proven.turn();
+        self.known.turn();
         self.patches.turn();
         self.counters.clear();
     }
@@ -207,44 +198,14 @@ impl Local {
         SMALL.into_iter().find_map(|level| {
             let grid = self.grid.halved(level);
             let voxel = grid.voxel(p);
-            let (part, proven) = (Parts::of(&grid, voxel, p), self.proven.get(&(level, voxel))?);
-            match part {
-                _ if part.and(proven.joined).any() => Some(Answer::Joined),
-                _ if part.and(proven.parted).any() => Some(Answer::Parted),
-                _ => None,
+            let (part, known) = (Parts::of(&grid, voxel, p), self.known.get(level, voxel)?);
+            let is = |what: Proof| part.and(known.get(what, voxel)).any();
+            match () {
+                () if is(Proof::Joined) => Some(Answer::Joined),
+                () if is(Proof::Parted) => Some(Answer::Parted),
+                () => None,
             }
         })
-    }
-
-    /// What is proven of a cell.
-    fn proven_of(&self, level: u32, voxel: Voxel) -> Proven {
-        self.proven.get(&(level, voxel)).unwrap_or_default()
-    }
-
-    /// Remembers parts that are all inside and joined with the core.
-    fn remember_joined(&self, level: u32, parts: Vec<(Voxel, Parts)>) {
-        self.remember(level, parts, |known, parts| known.joined = known.joined.or(parts));
-    }
-
-    /// Remembers what is within a moat.
-    fn remember_moat(&self, level: u32, within: Vec<(Voxel, Parts)>) {
-        self.remember(level, within, |known, parts| known.parted = known.parted.or(parts));
-        self.counters.add(Count::Moats, 1);
-    }
-
-    /// Remembers what no moat is around.
-    fn remember_vast(&self, level: u32, within: Vec<(Voxel, Parts)>) {
-        self.remember(level, within, |known, parts| known.vast = known.vast.or(parts));
-    }
-
-    fn remember(&self, level: u32, cells: Vec<(Voxel, Parts)>, add: impl Fn(&mut Proven, Parts)) {
-        for (voxel, parts) in cells {
-            self.proven.update((level, voxel), |known| {
-                let mut known = known.copied().unwrap_or_default();
-                add(&mut known, parts);
-                known
-            });
-        }
     }
 
     /// What the work was since the picture began.

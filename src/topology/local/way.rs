@@ -6,11 +6,12 @@
 //! that nothing is found says nothing.
 
 use super::super::search::LANES;
-use super::Answer;
 use super::blocks::{Blocks, Flood, Parts};
 use super::counters::Count;
 use super::grid::Voxel;
+use super::proofs::Proof;
 use super::voxel::Looker;
+use super::{Answer, SMALL};
 use ahash::HashSet;
 use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -58,21 +59,34 @@ impl Looker {
         found.unwrap_or(Answer::Unknown)
     }
 
-    /// The same, by cells of one size.
+    /// The same, by cells of one size. Where larger ones did not do it is more often a crumb.
     fn prove(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> Option<Answer> {
-        if let Some(joined) = self.way(blocks, at, cancel) {
-            self.local.remember_joined(blocks.level, joined);
-            return Some(Answer::Joined);
+        if blocks.level == SMALL[0] {
+            self.joins(blocks, at, cancel).or_else(|| self.parts(blocks, at, cancel))
+        } else {
+            self.parts(blocks, at, cancel).or_else(|| self.joins(blocks, at, cancel))
         }
+    }
+
+    /// Whether a way joins a place with the core.
+    fn joins(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> Option<Answer> {
+        let way = self.way(blocks, at, cancel)?;
+        self.local.known.add(Proof::Joined, blocks.level, &way);
+        Some(Answer::Joined)
+    }
+
+    /// Whether a moat parts a place from the core.
+    fn parts(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> Option<Answer> {
         let within = self.moat(blocks, at, cancel)?;
-        self.local.remember_moat(blocks.level, within);
+        self.local.known.add(Proof::Parted, blocks.level, &within);
+        self.local.counters.add(Count::Moats, 1);
         Some(Answer::Parted)
     }
 
-    /// Looks at cells.
-    pub(super) fn look(&mut self, blocks: &mut Blocks, voxels: &[Voxel]) {
+    /// Looks at cells of a flood.
+    pub(super) fn look(&mut self, blocks: &mut Blocks, voxels: &[Voxel], flood: &Flood) {
         let start = Instant::now();
-        blocks.look(&mut self.paths, voxels);
+        blocks.look(&mut self.paths, voxels, flood.ahead());
         self.local.counters.add_time(Count::Locating, start);
     }
 
@@ -95,13 +109,13 @@ impl Looker {
             if is_last {
                 return None;
             }
-            self.look(blocks, &batch);
+            self.look(blocks, &batch, &flood);
             for voxel in batch {
                 let fresh = flood.take(voxel, blocks.get(voxel).inside, depth);
                 if !fresh.any() {
                     continue;
                 }
-                if fresh.and(self.local.proven_of(blocks.level, voxel).joined).any() {
+                if fresh.and(blocks.proofs(&self.local.known, voxel).get(Proof::Joined, voxel)).any() {
                     return Some(flood.within());
                 }
                 if seen.insert(views.voxel(grid.middle(voxel))) {
