@@ -15,16 +15,23 @@
 //! A piece that can be cut so has the surface in it once at most: the ray came from outside, and is inside
 //! from there on. So whatever is inside belongs to the place at its end. Of the complement the same is true
 //! with all signs turned.
+//!
+//! Where the field is smooth most pieces need no cut, so that those of all rays are looked at side by side first, each in a
+//! ball around it.
 
 use super::group::LANES;
 use super::{CastStats, Ray};
-use crate::num::{Interval, Many, ROUNDOFF, Slope};
+use crate::num::{Class, Interval, Many, ROUNDOFF, Slope, Taylor, Taylors};
 use crate::tape::{Cells, Evaluator};
+use glam::DVec3;
 use std::sync::Arc;
 
 /// Places that are looked at, in tolerances behind a hit. The hit itself is not the first: it may be so
 /// close to the surface that a ray that goes on from there would not get away from it.
 const RUNGS: [f64; 5] = [0.5, 1.0, 0.0, 2.0, 4.0];
+
+/// Pieces that are looked at side by side.
+const PIECES: usize = 16;
 
 /// Times that a piece is halved for the sake of a proof.
 const CUTS: u32 = 5;
@@ -71,12 +78,17 @@ pub(super) struct Passage {
     cells: Arc<Cells>,
     points: Evaluator<Many<f64, LANES>>,
     slopes: Evaluator<Slope>,
+    balls: Evaluator<Taylors<PIECES>>,
 }
+
+/// A piece of a ray of a group, by the number of the ray.
+pub(super) type Part = (usize, (f64, f64));
 
 impl Passage {
     pub(super) fn new(cells: Arc<Cells>) -> Passage {
         let tape = || cells.tape().clone();
-        Passage { points: Evaluator::new(tape()), slopes: Evaluator::new(tape()), cells }
+        let (points, slopes) = (Evaluator::new(tape()), Evaluator::new(tape()));
+        Passage { points, slopes, balls: Evaluator::new(tape()), cells }
     }
 
     /// The same with memory of its own.
@@ -143,16 +155,71 @@ impl Passage {
         values
     }
 
-    /// Whether a ray is proven to get to a side once and for all between `from` and `to`, where it is on
-    /// that side.
-    pub(super) fn crosses_once(
+    /// Which rays are proven to get to a side once and for all on pieces at whose ends they are on that side. `costs` are
+    /// those of all rays.
+    pub(super) fn cross_once(
         &mut self,
         side: Side,
-        ray: &Ray,
-        (from, to): (f64, f64),
-        look: &mut Looks<'_>,
-    ) -> bool {
-        from == to || self.follow(side, ray, (from, to), CUTS, Known::Falling, look).is_some()
+        rays: &[Ray],
+        pieces: &[Part],
+        costs: &mut [f64],
+        stats: &mut CastStats,
+    ) -> Vec<bool> {
+        let mut once: Vec<bool> = pieces.iter().map(|&(_, (from, to))| from == to).collect();
+        if self.cells.tape().class() == Class::C2 {
+            self.cross_at_once(side, rays, pieces, costs, stats, &mut once);
+        }
+        for (once, &(ray, piece)) in once.iter_mut().zip(pieces).filter(|(once, _)| !**once) {
+            let mut looks = Looks { stats, cost: &mut costs[ray] };
+            *once = self.follow(side, &rays[ray], piece, CUTS, Known::Falling, &mut looks).is_some();
+        }
+        once
+    }
+
+    /// The same for pieces as a whole: adds those for which one ball is proof enough.
+    fn cross_at_once(
+        &mut self,
+        side: Side,
+        rays: &[Ray],
+        pieces: &[Part],
+        costs: &mut [f64],
+        stats: &mut CastStats,
+        once: &mut [bool],
+    ) {
+        let ball = |&(ray, (from, to)): &Part| {
+            let half = 0.5 * (to - from);
+            let middle = rays[ray].at(from + half).to_array();
+            (middle, half * (1.0 + 1e-9) + 4.0 * rays[ray].rounding(to))
+        };
+        let open = pieces.iter().enumerate().filter(|(i, _)| !once[*i]);
+        let balls: Vec<(usize, [f64; 3], f64)> = open
+            .map(|(i, piece)| {
+                let (middle, radius) = ball(piece);
+                (i, middle, radius)
+            })
+            .collect();
+        let order = self.cells.tapes_around(balls.iter().enumerate().map(|(k, ball)| (k, ball.1, ball.2)));
+        for batch in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)).flat_map(|same| same.chunks(PIECES)) {
+            let (tape, own) = (batch[0].0, |lane: usize| &balls[batch[lane.min(batch.len() - 1)].1]);
+            let radii = std::array::from_fn(|lane| own(lane).2);
+            let middles: [[f64; PIECES]; 3] =
+                [0, 1, 2].map(|axis| std::array::from_fn(|lane| own(lane).1[axis]));
+            let values = self.balls.turn_to(tape).eval_by(|axis, coordinate: &mut Taylors<PIECES>| {
+                coordinate.set_coordinate(axis, &middles[axis], &radii);
+            });
+            for (lane, &(_, k)) in batch.iter().enumerate() {
+                let (i, middle, radius) = balls[k];
+                let (ray, sign) = (pieces[i].0, side.sign());
+                let value = values.lane(lane);
+                let along = slope_along(&value, rays[ray].direction) * sign;
+                let is_defined =
+                    self.cells.is_defined() || tape.is_defined(&middle.map(|x| Interval::around(x, radius)));
+                once[i] = is_defined && Known::Falling.after(value.range * sign, along).is_some();
+                costs[ray] += 1.0;
+            }
+            stats.evaluations += batch.len() as u64;
+            stats.work += tape.work() * PIECES as u64;
+        }
     }
 
     /// Whether a ray is proven not to get to a side between `from`, where it is not on it, and `to`.
@@ -230,6 +297,19 @@ impl Passage {
     }
 }
 
+/// The slopes in a direction in a ball, in units of it.
+fn slope_along(f: &Taylor, direction: DVec3) -> Interval {
+    let bent = matrix_by(f.hess, direction).length() + f.turn[1];
+    let off = if bent < f.turn[0] { bent } else { f.turn[0] };
+    let rounding = 1e-12 * (f.steepness() + f.curvature());
+    Interval::around(DVec3::from_array(f.grad).dot(direction), off * (1.0 + 1e-9) + rounding)
+}
+
+/// A symmetric matrix, by xx, yy, zz, xy, xz, yz, times a vector.
+fn matrix_by([xx, yy, zz, xy, xz, yz]: [f64; 6], v: DVec3) -> DVec3 {
+    DVec3::new(DVec3::new(xx, xy, xz).dot(v), DVec3::new(xy, yy, yz).dot(v), DVec3::new(xz, yz, zz).dot(v))
+}
+
 /// Where the cost of looks at a ray is added.
 pub(super) struct Looks<'a> {
     pub stats: &'a mut CastStats,
@@ -256,4 +336,61 @@ impl Known {
 fn rung(ray: &Ray, t: f64, k: usize) -> f64 {
     let step = ray.tolerance.at(t).max(ROUNDOFF * 16.0 * (ray.origin.abs().max_element() + t.abs()));
     (t + RUNGS[k] * step).min(ray.far).max(t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Tolerance;
+    use super::*;
+    use crate::expr::Graph;
+    use crate::op::{Mul, Op, Sin};
+    use crate::tape::Tape;
+
+    #[test]
+    fn a_ray_that_is_proven_to_cross_once_does() {
+        // sin(4 x) sin(3 y) sin(5 z)
+        let mut graph = Graph::default();
+        let mut waves = Vec::new();
+        for (input, times) in graph.point().unwrap().into_iter().zip([4.0, 3.0, 5.0]) {
+            let times = graph.constant(times).unwrap();
+            let fast = graph.op(Op::Mul(Mul), &[input, times]).unwrap();
+            waves.push(graph.op(Op::Sin(Sin), &[fast]).unwrap());
+        }
+        let pair = graph.op(Op::Mul(Mul), &[waves[0], waves[1]]).unwrap();
+        let field = graph.op(Op::Mul(Mul), &[pair, waves[2]]).unwrap();
+        let cells = Cells::of_sides(Arc::new(Tape::new(&graph, &[field])), &[Interval::new(-9.0, 9.0); 3]);
+        let mut passage = Passage::new(Arc::new(cells));
+        let tolerance = Tolerance::fixed(1e-6);
+        let place =
+            |i: f64, far: f64| far * DVec3::new(libm::sin(1.1 * i), libm::cos(1.7 * i), libm::sin(0.7 * i));
+        let rays: Vec<Ray> = (0..4000)
+            .map(f64::from)
+            .map(|i| {
+                let direction = place(3.3 * i + 1.0, 1.0).normalize();
+                Ray { origin: place(i, 2.0), direction, near: 0.0, far: 4.0, tolerance }
+            })
+            .collect();
+        let pieces: Vec<Part> =
+            (0..rays.len()).map(|i| (i, (1.0, 1.0 + 1e-3 * (1 + i % 400) as f64))).collect();
+        for side in [Side::Inside, Side::Outside] {
+            let mut value = |p: DVec3| passage.values(&[p.to_array()], &mut CastStats::default())[0];
+            let kept = |(i, (_, to)): &Part| side.sign() * value(rays[*i].at(*to)) < 0.0;
+            let own: Vec<Part> = pieces.iter().copied().filter(kept).collect();
+            let (mut costs, mut stats) = (vec![0.0; rays.len()], CastStats::default());
+            let proven = passage.cross_once(side, &rays, &own, &mut costs, &mut stats);
+            assert_eq!(costs.iter().sum::<f64>(), stats.evaluations as f64);
+            let mut found = [0; 2];
+            for ((i, (from, to)), proven) in own.into_iter().zip(proven) {
+                let at = |k: i32| rays[i].at(from + (to - from) * f64::from(k) / 200.0).to_array();
+                let places: Vec<[f64; 3]> = (0..=200).map(at).collect();
+                let values = passage.values(&places, &mut CastStats::default());
+                let has_left = values
+                    .windows(2)
+                    .any(|pair| side.sign() * pair[0] < -1e-9 && side.sign() * pair[1] > 1e-9);
+                assert!(!(proven && has_left), "{i} {from} {to}");
+                found[usize::from(proven)] += usize::from(proven || has_left);
+            }
+            assert!(found[0] > 30 && found[1] > 1000, "{found:?}");
+        }
+    }
 }

@@ -36,7 +36,7 @@
 
 use super::beam::{Beams, Onward};
 use super::going::{Going, How, Met, Place, Sifting};
-use super::passage::{Ahead, Looks, Passage, Side};
+use super::passage::{Ahead, Looks, Part, Passage, Side};
 use super::{CastStats, Caster, Hit, Ray};
 use crate::scene::Aabb;
 use crate::tape::Cells;
@@ -196,14 +196,20 @@ impl Sifted {
                 rejected[i].1.at = rejected[i].1.at.max(at);
             }
         }
+        let is_entry = |how: How| matches!(how, How::Entered | How::Known);
+        let entries: Vec<Part> = rejected
+            .iter()
+            .filter(|(_, met)| is_entry(met.how))
+            .map(|(ray, met)| (ray.ray, (met.t, met.at)))
+            .collect();
+        let mut once =
+            self.passage.cross_once(Side::Inside, rays, &entries, costs, &mut work.stats).into_iter();
         let mut next = Vec::new();
         for (ray, Met { t, at, how }) in rejected {
-            let own = &work.rays[ray.ray];
-            let mut looks = Looks { stats: &mut work.stats, cost: &mut self.costs[ray.ray] };
+            let own = &rays[ray.ray];
+            let mut looks = Looks { stats: &mut work.stats, cost: &mut costs[ray.ray] };
             let (place, proven) = match how {
-                How::Entered | How::Known => {
-                    (Place::Rejected(at), self.passage.crosses_once(Side::Inside, own, (t, at), &mut looks))
-                }
+                How::Entered | How::Known => (Place::Rejected(at), once.next() == Some(true)),
                 How::Grazed { end } => {
                     (Place::Free(end), self.passage.stays_off(Side::Inside, own, (t, end), &mut looks))
                 }
@@ -271,14 +277,18 @@ impl Sifted {
         let places: Vec<(&Ray, f64)> = left.iter().map(|(ray, t)| (&rays[ray.ray], *t)).collect();
         let ahead =
             self.passage.look(Side::Outside, &places, &mut work.stats, |i| costs[left[i].0.ray] += 1.0);
+        let crossed = |((ray, t), ahead): (&(Going, f64), &Ahead)| match *ahead {
+            Ahead::Crossed(to) => Some((ray.ray, (*t, to))),
+            Ahead::Along { .. } => None,
+        };
+        let exits: Vec<Part> = left.iter().zip(&ahead).filter_map(crossed).collect();
+        let mut once =
+            self.passage.cross_once(Side::Outside, rays, &exits, costs, &mut work.stats).into_iter();
         for ((ray, t), ahead) in left.into_iter().zip(ahead) {
-            let own = &work.rays[ray.ray];
             match ahead {
                 Ahead::Crossed(to) => {
-                    let mut looks = Looks { stats: &mut work.stats, cost: &mut self.costs[ray.ray] };
-                    let once = self.passage.crosses_once(Side::Outside, own, (t, to), &mut looks);
-                    let ray = ray.at(Place::Free(to), once);
-                    if to >= own.far {
+                    let ray = ray.at(Place::Free(to), once.next() == Some(true));
+                    if to >= rays[ray.ray].far {
                         work.settle(ray, Hit::MISS);
                     } else {
                         next.push(ray);

@@ -74,3 +74,65 @@ impl Caster for Onward {
         Box::new(self.again())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cast::Tolerance;
+    use crate::expr::Graph;
+    use crate::num::Interval;
+    use crate::op::{Add, Mul, Op, Sin};
+    use crate::tape::{Evaluator, Tape};
+    use glam::DVec3;
+    use std::sync::atomic::AtomicBool;
+
+    #[test]
+    fn rays_meet_what_they_meet_alone() {
+        // sin(x) sin(y) + z sin(z) / 4
+        let mut graph = Graph::default();
+        let [x, y, z] = graph.point().unwrap();
+        let [a, b, c] = [x, y, z].map(|input| graph.op(Op::Sin(Sin), &[input]).unwrap());
+        let ab = graph.op(Op::Mul(Mul), &[a, b]).unwrap();
+        let quarter = graph.constant(0.25).unwrap();
+        let zc = graph.op(Op::Mul(Mul), &[z, c]).unwrap();
+        let zc = graph.op(Op::Mul(Mul), &[zc, quarter]).unwrap();
+        let field = graph.op(Op::Add(Add), &[ab, zc]).unwrap();
+        let tape = Arc::new(Tape::new(&graph, &[field]));
+        let mut values = Evaluator::<f64>::new(tape.clone());
+        let mut value = |p: DVec3| *values.eval(&p.to_array());
+        let cells = Arc::new(Cells::of_sides(tape, &[Interval::new(-60.0, 60.0); 3]));
+        // Rays through a grid of pixels, each from beside the surface on.
+        let tolerance = Tolerance { least: 1e-6, growth: 1e-6 };
+        let (mut rays, step) = (Vec::new(), 0.01);
+        for i in 0..1024 {
+            let (across, up) = (f64::from(i % 32) - 15.5, f64::from(i / 32) - 15.5);
+            let direction = DVec3::new(1.0, 0.003 * across, 0.2 + 0.003 * up).normalize();
+            let origin = DVec3::new(0.1, 0.2, 0.3);
+            let at = |k: i32| step * f64::from(k);
+            let is_exit = |k: &i32| {
+                value(origin + at(*k) * direction) < 0.0 && value(origin + at(k + 1) * direction) > 0.0
+            };
+            let near = (10..2000).find(is_exit).map(|k| at(k + 1));
+            let far = if near.is_some() { 40.0 } else { f64::NEG_INFINITY };
+            rays.push(Ray { origin, direction, near: near.unwrap_or(f64::INFINITY), far, tolerance });
+        }
+        let never = AtomicBool::new(false);
+        let cast = |caster: &mut dyn Caster| {
+            let (mut hits, mut stats) = (vec![Hit::MISS; rays.len()], CastStats::default());
+            caster.first_hits(&rays, &mut hits, &mut stats, &never);
+            let costs: f64 = caster.costs().iter().sum();
+            assert!((costs - stats.evaluations as f64).abs() < 1e-6 * costs);
+            (hits, caster.insides().to_vec(), costs)
+        };
+        let (alone, _, own) = cast(&mut Beams::alone(cells.clone()));
+        let (together, insides, all) = cast(&mut Onward::new(cells));
+        assert!(alone.iter().filter(|hit| hit.is_hit()).count() > 500);
+        assert!(all < 0.8 * own, "{all} {own}");
+        for (i, (a, b)) in alone.iter().zip(&together).enumerate() {
+            assert_eq!((a.certified, a.is_hit()), (b.certified, b.is_hit()), "{i}");
+            assert!(!a.is_hit() || (a.t - b.t).abs() <= rays[i].tolerance.at(a.t), "{a:?} {b:?}");
+            let inside = insides[i];
+            assert!(!inside.is_finite() || value(rays[i].at(inside)) < 0.0, "{i}");
+        }
+    }
+}

@@ -263,7 +263,11 @@ impl Patches {
             for level in chase.level..=LEVELS[1] {
                 let key = (level, self.voxels.halved(level).voxel(chase.at));
                 let ((centre, radius), f, is_full) = match cells.get(&key) {
-                    None => return Look::Ask(key),
+                    None => {
+                        // Cells before this one have nothing to say.
+                        chase.level = level;
+                        return Look::Ask(key);
+                    }
                     Some(Patch::Blind) => continue,
                     Some(Patch::Known(ball, f, is_full)) => (*ball, f, *is_full),
                 };
