@@ -30,8 +30,9 @@ use std::sync::Arc;
 /// close to the surface that a ray that goes on from there would not get away from it.
 const RUNGS: [f64; 5] = [0.5, 1.0, 0.0, 2.0, 4.0];
 
-/// Pieces that are looked at side by side.
+/// Pieces that are looked at side by side, and so many at least: fewer are as soon looked at one by one.
 const PIECES: usize = 16;
+const SOME: usize = 4;
 
 /// Times that a piece is halved for the sake of a proof.
 const CUTS: u32 = 5;
@@ -199,7 +200,8 @@ impl Passage {
             })
             .collect();
         let order = self.cells.tapes_around(balls.iter().enumerate().map(|(k, ball)| (k, ball.1, ball.2)));
-        for batch in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)).flat_map(|same| same.chunks(PIECES)) {
+        let batches = order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)).flat_map(|same| same.chunks(PIECES));
+        for batch in batches.filter(|batch| batch.len() >= SOME) {
             let (tape, own) = (batch[0].0, |lane: usize| &balls[batch[lane.min(batch.len() - 1)].1]);
             let radii = std::array::from_fn(|lane| own(lane).2);
             let middles: [[f64; PIECES]; 3] =

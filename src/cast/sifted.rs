@@ -14,8 +14,9 @@
 //! 2. If it is rejected, a cast of the complement, whose field is `-f`, from `q` finds where the ray leaves
 //!    it. Nothing is asked there: up to the exit all is one part of the solid. The ray goes on from a place
 //!    `r` behind the exit that is outside.
-//! 3. And so on, until something is kept or the ray ends. In and behind what was rejected rays begin next to the
-//!    surface, too close to have anything in common: there each marches alone, whichever caster it came by.
+//! 3. And so on, until something is kept or the ray ends. In what was rejected rays begin next to the
+//!    surface, too close to have anything in common: there each marches alone, whichever caster it came by, and so does
+//!    one behind it until it is clear of that (`beam/onward.rs`).
 //!
 //! Where any hit will do, a place inside that the caster knows of is judged first. If that is kept for sure, it does not
 //! matter what is before it.

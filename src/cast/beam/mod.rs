@@ -117,9 +117,10 @@ impl Beam {
     ) {
         for all in quarters(self.rays.clone()) {
             let Some(range) = trimmed(rays, all) else { continue };
-            if range.len() >= smallest {
+            let count = range.clone().filter(|&i| is_real(&rays[i])).count();
+            if count >= smallest {
                 let section = Section::around(&self.bundle.frame, &lines[range.clone()]);
-                match self.bundle.onward(section, range.len()) {
+                match self.bundle.onward(section, count) {
                     Some(bundle) => parts.push(Beam { rays: range, bundle }),
                     None => out[range].fill(Hit::MISS),
                 }
@@ -183,11 +184,11 @@ impl Beams {
             gather(rays, widest, want == Want::Any, |range, frame| {
                 let own = range.clone().filter(|&i| is_real(&rays[i]));
                 let Some(frame) = frame else { return alone.extend(own) };
-                own.for_each(|i| lines[i] = frame.line(&rays[i]));
+                own.clone().for_each(|i| lines[i] = frame.line(&rays[i]));
                 let section = Section::around(&frame, &lines[range.clone()]);
                 let [near, far] = section.depth;
                 let march = March::new(near, far, FIRST * (far - near), None);
-                let all = (range.len(), rays[range.start].tolerance);
+                let all = (own.count(), rays[range.start].tolerance);
                 let bundle = Bundle::of(frame, section, march, all);
                 let bundle = if closes { bundle.that_closes() } else { bundle };
                 beams.push(Beam { rays: range, bundle });

@@ -11,9 +11,9 @@
 //! grows by one part to all sides in a dozen instructions.
 
 use super::super::search::{Balls, LANES};
-use super::bricks::Bricks;
+use super::bricks::{Bricks, name};
 use super::grid::{Grid, Voxel};
-use super::proofs::{Known, Proofs};
+use super::proofs::{Known, Proof, Proofs};
 use crate::num::{Taylor, widest};
 use glam::DVec3;
 use std::cmp::Reverse;
@@ -215,7 +215,17 @@ impl Blocks {
     /// What is proven of one that was looked at last.
     pub fn proofs(&mut self, known: &Known, voxel: Voxel) -> &Proofs {
         let level = self.level;
-        self.known.head(voxel).get_or_insert_with(|| known.brick(level, voxel))
+        self.known.head(voxel).get_or_insert_with(|| known.brick(level, voxel, None))
+    }
+
+    /// Something is proven of parts of cells, those of one brick after those of another.
+    pub fn learn(&mut self, known: &Known, what: Proof, parts: &[(Voxel, Parts)]) {
+        for of_brick in parts.chunk_by(|a, b| name(a.0) == name(b.0)) {
+            let head = self.known.head(of_brick[0].0);
+            let held = head.take();
+            let brick = head.insert(known.brick(self.level, of_brick[0].0, held));
+            of_brick.iter().for_each(|&(voxel, parts)| brick.add(what, voxel, parts));
+        }
     }
 
     /// Looks at cells, at most [`LANES`] of them, and where that leaves lanes idle, at some that come next.

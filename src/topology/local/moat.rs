@@ -59,7 +59,7 @@ impl Looker {
                 is_vast |= !self.is_beside_the_core(blocks.grid.ball(voxel));
             }
             if is_vast {
-                self.local.known.add(Proof::Vast, blocks.level, &flood.within());
+                blocks.learn(&self.local.known, Proof::Vast, &flood.within());
                 return None;
             }
         }

@@ -199,12 +199,9 @@ impl Local {
             let grid = self.grid.halved(level);
             let voxel = grid.voxel(p);
             let (part, known) = (Parts::of(&grid, voxel, p), self.known.get(level, voxel)?);
-            let is = |what: Proof| part.and(known.get(what, voxel)).any();
-            match () {
-                () if is(Proof::Joined) => Some(Answer::Joined),
-                () if is(Proof::Parted) => Some(Answer::Parted),
-                () => None,
-            }
+            let says = [(Proof::Joined, Answer::Joined), (Proof::Parted, Answer::Parted)];
+            let is_of = |what: Proof| part.and(known.get(what, voxel)).any();
+            says.into_iter().find(|(what, _)| is_of(*what)).map(|(_, answer)| answer)
         })
     }
 

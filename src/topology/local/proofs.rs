@@ -1,7 +1,8 @@
 //! What is proven of parts of cells, by many threads for each other.
 //!
 //! A proof is never taken back, so that all that is known of the parts of a cell are bits that threads set. A thread that has
-//! a brick of cells at hand need not ask the table for it again; whatever the table drops meanwhile, it knows for itself.
+//! a brick of cells at hand need not ask the table for it again. What the table has dropped meanwhile comes back to it with
+//! what that thread proves next.
 
 use super::blocks::Parts;
 use super::bricks::{COUNT, Name, name, place};
@@ -35,7 +36,8 @@ impl Proofs {
         Parts(self.0[what as usize][place(voxel)].load(Ordering::Relaxed))
     }
 
-    fn add(&self, what: Proof, voxel: Voxel, Parts(bits): Parts) {
+    /// It is proven for parts of a cell of the brick.
+    pub fn add(&self, what: Proof, voxel: Voxel, Parts(bits): Parts) {
         self.0[what as usize][place(voxel)].fetch_or(bits, Ordering::Relaxed);
     }
 }
@@ -45,7 +47,7 @@ impl Proofs {
 pub struct Known(Cache<(u32, Name), Arc<Proofs>>);
 
 impl Known {
-    /// So many cells are remembered, at most.
+    /// The bricks of so many cells are remembered, at most.
     pub fn new(cells: usize) -> Known {
         Known(Cache::new(cells / COUNT))
     }
@@ -55,22 +57,15 @@ impl Known {
         self.0.turn();
     }
 
-    /// The brick of a cell, of which nothing need be known.
-    pub fn brick(&self, level: u32, voxel: Voxel) -> Arc<Proofs> {
-        self.0.update((level, name(voxel)), |known| known.cloned().unwrap_or_else(Proofs::none))
+    /// The brick of a cell, of which nothing need be known: that of the table, or else the one that somebody holds.
+    pub fn brick(&self, level: u32, voxel: Voxel, held: Option<Arc<Proofs>>) -> Arc<Proofs> {
+        let own = |known: Option<&Arc<Proofs>>| known.cloned().or(held).unwrap_or_else(Proofs::none);
+        self.0.update((level, name(voxel)), own)
     }
 
     /// The brick of a cell, if something is known of it.
     pub fn get(&self, level: u32, voxel: Voxel) -> Option<Arc<Proofs>> {
         self.0.get(&(level, name(voxel)))
-    }
-
-    /// Something is proven of parts of cells.
-    pub fn add(&self, what: Proof, level: u32, parts: &[(Voxel, Parts)]) {
-        for of_brick in parts.chunk_by(|a, b| name(a.0) == name(b.0)) {
-            let brick = self.brick(level, of_brick[0].0);
-            of_brick.iter().for_each(|&(voxel, parts)| brick.add(what, voxel, parts));
-        }
     }
 }
 
@@ -83,19 +78,31 @@ mod tests {
         let known = Known::new(1 << 16);
         let cells = [Voxel([-1, 0, 0]), Voxel([0, 0, 0]), Voxel([1, 0, 0]), Voxel([1 << 40, 5, -7])];
         assert!(known.get(3, cells[0]).is_none());
-        let held = known.brick(3, cells[1]);
-        let parts: Vec<_> = cells.into_iter().zip((0..).map(|i| Parts(1 << i))).collect();
-        known.add(Proof::Joined, 3, &parts);
-        known.add(Proof::Joined, 3, &[(cells[1], Parts(1 << 9))]);
-        known.add(Proof::Vast, 4, &parts[..1]);
+        for (i, voxel) in cells.into_iter().enumerate() {
+            known.brick(3, voxel, None).add(Proof::Joined, voxel, Parts(1 << i));
+        }
+        known.brick(3, cells[1], None).add(Proof::Joined, cells[1], Parts(1 << 9));
+        known.brick(4, cells[0], None).add(Proof::Vast, cells[0], Parts(1));
         let get = |what: Proof, level: u32, voxel: Voxel| {
             known.get(level, voxel).map(|brick| brick.get(what, voxel))
         };
         let joined = cells.map(|voxel| get(Proof::Joined, 3, voxel));
         assert_eq!(joined, [1, 2 + (1 << 9), 4, 8].map(|bits| Some(Parts(bits))));
-        assert_eq!(held.get(Proof::Joined, cells[2]), Parts(4));
         assert_eq!(get(Proof::Parted, 3, cells[0]), Some(Parts::NONE));
         assert_eq!(get(Proof::Vast, 4, cells[0]), Some(Parts(1)));
         assert_eq!(get(Proof::Joined, 4, cells[3]), None);
+    }
+
+    #[test]
+    fn what_was_dropped_comes_back_with_what_is_proven_next() {
+        let known = Known::new(1);
+        let cell = Voxel([0, 0, 0]);
+        let held = known.brick(3, cell, None);
+        held.add(Proof::Joined, cell, Parts(1));
+        (0..10_000).for_each(|i| drop(known.brick(3, Voxel([4 * i, 8, 0]), None)));
+        assert!(known.get(3, cell).is_none());
+        known.brick(3, cell, Some(held)).add(Proof::Joined, cell, Parts(2));
+        let found = known.get(3, cell).map(|brick| brick.get(Proof::Joined, cell));
+        assert_eq!(found, Some(Parts(3)));
     }
 }

@@ -53,6 +53,13 @@ const FALL: f64 = 8.0;
 /// about one place. (From a distance to the next, Newton's steps square it.)
 const NEAR: f64 = 1e-4;
 
+/// The same where what is rounded does not let it come nearer.
+const NEAR_ENOUGH: f64 = 1e-2;
+
+/// How far a path sees in the tip of a cone, in voxels, before the tip is looked for. (Where the field is merely rough, paths
+/// see a thousandth of a voxel now and then, and a search of the voxel finds nothing.)
+const SHORT: f64 = 1e-5;
+
 /// The critical points of a voxel that are inside.
 #[derive(Debug, Default)]
 pub struct Points {
@@ -178,6 +185,7 @@ impl Looker {
         let start = Instant::now();
         let (cells, local) = (&mut self.cells, &*self.local);
         let (core, size) = (local.core, local.grid.size());
+        let mut last: Vec<Option<Settled>> = vec![None; starts.len()];
         let arrival = |index: usize, place: &Place| {
             let Place { at, radius, settled } = *place;
             // Beyond the region there is nothing of the solid.
@@ -187,12 +195,15 @@ impl Looker {
             if core.holds(at) {
                 return Some(Arrived::Node(Node::Core));
             }
-            if let Some(settled) = settled.filter(|settled| settled.within < NEAR * size) {
-                return Some(Arrived::Settled(settled));
+            if let Some(settled) = settled.filter(|settled| settled.within < NEAR_ENOUGH * size) {
+                if settled.within < NEAR * size {
+                    return Some(Arrived::Settled(settled));
+                }
+                last[index] = Some(settled);
             }
             // A path ends in the tip of a cone in ever smaller steps.
             if settled.is_none()
-                && radius < 1e-3 * size
+                && radius < SHORT * size
                 && let Some(tip) = tip(local, cells, at, cancel)
             {
                 return Some(Arrived::Node(Node::Minimum(tip)));
@@ -200,7 +211,12 @@ impl Looker {
             let fall = starts[index].at.distance(core.centre) - at.distance(core.centre);
             (fall > FALL * size).then_some(Arrived::Below(at))
         };
-        let ends = descend(&mut self.paths, arrival, &local.region, starts);
+        let mut ends = descend(&mut self.paths, arrival, &local.region, starts);
+        for (end, settled) in ends.iter_mut().zip(last) {
+            if let (End::Lost, Some(settled)) = (&end, settled) {
+                *end = End::At(Arrived::Settled(settled));
+            }
+        }
         let counters = &local.counters;
         counters.add(Count::Paths, starts.len());
         counters.add_time(Count::Streaming, start);

@@ -59,7 +59,7 @@ impl Looker {
         found.unwrap_or(Answer::Unknown)
     }
 
-    /// The same, by cells of one size. Where larger ones did not do it is more often a crumb.
+    /// The same, by cells of one size. Of what larger ones say nothing about, more is a crumb.
     fn prove(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> Option<Answer> {
         if blocks.level == SMALL[0] {
             self.joins(blocks, at, cancel).or_else(|| self.parts(blocks, at, cancel))
@@ -71,14 +71,14 @@ impl Looker {
     /// Whether a way joins a place with the core.
     fn joins(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> Option<Answer> {
         let way = self.way(blocks, at, cancel)?;
-        self.local.known.add(Proof::Joined, blocks.level, &way);
+        blocks.learn(&self.local.known, Proof::Joined, &way);
         Some(Answer::Joined)
     }
 
     /// Whether a moat parts a place from the core.
     fn parts(&mut self, blocks: &mut Blocks, at: DVec3, cancel: &AtomicBool) -> Option<Answer> {
         let within = self.moat(blocks, at, cancel)?;
-        self.local.known.add(Proof::Parted, blocks.level, &within);
+        blocks.learn(&self.local.known, Proof::Parted, &within);
         self.local.counters.add(Count::Moats, 1);
         Some(Answer::Parted)
     }
