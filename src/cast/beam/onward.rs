@@ -101,7 +101,7 @@ mod tests {
         let mut value = |p: DVec3| *values.eval(&p.to_array());
         let cells = Arc::new(Cells::of_sides(tape, &[Interval::new(-60.0, 60.0); 3]));
         // Rays through a grid of pixels, each from beside the surface on.
-        let tolerance = Tolerance { least: 1e-6, growth: 1e-6 };
+        let tolerance = Tolerance { least: 1e-6, growth: 6e-6 };
         let (mut rays, step) = (Vec::new(), 0.01);
         for i in 0..1024 {
             let (across, up) = (f64::from(i % 32) - 15.5, f64::from(i / 32) - 15.5);
