@@ -97,28 +97,22 @@ impl Passage {
         Passage::new(self.cells.clone())
     }
 
-    /// For each hit, given as a ray and `t`, a place on a side at or behind it. `count` is told of every
-    /// evaluation and what it was for.
-    pub(super) fn look(
-        &mut self,
-        side: Side,
-        hits: &[(&Ray, f64)],
-        stats: &mut CastStats,
-        mut count: impl FnMut(usize),
-    ) -> Vec<Ahead> {
-        let mut found: Vec<Ahead> = hits
-            .iter()
-            .map(|&(ray, t)| Ahead::Along { closest: t, end: rung(ray, t, RUNGS.len() - 1) })
-            .collect();
+    /// For each hit, given as the number of a ray and `t`, a place on a side at or behind it.
+    pub(super) fn look(&mut self, side: Side, hits: &[(usize, f64)], looks: &mut Looks<'_>) -> Vec<Ahead> {
+        let rays = looks.rays;
+        let along =
+            |&(ray, t): &(usize, f64)| Ahead::Along { closest: t, end: rung(&rays[ray], t, RUNGS.len() - 1) };
+        let mut found: Vec<Ahead> = hits.iter().map(along).collect();
         let mut least = vec![f64::INFINITY; hits.len()];
         let mut open: Vec<usize> = (0..hits.len()).collect();
         for k in 0..RUNGS.len() {
+            let ahead = |i: usize| rung(&rays[hits[i].0], hits[i].1, k);
             let places: Vec<[f64; 3]> =
-                open.iter().map(|&i| hits[i].0.at(rung(hits[i].0, hits[i].1, k)).to_array()).collect();
-            let values = self.values(&places, stats);
+                open.iter().map(|&i| rays[hits[i].0].at(ahead(i)).to_array()).collect();
+            let values = self.values(&places, looks.stats);
             for (&i, value) in open.iter().zip(values) {
-                count(i);
-                let (at, value) = (rung(hits[i].0, hits[i].1, k), side.sign() * value);
+                looks.costs[hits[i].0] += 1.0;
+                let (at, value) = (ahead(i), side.sign() * value);
                 // Where a field has no value there is nothing, which is outside.
                 if value < 0.0 || (side == Side::Outside && (value == 0.0 || value.is_nan())) {
                     found[i] = Ahead::Crossed(at);
@@ -156,37 +150,21 @@ impl Passage {
         values
     }
 
-    /// Which rays are proven to get to a side once and for all on pieces at whose ends they are on that side. `costs` are
-    /// those of all rays.
-    pub(super) fn cross_once(
-        &mut self,
-        side: Side,
-        rays: &[Ray],
-        pieces: &[Part],
-        costs: &mut [f64],
-        stats: &mut CastStats,
-    ) -> Vec<bool> {
+    /// Which rays are proven to get to a side once and for all on pieces at whose ends they are on that side.
+    pub(super) fn cross_once(&mut self, side: Side, pieces: &[Part], looks: &mut Looks<'_>) -> Vec<bool> {
         let mut once: Vec<bool> = pieces.iter().map(|&(_, (from, to))| from == to).collect();
         if self.cells.tape().class() == Class::C2 {
-            self.cross_at_once(side, rays, pieces, costs, stats, &mut once);
+            self.cross_at_once(side, pieces, &mut once, looks);
         }
-        for (once, &(ray, piece)) in once.iter_mut().zip(pieces).filter(|(once, _)| !**once) {
-            let mut looks = Looks { stats, cost: &mut costs[ray] };
-            *once = self.follow(side, &rays[ray], piece, CUTS, Known::Falling, &mut looks).is_some();
+        for (once, piece) in once.iter_mut().zip(pieces).filter(|(once, _)| !**once) {
+            *once = self.follow(side, *piece, CUTS, Known::Falling, looks).is_some();
         }
         once
     }
 
     /// The same for pieces as a whole: adds those for which one ball is proof enough.
-    fn cross_at_once(
-        &mut self,
-        side: Side,
-        rays: &[Ray],
-        pieces: &[Part],
-        costs: &mut [f64],
-        stats: &mut CastStats,
-        once: &mut [bool],
-    ) {
+    fn cross_at_once(&mut self, side: Side, pieces: &[Part], once: &mut [bool], looks: &mut Looks<'_>) {
+        let rays = looks.rays;
         let ball = |&(ray, (from, to)): &Part| {
             let half = 0.5 * (to - from);
             let middle = rays[ray].at(from + half).to_array();
@@ -217,22 +195,16 @@ impl Passage {
                 let is_defined =
                     self.cells.is_defined() || tape.is_defined(&middle.map(|x| Interval::around(x, radius)));
                 once[i] = is_defined && Known::Falling.after(value.range * sign, along).is_some();
-                costs[ray] += 1.0;
+                looks.costs[ray] += 1.0;
             }
-            stats.evaluations += batch.len() as u64;
-            stats.work += tape.work() * PIECES as u64;
+            looks.stats.evaluations += batch.len() as u64;
+            looks.stats.work += tape.work() * PIECES as u64;
         }
     }
 
     /// Whether a ray is proven not to get to a side between `from`, where it is not on it, and `to`.
-    pub(super) fn stays_off(
-        &mut self,
-        side: Side,
-        ray: &Ray,
-        (from, to): (f64, f64),
-        look: &mut Looks<'_>,
-    ) -> bool {
-        self.follow(side, ray, (from, to), CUTS, Known::Before, look) == Some(Known::Before)
+    pub(super) fn stays_off(&mut self, side: Side, piece: Part, looks: &mut Looks<'_>) -> bool {
+        self.follow(side, piece, CUTS, Known::Before, looks) == Some(Known::Before)
     }
 
     /// What is known at the end of a piece of a ray, given what is at its beginning, unless it may be more
@@ -240,19 +212,18 @@ impl Passage {
     fn follow(
         &mut self,
         side: Side,
-        ray: &Ray,
-        (from, to): (f64, f64),
+        (ray, (from, to)): Part,
         cuts: u32,
         known: Known,
         looks: &mut Looks<'_>,
     ) -> Option<Known> {
-        let next = self.enclose(side, ray, (from, to), looks).and_then(|(f, along)| known.after(f, along));
+        let next = self.enclose(side, (ray, (from, to)), looks).and_then(|(f, along)| known.after(f, along));
         if next.is_some() || cuts == 0 {
             return next;
         }
         let mid = from + 0.5 * (to - from);
-        let known = self.follow(side, ray, (from, mid), cuts - 1, known, looks)?;
-        self.follow(side, ray, (mid, to), cuts - 1, known, looks)
+        let known = self.follow(side, (ray, (from, mid)), cuts - 1, known, looks)?;
+        self.follow(side, (ray, (mid, to)), cuts - 1, known, looks)
     }
 
     /// The field and its derivative along a piece of a ray, turned so that a side is below zero; nothing
@@ -260,10 +231,10 @@ impl Passage {
     fn enclose(
         &mut self,
         side: Side,
-        ray: &Ray,
-        (from, to): (f64, f64),
-        Looks { stats, cost }: &mut Looks<'_>,
+        (number, (from, to)): Part,
+        Looks { rays, costs, stats }: &mut Looks<'_>,
     ) -> Option<(Interval, Interval)> {
+        let ray = &rays[number];
         let (a, b, blur) = (ray.at(from), ray.at(to), ray.rounding(to));
         let region: [Interval; 3] =
             std::array::from_fn(|axis| Interval::new(a[axis], b[axis]) + Interval::radius(blur));
@@ -271,7 +242,7 @@ impl Passage {
         let tape = self.cells.tape_around(region.map(Interval::mid), reach);
         stats.evaluations += 1;
         stats.work += tape.work();
-        **cost += 1.0;
+        costs[number] += 1.0;
         if !self.cells.is_defined() && !tape.is_defined(&region) {
             return None;
         }
@@ -312,11 +283,12 @@ fn matrix_by([xx, yy, zz, xy, xz, yz]: [f64; 6], v: DVec3) -> DVec3 {
     DVec3::new(DVec3::new(xx, xy, xz).dot(v), DVec3::new(xy, yy, yz).dot(v), DVec3::new(xz, yz, zz).dot(v))
 }
 
-/// Where the cost of looks at a ray is added.
+/// Rays of a group that are looked at, and where what that costs is added.
 pub(super) struct Looks<'a> {
+    pub rays: &'a [Ray],
+    /// Evaluations for each ray.
+    pub costs: &'a mut [f64],
     pub stats: &'a mut CastStats,
-    /// Evaluations for the ray.
-    pub cost: &'a mut f64,
 }
 
 impl Known {
@@ -379,7 +351,8 @@ mod tests {
             let kept = |(i, (_, to)): &Part| side.sign() * value(rays[*i].at(*to)) < 0.0;
             let own: Vec<Part> = pieces.iter().copied().filter(kept).collect();
             let (mut costs, mut stats) = (vec![0.0; rays.len()], CastStats::default());
-            let proven = passage.cross_once(side, &rays, &own, &mut costs, &mut stats);
+            let mut looks = Looks { rays: &rays, costs: &mut costs, stats: &mut stats };
+            let proven = passage.cross_once(side, &own, &mut looks);
             assert_eq!(costs.iter().sum::<f64>(), stats.evaluations as f64);
             let mut found = [0; 2];
             for ((i, (from, to)), proven) in own.into_iter().zip(proven) {

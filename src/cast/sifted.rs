@@ -143,9 +143,9 @@ impl Sifted {
                 met.push((ray, t));
             }
         }
-        let (rays, costs) = (work.rays, &mut self.costs);
-        let places: Vec<(&Ray, f64)> = met.iter().map(|(ray, t)| (&rays[ray.ray], *t)).collect();
-        let ahead = self.passage.look(Side::Inside, &places, &mut work.stats, |i| costs[met[i].0.ray] += 1.0);
+        let places: Vec<(usize, f64)> = met.iter().map(|(ray, t)| (ray.ray, *t)).collect();
+        let mut looks = Looks { rays: work.rays, costs: &mut self.costs, stats: &mut work.stats };
+        let ahead = self.passage.look(Side::Inside, &places, &mut looks);
         next.extend(met.iter().zip(ahead).map(|(&(ray, t), ahead)| {
             let (at, how) = match ahead {
                 Ahead::Crossed(at) => (at, How::Entered),
@@ -185,13 +185,12 @@ impl Sifted {
 
     /// Sends rays on from what they have met that is rejected.
     fn pass_by(&mut self, mut rejected: Vec<(Going, Met)>, work: &mut Sifting<'_>) -> Vec<Going> {
-        let (rays, costs) = (work.rays, &mut self.costs);
+        let rays = work.rays;
+        let mut looks = Looks { rays, costs: &mut self.costs, stats: &mut work.stats };
         let is_known = |i: &usize| matches!(rejected[*i].1.how, How::Known);
         let known: Vec<usize> = (0..rejected.len()).filter(is_known).collect();
-        let number = |i: usize| rejected[known[i]].0.ray;
-        let places: Vec<(&Ray, f64)> =
-            known.iter().map(|&i| (&rays[rejected[i].0.ray], rejected[i].1.t)).collect();
-        let ahead = self.passage.look(Side::Inside, &places, &mut work.stats, |i| costs[number(i)] += 1.0);
+        let places: Vec<(usize, f64)> = known.iter().map(|&i| (rejected[i].0.ray, rejected[i].1.t)).collect();
+        let ahead = self.passage.look(Side::Inside, &places, &mut looks);
         for (i, ahead) in known.into_iter().zip(ahead) {
             if let Ahead::Crossed(at) = ahead {
                 rejected[i].1.at = rejected[i].1.at.max(at);
@@ -203,27 +202,29 @@ impl Sifted {
             .filter(|(_, met)| is_entry(met.how))
             .map(|(ray, met)| (ray.ray, (met.t, met.at)))
             .collect();
-        let mut once =
-            self.passage.cross_once(Side::Inside, rays, &entries, costs, &mut work.stats).into_iter();
+        let mut once = self.passage.cross_once(Side::Inside, &entries, &mut looks).into_iter();
         let mut next = Vec::new();
         for (ray, Met { t, at, how }) in rejected {
-            let own = &rays[ray.ray];
-            let mut looks = Looks { stats: &mut work.stats, cost: &mut costs[ray.ray] };
             let (place, proven) = match how {
                 How::Entered | How::Known => (Place::Rejected(at), once.next() == Some(true)),
                 How::Grazed { end } => {
-                    (Place::Free(end), self.passage.stays_off(Side::Inside, own, (t, end), &mut looks))
+                    let stays_off = self.passage.stays_off(Side::Inside, (ray.ray, (t, end)), &mut looks);
+                    (Place::Free(end), stays_off)
                 }
                 How::Stayed => {
-                    (Place::Rejected(at), self.passage.stays_off(Side::Outside, own, (t, at), &mut looks))
+                    let stays_in = self.passage.stays_off(Side::Outside, (ray.ray, (t, at)), &mut looks);
+                    (Place::Rejected(at), stays_in)
                 }
             };
-            let ray = ray.at(place, proven);
-            match place {
-                Place::Free(end) if end >= own.far => work.settle(ray, Hit::MISS),
-                _ => next.push(ray),
-            }
+            next.push(ray.at(place, proven));
         }
+        next.retain(|ray| {
+            let is_over = matches!(ray.place, Place::Free(end) if end >= rays[ray.ray].far);
+            if is_over {
+                work.settle(*ray, Hit::MISS);
+            }
+            !is_over
+        });
         next
     }
 
@@ -274,17 +275,16 @@ impl Sifted {
                 work.settle(ray, Hit::MISS);
             }
         }
-        let (rays, costs) = (work.rays, &mut self.costs);
-        let places: Vec<(&Ray, f64)> = left.iter().map(|(ray, t)| (&rays[ray.ray], *t)).collect();
-        let ahead =
-            self.passage.look(Side::Outside, &places, &mut work.stats, |i| costs[left[i].0.ray] += 1.0);
+        let rays = work.rays;
+        let mut looks = Looks { rays, costs: &mut self.costs, stats: &mut work.stats };
+        let places: Vec<(usize, f64)> = left.iter().map(|(ray, t)| (ray.ray, *t)).collect();
+        let ahead = self.passage.look(Side::Outside, &places, &mut looks);
         let crossed = |((ray, t), ahead): (&(Going, f64), &Ahead)| match *ahead {
             Ahead::Crossed(to) => Some((ray.ray, (*t, to))),
             Ahead::Along { .. } => None,
         };
         let exits: Vec<Part> = left.iter().zip(&ahead).filter_map(crossed).collect();
-        let mut once =
-            self.passage.cross_once(Side::Outside, rays, &exits, costs, &mut work.stats).into_iter();
+        let mut once = self.passage.cross_once(Side::Outside, &exits, &mut looks).into_iter();
         for ((ray, t), ahead) in left.into_iter().zip(ahead) {
             match ahead {
                 Ahead::Crossed(to) => {

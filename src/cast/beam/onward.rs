@@ -10,8 +10,8 @@ use crate::tape::Cells;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// How far rays march alone, in tolerances: some pixels in pictures. (Measured on the ground of a planet with crumbs: a quarter of
-/// it takes a tenth more evaluations, a sixteenth of it two thirds more, and twice as much no fewer.)
+/// How far rays march alone, in tolerances: some pixels in pictures. (Measured on the ground of a planet with crumbs: a
+/// quarter of it takes a tenth more evaluations, and a sixteenth of it two thirds more.)
 const CLEAR: f64 = 8000.0;
 
 /// Casts rays that begin next to the surface; see the module text.

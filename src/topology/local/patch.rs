@@ -475,7 +475,7 @@ mod tests {
             low + (high - low) * (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         let mut found = [0, 0];
-        for _ in 0..4000 {
+        for _ in 0..12_000 {
             let centre = DVec3::new(inside(-3.0, 3.0), inside(-3.0, 3.0), inside(-3.0, 3.0));
             let radius = inside(0.02, 0.6);
             let f = balls.eval([(centre, radius)].into_iter()).lane(0);
@@ -497,6 +497,6 @@ mod tests {
                 }
             }
         }
-        assert!(found.iter().all(|n| *n > 1000), "{found:?}");
+        assert!(found.iter().all(|n| *n > 3000), "{found:?}");
     }
 }
