@@ -182,9 +182,10 @@ pub(super) fn march<S: Strategy>(
 fn known(cells: &Cells, ray: &Ray, hit: Hit) -> Hit {
     let has_value = || {
         let reach = ray.tolerance.at(hit.t) + ray.rounding(hit.t);
-        cells.tape().is_defined(&ray.at(hit.t).to_array().map(|x| Interval::around(x, reach)))
+        let part = ray.at(hit.t).to_array().map(|x| Interval::around(x, reach));
+        cells.is_defined_in(&part) || cells.tape().is_defined(&part)
     };
-    let certified = hit.certified && (!hit.is_hit() || cells.is_defined() || has_value());
+    let certified = hit.certified && (!hit.is_hit() || has_value());
     Hit { certified, ..hit }
 }
 

@@ -192,8 +192,8 @@ impl Passage {
                 let (ray, sign) = (pieces[i].0, side.sign());
                 let value = values.lane(lane);
                 let along = slope_along(&value, rays[ray].direction) * sign;
-                let is_defined =
-                    self.cells.is_defined() || tape.is_defined(&middle.map(|x| Interval::around(x, radius)));
+                let part = middle.map(|x| Interval::around(x, radius));
+                let is_defined = self.cells.is_defined_in(&part) || tape.is_defined(&part);
                 once[i] = is_defined && Known::Falling.after(value.range * sign, along).is_some();
                 looks.costs[ray] += 1.0;
             }
@@ -243,7 +243,7 @@ impl Passage {
         stats.evaluations += 1;
         stats.work += tape.work();
         costs[number] += 1.0;
-        if !self.cells.is_defined() && !tape.is_defined(&region) {
+        if !self.cells.is_defined_in(&region) && !tape.is_defined(&region) {
             return None;
         }
         // Coordinates of which the first runs along the ray.
@@ -257,16 +257,16 @@ impl Passage {
         Some((slope.value * side.sign(), slope.grad[0] * side.sign()))
     }
 
-    /// Whether the field is known to have a value everywhere.
-    pub(super) fn is_total(&self) -> bool {
-        self.cells.is_defined()
+    /// Whether the field is known, without another evaluation, to have a value at a place of a ray.
+    pub(super) fn is_defined_at(&self, ray: &Ray, t: f64) -> bool {
+        self.cells.is_defined_in(&ray.at(t).to_array().map(|x| Interval::around(x, ray.rounding(t.abs()))))
     }
 
     /// Whether the field is known to have a value everywhere along a piece of a ray.
     pub(super) fn is_defined(&self, ray: &Ray, (from, to): (f64, f64)) -> bool {
         let (a, b, blur) = (ray.at(from), ray.at(to), ray.rounding(to));
         let region = std::array::from_fn(|axis| Interval::new(a[axis], b[axis]) + Interval::radius(blur));
-        self.cells.is_defined() || self.cells.tape().is_defined(&region)
+        self.cells.is_defined_in(&region) || self.cells.tape().is_defined(&region)
     }
 }
 

@@ -137,7 +137,7 @@ impl Sifted {
             let (own, t) = (work.ray(&ray), hit.t);
             if !hit.is_hit() {
                 work.settle(ray, hit);
-            } else if self.passage.is_total() && Passage::is_next_to(own, t, inside) {
+            } else if Passage::is_next_to(own, t, inside) && self.passage.is_defined(own, (t, inside)) {
                 next.push(Going { place: Place::Met(Met { t, at: inside, how: How::Known }), ..ray });
             } else {
                 met.push((ray, t));
@@ -233,13 +233,19 @@ impl Sifted {
     fn kept(&mut self, hits: &[Hit], work: &mut Sifting<'_>) -> Vec<Option<f64>> {
         let mut kept = vec![None; hits.len()];
         let known = self.solid.insides().iter().copied().enumerate();
-        let met: Vec<(usize, f64)> = known.filter(|(i, t)| t.is_finite() && hits[*i].is_hit()).collect();
-        let places: Vec<[f64; 3]> = met.iter().map(|&(i, t)| work.rays[i].at(t).to_array()).collect();
+        let mut met: Vec<(usize, f64)> = known.filter(|(i, t)| t.is_finite() && hits[*i].is_hit()).collect();
         // By enclosures they are inside, wherever the field has a value.
-        let values = self.passage.values(&places, &mut work.stats);
-        met.iter().for_each(|(i, _)| self.costs[*i] += 1.0);
-        let met: Vec<(usize, f64)> =
-            met.into_iter().zip(values).filter(|(_, value)| *value < 0.0).map(|(met, _)| met).collect();
+        let is_defined: Vec<bool> =
+            met.iter().map(|&(i, t)| self.passage.is_defined_at(&work.rays[i], t)).collect();
+        let open = met.iter().zip(&is_defined).filter(|(_, is_defined)| !**is_defined);
+        let places: Vec<[f64; 3]> = open.map(|(&(i, t), _)| work.rays[i].at(t).to_array()).collect();
+        let mut values = self.passage.values(&places, &mut work.stats).into_iter();
+        let mut is_defined = is_defined.into_iter();
+        met.retain(|(i, _)| {
+            let is_known = is_defined.next() == Some(true);
+            self.costs[*i] += f64::from(u8::from(!is_known));
+            is_known || values.next().is_some_and(|value| value < 0.0)
+        });
         let points: Vec<DVec3> = met.iter().map(|&(i, t)| work.rays[i].at(t)).collect();
         let mut rulings = vec![Ruling { kept: false, proven: false }; points.len()];
         self.judge.judge(&points, &mut rulings, work.cancel);

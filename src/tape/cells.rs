@@ -12,7 +12,7 @@
 //! loose octrees).
 
 use super::prune::Bounded;
-use super::{Tape, Wanted};
+use super::{Defined, Tape, Wanted};
 use crate::num::{Class, Interval};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -57,7 +57,9 @@ pub struct Cells {
     least: f64,
     wanted: Wanted,
     is_uniform: bool,
+    /// Whether the field has a value everywhere, and where it has one, if it has not.
     is_defined: bool,
+    defined: Option<Defined>,
     /// Tapes made, and instructions in all of them.
     pruned: AtomicU64,
     kept: AtomicU64,
@@ -113,7 +115,8 @@ impl Cells {
     /// The cells of a box. Outside of it, and for what is larger, there is the whole tape.
     pub fn new(tape: Arc<Tape>, region: &[Interval; 3]) -> Cells {
         let mut cells = Cells::undivided(tape);
-        cells.is_defined = cells.tape().is_defined(region);
+        cells.defined = Defined::within(cells.tape(), region);
+        cells.is_defined = cells.defined.is_some_and(|defined| defined.hollow().is_none());
         cells.is_uniform = !cells.whole.is_open;
         cells.centre = region.map(|r| r.mid());
         // A hair more, so that what is cut as the cells are fits into them.
@@ -145,6 +148,7 @@ impl Cells {
             wanted: Wanted::Values,
             is_uniform: true,
             is_defined: false,
+            defined: None,
             pruned: AtomicU64::new(0),
             kept: AtomicU64::new(0),
         }
@@ -171,6 +175,12 @@ impl Cells {
     /// Whether the field is known to have a value everywhere in the region.
     pub fn is_defined(&self) -> bool {
         self.is_defined
+    }
+
+    /// Whether the field is known to have a value everywhere in a part of the region: always if it has one in all of it, and
+    /// without another evaluation.
+    pub fn is_defined_in(&self, part: &[Interval; 3]) -> bool {
+        self.is_defined || self.defined.is_some_and(|defined| defined.holds(part))
     }
 
     /// Whether the field may be torn in the region: it may jump, or have a pole or no value somewhere. What is made of

@@ -9,6 +9,7 @@
 
 mod cells;
 mod clock;
+mod defined;
 mod eval;
 mod inner;
 mod levels;
@@ -21,6 +22,7 @@ mod prune;
 
 pub use cells::{Cells, Prunings};
 pub use clock::{duration, seconds};
+pub use defined::Defined;
 pub use eval::Evaluator;
 pub use inner::{Flowed, Inner};
 pub use levels::Wanted;

@@ -28,7 +28,6 @@ mod basin;
 mod border;
 mod cell;
 mod complex;
-mod defined;
 mod descent;
 pub mod flood;
 mod isolated;

@@ -9,7 +9,6 @@
 //! are tiny and still undecided are gathered and reported with where they are.
 
 use super::cell::Cell;
-use super::defined::Defined;
 use super::isolated::isolated;
 use super::point::CriticalPoint;
 use super::polish::polish;
@@ -17,7 +16,7 @@ use super::verdict::{Verdict, Verdicts, Zeros, free_parts, judge};
 use crate::field::Watch;
 use crate::num::{Interval, Number, Taylor, Taylors};
 use crate::scene::Aabb;
-use crate::tape::{Evaluator, Tape};
+use crate::tape::{Defined, Evaluator, Tape};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::AddAssign;
@@ -281,6 +280,12 @@ fn cut(cell: &Cell, (f, zeros): (&Taylor, &Zeros), solid: bool, stack: &mut Vec<
     }
 }
 
+/// How far beyond a region a field is asked whether it has a value, in halves of the region.
+const BEYOND: f64 = 1.2;
+
+/// What is next to the middle of a ball, as a share of its radius.
+const BESIDE: f64 = 1e-6;
+
 /// A field to be evaluated over balls, with the memory for a batch of them.
 #[derive(Clone, Debug)]
 pub struct Balls {
@@ -299,11 +304,10 @@ impl Balls {
         Balls { field, at: std::array::from_fn(|_| Taylors::constant(0.0)), defined: None, region }
     }
 
-    /// The same of a solid that ends with a region, which knows where in it and a little beyond the field has a value. If it
-    /// has none somewhere, that is best known if it is about `centre`.
-    pub fn within(tape: &Arc<Tape>, region: &Aabb, centre: DVec3) -> Self {
-        let reach = 1.2 * (region.min - centre).abs().max((region.max - centre).abs()).max_element();
-        Balls { defined: Defined::about(tape, centre, reach), region: *region, ..Balls::new(tape) }
+    /// The same of a solid that ends with a region, which knows where in it and a little beyond the field has a value.
+    pub fn within(tape: &Arc<Tape>, region: &Aabb) -> Self {
+        let around = region.intervals().map(|x| Interval::around(x.mid(), BEYOND * x.rad()));
+        Balls { defined: Defined::within(tape, &around), region: *region, ..Balls::new(tape) }
     }
 
     /// The field over as many balls as there are lanes, at most, by their centres and radii. What idle lanes hold
@@ -351,8 +355,8 @@ impl Balls {
 
     /// Whether the field is known to have a value everywhere in a box.
     pub fn is_defined(&self, region: &Aabb) -> bool {
-        self.defined.is_some_and(|defined| defined.holds(region))
-            || self.field.tape().is_defined(&region.intervals())
+        let region = region.intervals();
+        self.defined.is_some_and(|defined| defined.holds(&region)) || self.field.tape().is_defined(&region)
     }
 
     /// The same of a ball. Ranges are of the values that there are: they do not tell.
@@ -373,8 +377,14 @@ impl Balls {
 
     /// Whether it is known to have a value everywhere in a ball but next to the middle.
     pub fn is_defined_beside(&self, centre: DVec3, radius: f64) -> bool {
+        let next = |axis: usize, hollow: &Interval| {
+            Interval::around(centre[axis], BESIDE * radius).encloses(*hollow)
+        };
+        let is_beside =
+            |defined: &Defined| defined.hollow().is_none_or(|h| (0..3).all(|axis| next(axis, &h[axis])));
+        let all = std::array::from_fn(|axis| Interval::around(centre[axis], radius));
         self.is_defined_around(centre, radius)
-            || Defined::about(self.field.tape(), centre, radius).is_some_and(|defined| defined.is_whole())
+            || Defined::within(self.field.tape(), &all).is_some_and(|defined| is_beside(&defined))
     }
 
     /// The field along as many straight lines, by their middles and by halves of them.

@@ -59,7 +59,7 @@ impl Model {
         let field = &self.field;
         let half = view.half * 3f64.sqrt();
         let region = Aabb::cube(half);
-        let cells = Arc::new(Cells::new(field.tape().clone(), &region.intervals()));
+        let cells = Arc::new(Cells::of_sides(field.tape().clone(), &region.intervals()));
         let frame = Screen::new(view);
         let (mut rays, mut pixels) = (Vec::new(), Vec::new());
         let mut typical = Vec::new();

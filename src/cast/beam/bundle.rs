@@ -7,7 +7,7 @@ use super::march::{Answer, March, Next, Piece};
 use super::sketch::Sketch;
 use super::worth::{is_too_much, worthwhile};
 use crate::cast::{CastStats, Tolerance};
-use crate::num::Parabola;
+use crate::num::{Interval, Parabola};
 use crate::scene::Aabb;
 use crate::tape::Cells;
 use glam::DVec3;
@@ -188,7 +188,7 @@ impl Bundle {
         is_narrow || is_too_much(work, self.rays, cells, self.tolerance, (at, free))
     }
 
-    fn tell(&mut self, f: &Parabola<2>, answer: &Answer) {
+    fn tell(&mut self, f: &Parabola<2>, answer: &Answer, cells: &Cells) {
         self.last = Some((Sketch::new(f, self.piece), self.section));
         self.state = match self.march.tell(self.piece, answer, 0.0) {
             Next::Free => State::Free,
@@ -198,9 +198,16 @@ impl Bundle {
         let wanted = self.tolerance.at(self.march.free);
         let radius = self.section.radius(self.march.free);
         let bracket = if self.rays <= FEW { wanted.max(radius) } else { wanted };
-        if self.closes && self.state != State::Free && closes(f, self.piece, bracket) {
+        let may_close = self.closes && self.state != State::Free && closes(f, self.piece, bracket);
+        if may_close && self.is_defined(cells) {
             (self.state, self.closed) = (State::Ended, Some(*f));
         }
+    }
+
+    /// Whether the field is known to have a value all over the piece: where it may have none each ray looks for itself.
+    fn is_defined(&self, cells: &Cells) -> bool {
+        let (at, reach) = self.section.around_piece(&self.frame, self.piece);
+        cells.is_defined_in(&at.map(|x| Interval::around(x, reach)))
     }
 
     /// The answer that its rays end by, if one closes in on their roots, and the piece that it is about.
@@ -275,7 +282,7 @@ pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
                 (bundle.piece, bundle.section.coordinates(&bundle.frame, bundle.piece))
             },
             |item, f, answer| {
-                item.as_mut().tell(f, &answer);
+                item.as_mut().tell(f, &answer, cells);
                 stats.culled += u64::from(item.as_ref().is_free());
                 asked(item);
             },

@@ -22,7 +22,7 @@ use super::march::Piece;
 use super::thin::{Thin, Want};
 use crate::cast::{CastStats, Hit, Ray};
 use crate::num::{Interval, Many, Number, Taylor, Taylors};
-use crate::tape::{Evaluator, Tape};
+use crate::tape::{Cells, Evaluator};
 use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,6 +39,7 @@ const PATIENCE: u32 = 12;
 
 /// Evaluators for what falls, of a field that is the same expression everywhere.
 pub(super) struct Falls {
+    cells: Arc<Cells>,
     balls: Evaluator<Taylors<BALLS>>,
     points: Evaluator<Many<Interval, LANES>>,
     roots: Vec<Root>,
@@ -48,8 +49,10 @@ pub(super) struct Falls {
 type Rays<'a> = (&'a [Ray], &'a [Line]);
 
 impl Falls {
-    pub(super) fn new(tape: &Arc<Tape>) -> Falls {
-        Falls { balls: Evaluator::new(tape.clone()), points: Evaluator::new(tape.clone()), roots: Vec::new() }
+    pub(super) fn new(cells: Arc<Cells>) -> Falls {
+        let tape = cells.tape();
+        let (balls, points) = (Evaluator::new(tape.clone()), Evaluator::new(tape.clone()));
+        Falls { balls, points, cells, roots: Vec::new() }
     }
 
     /// Ends those beams of a list along all of whose rays the field falls. Rays that it says too little of go on alone.
@@ -99,11 +102,11 @@ impl Falls {
         stats: &mut CastStats,
         cancel: &AtomicBool,
     ) -> Vec<bool> {
-        let Falls { balls, roots, .. } = self;
+        let Falls { cells, balls, roots, .. } = self;
         roots.clear();
         let mut fall = vec![false; beams.len()];
         let stretches: Vec<Stretch> =
-            beams.iter().enumerate().filter_map(|(i, beam)| beam.stretch_ahead(i, want)).collect();
+            beams.iter().enumerate().filter_map(|(i, beam)| beam.stretch_ahead(i, want, cells)).collect();
         for batch in stretches.chunks(BALLS).take_while(|_| !cancel.load(Ordering::Relaxed)) {
             let mut p = [Taylors::<BALLS>::constant(0.0); 3];
             for lane in 0..BALLS {
@@ -265,8 +268,9 @@ struct Stretch {
 
 impl Beam {
     /// The stretch from the frontier of a beam that has ended, with this number in a list, to a little behind where its rays
-    /// are expected to meet the surface, or to their ends; if that is not long beside its width.
-    fn stretch_ahead(&self, number: usize, want: Want) -> Option<Stretch> {
+    /// are expected to meet the surface, or to their ends; if that is not long beside its width, and the field has a value
+    /// all over it.
+    fn stretch_ahead(&self, number: usize, want: Want, cells: &Cells) -> Option<Stretch> {
         let Bundle { frame, section, march, state, .. } = &self.bundle;
         if *state != State::Ended || self.bundle.closed().is_some() {
             return None;
@@ -283,7 +287,8 @@ impl Beam {
         let half = 0.5 * (end - free);
         let piece = (half > 0.0 && half <= LONG * radius).then(|| Piece::new(free + half, half))?;
         let (middle, radius) = section.around_piece(frame, piece);
-        Some(Stretch { beam: number, piece, middle, radius })
+        let is_defined = cells.is_defined_in(&middle.map(|x| Interval::around(x, radius)));
+        is_defined.then_some(Stretch { beam: number, piece, middle, radius })
     }
 
     /// Adds the roots of its rays, and says whether the field falls along all of them in the stretch.

@@ -155,7 +155,8 @@ impl Beams {
     pub(super) fn new(cells: Arc<Cells>) -> Beams {
         let (wide, thin) = (Batches::new(cells.tape()), Batches::new(cells.tape()));
         let points = Evaluator::new(cells.tape().clone());
-        let falls = (cells.is_uniform() && !cells.is_torn()).then(|| Falls::new(cells.tape()));
+        let is_smooth = cells.is_uniform() && cells.tape().class() > Class::Jump;
+        let falls = is_smooth.then(|| Falls::new(cells.clone()));
         Beams { wide, thin, points, falls, cells, is_alone: false, memory: Memory::default() }
     }
 
@@ -175,8 +176,6 @@ impl Beams {
         let Memory { beams, alone, lines, .. } = &mut self.memory;
         lines.clear();
         lines.resize(rays.len(), Line::NOTHING);
-        // Where the field may have no value each ray looks for itself; and any hit needs no bracket around a root.
-        let closes = want == Want::First && self.cells.is_defined();
         let widest = if self.cells.is_uniform() { WIDEST } else { WIDEST_OF_PARTS };
         if self.is_alone {
             alone.extend((0..rays.len()).filter(|&i| is_real(&rays[i])));
@@ -190,7 +189,8 @@ impl Beams {
                 let march = March::new(near, far, FIRST * (far - near), None);
                 let all = (own.count(), rays[range.start].tolerance);
                 let bundle = Bundle::of(frame, section, march, all);
-                let bundle = if closes { bundle.that_closes() } else { bundle };
+                // Any hit needs no bracket around a root.
+                let bundle = if want == Want::First { bundle.that_closes() } else { bundle };
                 beams.push(Beam { rays: range, bundle });
             });
         }
@@ -235,8 +235,11 @@ impl Beams {
                 |thin, _, answer| {
                     let mut value = |at: DVec3| *self.points.eval(&at.to_array());
                     let tape = self.cells.tape();
-                    let mut answer =
-                        if self.cells.is_defined() { answer } else { thin.checked(answer, tape, &mut value) };
+                    let mut answer = if thin.is_defined(&self.cells) {
+                        answer
+                    } else {
+                        thin.checked(answer, tape, &mut value)
+                    };
                     // Across a jump of a part nothing is told from zero, be it ever so short.
                     answer.whole &= tape.class() > Class::Jump;
                     thin.tell(&answer, want, value);

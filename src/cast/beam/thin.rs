@@ -94,6 +94,12 @@ impl Thin {
         around(&self.line, self.piece)
     }
 
+    /// Whether the field is known to have a value all over the piece, without another evaluation.
+    pub(super) fn is_defined(&self, cells: &Cells) -> bool {
+        let (at, reach) = self.around();
+        cells.is_defined_in(&at.map(|x| Interval::around(x, reach)))
+    }
+
     /// The coordinates of the piece.
     pub(super) fn coordinates(&self) -> [Parabola<0>; 3] {
         let (ray, Piece { mid, half }) = (&self.line, self.piece);

@@ -34,8 +34,7 @@ pub(super) fn volumes(
     fine: u8,
     cancel: &AtomicBool,
 ) -> Vec<Interval> {
-    let middle = 0.5 * (tree.region.min + tree.region.max);
-    let field = Balls::within(cells.tape(), &tree.region, middle);
+    let field = Balls::within(cells.tape(), &tree.region);
     let volumes = |field: &mut Balls, some: &[u32]| {
         let mut leaves = Leaves::new(tree, some, fine);
         leaves.measure(cells, field, cancel);

@@ -165,7 +165,7 @@ impl Local {
     /// For the solid of a tape's first output within a region: its core is about `core`, and its smallest features
     /// are as large as `feature`. None if `core` is not certain to be inside.
     pub fn new(tape: &Arc<Tape>, region: &Aabb, core: DVec3, feature: f64) -> Option<Local> {
-        let mut field = Balls::within(tape, region, core);
+        let mut field = Balls::within(tape, region);
         let core = Core::around(&mut field, core, region.diagonal())?;
         Some(Local {
             region: *region,
