@@ -29,6 +29,8 @@ type Place = (u32, f64);
 /// Some balls next to one another.
 struct Balls {
     count: usize,
+    /// Their numbers.
+    which: [usize; BALLS],
     at: [[Place; 3]; BALLS],
     wide: [f64; BALLS],
     /// A box around their middles, seen from the first one's cell, and the largest radius.
@@ -40,6 +42,7 @@ struct Balls {
 impl Balls {
     const NONE: Balls = Balls {
         count: 0,
+        which: [0; BALLS],
         at: [[(0, 0.0); 3]; BALLS],
         wide: [0.0; BALLS],
         low: [f64::INFINITY; 3],
@@ -47,25 +50,53 @@ impl Balls {
         widest: 0.0,
     };
 
-    /// Takes as many, from the first one on, as go together.
-    fn take(&mut self, balls: impl Iterator<Item = ([f64; 3], f64)>) {
+    /// Takes the first one of a list, and those that go together with it. One that is too large for that, or nowhere, is alone.
+    fn take(&mut self, open: &mut Open, ball: impl Fn(usize) -> ([f64; 3], f64)) {
         (self.count, self.widest) = (0, 0.0);
         (self.low, self.high) = (Balls::NONE.low, Balls::NONE.high);
-        for (at, radius) in balls.take(BALLS) {
+        open.retain(|i| {
+            let (at, radius) = ball(i);
             let (places, wide) = (at.map(split), widened(radius));
             let base = if self.count == 0 { places } else { self.at[0] };
             let seen: [f64; 3] =
                 std::array::from_fn(|axis| from(base[axis].0, places[axis].0) + places[axis].1);
             let low: [f64; 3] = std::array::from_fn(|axis| self.low[axis].min(seen[axis]));
             let high: [f64; 3] = std::array::from_fn(|axis| self.high[axis].max(seen[axis]));
-            let fits = (0..3).all(|axis| high[axis] - low[axis] <= EDGE) && wide <= LARGEST;
-            if !fits || seen.iter().any(|x| x.is_nan()) {
-                break;
+            let is_somewhere = wide <= LARGEST && !seen.iter().any(|x| x.is_nan());
+            if is_somewhere && (0..3).all(|axis| high[axis] - low[axis] <= EDGE) {
+                (self.low, self.high, self.widest) = (low, high, self.widest.max(wide));
+            } else if self.count == 0 {
+                (self.low, self.high) = ([f64::NEG_INFINITY; 3], [f64::INFINITY; 3]);
+            } else {
+                return true;
             }
+            self.which[self.count] = i;
             (self.at[self.count], self.wide[self.count]) = (places, wide);
-            (self.low, self.high, self.widest) = (low, high, self.widest.max(wide));
             self.count += 1;
+            false
+        });
+    }
+}
+
+/// The numbers of balls that are not done.
+struct Open {
+    count: usize,
+    which: [usize; BALLS],
+}
+
+impl Open {
+    fn all(first: usize, end: usize) -> Open {
+        Open { count: BALLS.min(end - first), which: std::array::from_fn(|i| first + i) }
+    }
+
+    fn retain(&mut self, mut is_open: impl FnMut(usize) -> bool) {
+        let mut left = 0;
+        for k in 0..self.count {
+            let i = self.which[k];
+            self.which[left] = i;
+            left += usize::from(is_open(i));
         }
+        self.count = left;
     }
 }
 
@@ -259,6 +290,51 @@ impl Block {
     }
 }
 
+/// Some balls next to one another, the cells in reach of them, and what they sum up.
+struct Group {
+    balls: Balls,
+    cells: Cells,
+    blocks: [Block; BALLS / LANES],
+}
+
+impl Group {
+    const NONE: Group = Group {
+        balls: Balls::NONE,
+        cells: Cells { count: 0, words: [0; CELLS], at: [[0.0; CELLS]; 3] },
+        blocks: [Block::NONE; BALLS / LANES],
+    };
+
+    /// Finds the nodes in reach, and sums them up.
+    fn sum<S: Spot>(&mut self, draw: &Draw, spot: &S, lattice: &Lattice, limits: (Bounds, [f64; 3])) {
+        let Group { balls, cells, blocks } = self;
+        let blocks = &mut blocks[..balls.count.div_ceil(LANES)];
+        widest(
+            #[inline(always)]
+            || {
+                cells.find(draw, lattice, balls);
+                for (i, block) in blocks.iter_mut().enumerate() {
+                    block.begin(balls, i * LANES);
+                }
+                for slot in 0..draw.slots {
+                    for begin in (0..cells.count).step_by(LANES) {
+                        let drawn = Drawn::of(draw, (cells, begin), slot, balls);
+                        for i in (0..LANES.min(cells.count - begin)).filter(|&i| drawn.is_near[i]) {
+                            let node = drawn.node(i);
+                            // What is called here must be inlined, and `for_each` seldom is.
+                            for block in blocks.iter_mut() {
+                                block.add(draw, spot, node);
+                            }
+                        }
+                    }
+                }
+                for block in blocks.iter_mut() {
+                    block.limit(limits.0, limits.1);
+                }
+            },
+        );
+    }
+}
+
 /// [`Basis::locals`](crate::noise::Basis::locals) for spots; other arguments as of [`local`].
 pub(in crate::noise) fn locals<S: Spot>(
     scatter: &Scatter,
@@ -270,46 +346,21 @@ pub(in crate::noise) fn locals<S: Spot>(
 ) {
     let draw = scatter.draw(lattice);
     let ball = |i: usize| (at.map(|at| at[i]), radius[i]);
-    let mut balls = Balls::NONE;
-    let mut cells = Cells { count: 0, words: [0; CELLS], at: [[0.0; CELLS]; 3] };
-    let mut blocks = [Block::NONE; BALLS / LANES];
-    let mut first = 0;
-    while first < out.len() {
-        balls.take((first..out.len()).map(ball));
-        if balls.count < 2 {
-            let (at, radius) = ball(first);
-            out[first] = local(scatter, spot, lattice, (order, at, radius), global, rounding);
-            first += 1;
-            continue;
+    let mut group = Group::NONE;
+    for first in (0..out.len()).step_by(BALLS) {
+        let mut open = Open::all(first, out.len());
+        while open.count > 0 {
+            group.balls.take(&mut open, ball);
+            let Balls { which, count, .. } = group.balls;
+            if count == 1 {
+                let (at, radius) = ball(which[0]);
+                out[which[0]] = local(scatter, spot, lattice, (order, at, radius), global, rounding);
+                continue;
+            }
+            group.sum(&draw, spot, lattice, (global, rounding));
+            for (i, &number) in which[..count].iter().enumerate() {
+                out[number] = group.blocks[i / LANES].ball(i % LANES, global);
+            }
         }
-        let blocks = &mut blocks[..balls.count.div_ceil(LANES)];
-        widest(
-            #[inline(always)]
-            || {
-                cells.find(&draw, lattice, &balls);
-                for (i, block) in blocks.iter_mut().enumerate() {
-                    block.begin(&balls, i * LANES);
-                }
-                for slot in 0..draw.slots {
-                    for begin in (0..cells.count).step_by(LANES) {
-                        let drawn = Drawn::of(&draw, (&cells, begin), slot, &balls);
-                        for i in (0..LANES.min(cells.count - begin)).filter(|&i| drawn.is_near[i]) {
-                            let node = drawn.node(i);
-                            // What is called here must be inlined, and `for_each` seldom is.
-                            for block in blocks.iter_mut() {
-                                block.add(&draw, spot, node);
-                            }
-                        }
-                    }
-                }
-                for block in blocks.iter_mut() {
-                    block.limit(global, rounding);
-                }
-            },
-        );
-        for i in 0..balls.count {
-            out[first + i] = blocks[i / LANES].ball(i % LANES, global);
-        }
-        first += balls.count;
     }
 }
