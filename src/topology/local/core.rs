@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Sixteen lines are walked side by side, each in pieces that grow while they are found to be inside and shrink while
-//! they are not.
+//! they are not; of a piece that may not be, what is inside from its beginning on counts.
 
 use super::super::search::{Balls, LANES};
 use crate::num::Taylor;
@@ -137,7 +137,7 @@ enum State {
 impl Line {
     fn new(index: usize, [from, to]: [DVec3; 2], step: f64) -> Line {
         let far = from.distance(to);
-        let (direction, half) = ((to - from) / far, 0.5 * far.min(0.5 * step));
+        let (direction, half) = ((to - from) / far, half_of(far).min(0.25 * step));
         Line { index, from, direction, far, done: 0.0, half, pieces: 0, state: State::Underway }
     }
 
@@ -153,35 +153,50 @@ impl Line {
         Aabb { min: self.from.min(to) - margin, max: self.from.max(to) + margin }
     }
 
+    /// Goes on by as much of the piece as is inside for certain.
     fn walk(&mut self, f: &Taylor, step: f64) {
         self.pieces += 1;
-        if highest(f) < 0.0 {
-            // The next piece begins in this one.
-            self.done += 2.0 * self.half * (1.0 - 1e-9);
-            let left = self.far - self.done;
-            self.half = (2.0 * self.half).min(0.5 * left);
-            if left <= 0.0 {
-                self.state = State::Arrived;
-            }
+        let gained = GAINS.into_iter().find(|share| highest(f, *share) < 0.0);
+        // The next piece begins in this one, and the last one ends a little beyond the line.
+        self.done += 2.0 * self.half * gained.unwrap_or(0.0) * (1.0 - OVERLAP);
+        let left = self.far - self.done;
+        let least = if gained.is_some() { 0.0 } else { 1e-5 * step };
+        self.half = (self.half * gained.map_or(SHRINK, |share| GROW * share)).min(half_of(left));
+        self.state = if left <= 0.0 {
+            State::Arrived
+        } else if f.range.lo > 0.0 || f.value - f.bow[1] > 0.0 || self.half < least || self.pieces > PIECES {
+            State::Blocked
         } else {
-            self.half *= 0.5;
-            if f.range.lo > 0.0 || f.value - f.bow[1] > 0.0 || self.half < 1e-5 * step {
-                self.state = State::Blocked;
-            }
-        }
-        if self.pieces > PIECES && self.state == State::Underway {
-            self.state = State::Blocked;
-        }
+            State::Underway
+        };
     }
 }
 
-/// Upper bound of the field on a piece.
-fn highest(f: &Taylor) -> f64 {
-    let (slope, bend) = (f.grad[0].abs(), f.hess[0]);
+/// Shares of a piece, from its beginning on, that may be inside.
+const GAINS: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
+
+/// The next piece after one that is, and after one of which nothing is.
+const GROW: f64 = 1.5;
+const SHRINK: f64 = 0.35;
+
+/// Beyond all rounding, as a share of a piece.
+const OVERLAP: f64 = 1e-9;
+
+/// Half of a piece that is all that is left.
+fn half_of(left: f64) -> f64 {
+    0.5 * left * (1.0 + 2.0 * OVERLAP)
+}
+
+/// Upper bound of the field on a share of a piece, from its beginning on.
+fn highest(f: &Taylor, share: f64) -> f64 {
+    let (slope, bend, to) = (f.grad[0], f.hess[0], 2.0 * share - 1.0);
+    let at = |u: f64| f.value + u * (slope + 0.5 * u * bend);
     // The highest of the parabola: at an end, or at its vertex.
-    let vertex = if bend < -slope { 0.5 * slope * slope / -bend } else { slope + 0.5 * bend };
-    let second = f.value + vertex + f.bow[1] * (1.0 + 1e-12) + 1e-12 * (f.value.abs() + slope + bend.abs());
-    second.min(f.range.hi)
+    let vertex = -slope / bend;
+    let is_peak = bend < 0.0 && -1.0 < vertex && vertex < to;
+    let parabola = at(-1.0).max(at(to)).max(if is_peak { at(vertex) } else { f64::NEG_INFINITY });
+    let rounding = 1e-12 * (f.value.abs() + slope.abs() + bend.abs());
+    (parabola + f.bow[1] * (1.0 + 1e-12) + rounding).min(f.range.hi)
 }
 
 #[cfg(test)]
