@@ -47,7 +47,7 @@ pub use sifted::{Judge, Ruling, Sifted};
 use crate::field::{Field, lipschitz_until};
 use crate::num::{Affine, Interval, ROUNDOFF, Reduced};
 use crate::scene::Aabb;
-use crate::tape::{Cells, Census, Evaluator};
+use crate::tape::{Cells, Census, Evaluator, Wanted};
 use beam::Beams;
 use bent::Bent;
 use glam::DVec3;
@@ -376,13 +376,13 @@ fn auto(
     let mut most = Vec::new();
     // Each prunes for itself what it needs: small steps need many tapes.
     let (tape, whole) = (cells.tape(), region.intervals());
-    let own = Arc::new(Cells::of_sides(tape.clone(), &whole));
+    let own = Arc::new(cells.again(tape.clone(), &whole, Wanted::Sides));
     trial(&mut Beams::new(own.clone()), typical, cancel, |_, spent| {
         most.push(taken(&own, spent, along_pieces));
         most.last().is_some_and(|spent| *spent >= PATIENCE)
     });
     let Some(&all) = most.last() else { return beams() };
-    let own = Arc::new(Cells::new(tape.clone(), &whole));
+    let own = Arc::new(cells.again(tape.clone(), &whole, Wanted::Values));
     let is_lost = |i: usize, spent: f64| {
         let spent = taken(&own, spent, at_points);
         let is_hopeless = most[i] >= TELLING * all && spent > HOPELESS * most[i];

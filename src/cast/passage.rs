@@ -235,9 +235,7 @@ impl Passage {
         Looks { rays, costs, stats }: &mut Looks<'_>,
     ) -> Option<(Interval, Interval)> {
         let ray = &rays[number];
-        let (a, b, blur) = (ray.at(from), ray.at(to), ray.rounding(to));
-        let region: [Interval; 3] =
-            std::array::from_fn(|axis| Interval::new(a[axis], b[axis]) + Interval::radius(blur));
+        let region = bounds(ray, (from, to));
         let reach = region.iter().map(|x| x.rad()).fold(0.0, f64::max);
         let tape = self.cells.tape_around(region.map(Interval::mid), reach);
         stats.evaluations += 1;
@@ -257,17 +255,22 @@ impl Passage {
         Some((slope.value * side.sign(), slope.grad[0] * side.sign()))
     }
 
-    /// Whether the field is known, without another evaluation, to have a value at a place of a ray.
-    pub(super) fn is_defined_at(&self, ray: &Ray, t: f64) -> bool {
-        self.cells.is_defined_in(&ray.at(t).to_array().map(|x| Interval::around(x, ray.rounding(t.abs()))))
+    /// Whether the field is known, without another evaluation, to have a value everywhere along a piece of a ray.
+    pub(super) fn is_surely_defined(&self, ray: &Ray, piece: (f64, f64)) -> bool {
+        self.cells.is_defined_in(&bounds(ray, piece))
     }
 
-    /// Whether the field is known to have a value everywhere along a piece of a ray.
-    pub(super) fn is_defined(&self, ray: &Ray, (from, to): (f64, f64)) -> bool {
-        let (a, b, blur) = (ray.at(from), ray.at(to), ray.rounding(to));
-        let region = std::array::from_fn(|axis| Interval::new(a[axis], b[axis]) + Interval::radius(blur));
-        self.cells.is_defined_in(&region) || self.cells.tape().is_defined(&region)
+    /// Whether it has.
+    pub(super) fn is_defined(&self, ray: &Ray, piece: (f64, f64)) -> bool {
+        let bounds = bounds(ray, piece);
+        self.cells.is_defined_in(&bounds) || self.cells.tape().is_defined(&bounds)
     }
+}
+
+/// A box that holds a piece of a ray.
+fn bounds(ray: &Ray, (from, to): (f64, f64)) -> [Interval; 3] {
+    let (a, b, blur) = (ray.at(from), ray.at(to), ray.rounding(to));
+    std::array::from_fn(|axis| Interval::new(a[axis], b[axis]) + Interval::radius(blur))
 }
 
 /// The slopes in a direction in a ball, in units of it.

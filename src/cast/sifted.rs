@@ -40,7 +40,7 @@ use super::going::{Going, How, Met, Place, Sifting};
 use super::passage::{Ahead, Looks, Part, Passage, Side};
 use super::{CastStats, Caster, Hit, Ray};
 use crate::scene::Aabb;
-use crate::tape::Cells;
+use crate::tape::{Cells, Wanted};
 use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -86,7 +86,8 @@ impl Sifted {
     pub fn new(solid: Box<dyn Caster>, cells: &Arc<Cells>, region: &Aabb, judge: Box<dyn Judge>) -> Sifted {
         // Which parts of the region are free of the complement is another question than which are free of
         // the solid, so it has cells of its own.
-        let complement = Arc::new(Cells::of_sides(Arc::new(cells.tape().negated()), &region.intervals()));
+        let negated = Arc::new(cells.tape().negated());
+        let complement = Arc::new(cells.again(negated, &region.intervals(), Wanted::Sides));
         Sifted {
             solid,
             onward: Onward::new(cells.clone()),
@@ -137,7 +138,8 @@ impl Sifted {
             let (own, t) = (work.ray(&ray), hit.t);
             if !hit.is_hit() {
                 work.settle(ray, hit);
-            } else if Passage::is_next_to(own, t, inside) && self.passage.is_defined(own, (t, inside)) {
+            } else if Passage::is_next_to(own, t, inside) && self.passage.is_surely_defined(own, (t, inside))
+            {
                 next.push(Going { place: Place::Met(Met { t, at: inside, how: How::Known }), ..ray });
             } else {
                 met.push((ray, t));
@@ -236,7 +238,7 @@ impl Sifted {
         let mut met: Vec<(usize, f64)> = known.filter(|(i, t)| t.is_finite() && hits[*i].is_hit()).collect();
         // By enclosures they are inside, wherever the field has a value.
         let is_defined: Vec<bool> =
-            met.iter().map(|&(i, t)| self.passage.is_defined_at(&work.rays[i], t)).collect();
+            met.iter().map(|&(i, t)| self.passage.is_surely_defined(&work.rays[i], (t, t))).collect();
         let open = met.iter().zip(&is_defined).filter(|(_, is_defined)| !**is_defined);
         let places: Vec<[f64; 3]> = open.map(|(&(i, t), _)| work.rays[i].at(t).to_array()).collect();
         let mut values = self.passage.values(&places, &mut work.stats).into_iter();

@@ -57,8 +57,7 @@ pub struct Cells {
     least: f64,
     wanted: Wanted,
     is_uniform: bool,
-    /// Whether the field has a value everywhere, and where it has one, if it has not.
-    is_defined: bool,
+    /// Where in the region the field has a value.
     defined: Option<Defined>,
     /// Tapes made, and instructions in all of them.
     pruned: AtomicU64,
@@ -114,14 +113,22 @@ pub struct Prunings {
 impl Cells {
     /// The cells of a box. Outside of it, and for what is larger, there is the whole tape.
     pub fn new(tape: Arc<Tape>, region: &[Interval; 3]) -> Cells {
-        let mut cells = Cells::undivided(tape);
-        cells.defined = Defined::within(cells.tape(), region);
-        cells.is_defined = cells.defined.is_some_and(|defined| defined.hollow().is_none());
-        cells.is_uniform = !cells.whole.is_open;
-        cells.centre = region.map(|r| r.mid());
+        let defined = Defined::within(&tape, region);
+        Cells { defined, ..Cells::undivided(tape) }.divided(region)
+    }
+
+    /// The same cut into cells.
+    fn divided(self, region: &[Interval; 3]) -> Cells {
+        let is_uniform = !self.whole.is_open;
+        let centre = region.map(|r| r.mid());
         // A hair more, so that what is cut as the cells are fits into them.
-        cells.half = (1.0 + 1e-8) * region.iter().map(|r| r.rad()).fold(0.0, f64::max);
-        cells
+        let half = (1.0 + 1e-8) * region.iter().map(|r| r.rad()).fold(0.0, f64::max);
+        Cells { is_uniform, centre, half, ..self }
+    }
+
+    /// New cells of the same region, for a tape that has a value wherever this one has.
+    pub fn again(&self, tape: Arc<Tape>, region: &[Interval; 3], wanted: Wanted) -> Cells {
+        Cells { defined: self.defined, wanted, ..Cells::undivided(tape) }.divided(region)
     }
 
     /// The same for who wants no more of the field than on which side of zero it is, and what it is close to that; tapes of
@@ -147,7 +154,6 @@ impl Cells {
             least: 0.0,
             wanted: Wanted::Values,
             is_uniform: true,
-            is_defined: false,
             defined: None,
             pruned: AtomicU64::new(0),
             kept: AtomicU64::new(0),
@@ -158,7 +164,7 @@ impl Cells {
     pub fn of_values(self: &Arc<Cells>, region: &[Interval; 3]) -> Arc<Cells> {
         match self.wanted {
             Wanted::Values => self.clone(),
-            Wanted::Sides => Arc::new(Cells::new(self.tape().clone(), region)),
+            Wanted::Sides => Arc::new(self.again(self.tape().clone(), region, Wanted::Values)),
         }
     }
 
@@ -174,19 +180,19 @@ impl Cells {
 
     /// Whether the field is known to have a value everywhere in the region.
     pub fn is_defined(&self) -> bool {
-        self.is_defined
+        self.defined.is_some_and(|defined| defined.hollow().is_none())
     }
 
     /// Whether the field is known to have a value everywhere in a part of the region: always if it has one in all of it, and
     /// without another evaluation.
     pub fn is_defined_in(&self, part: &[Interval; 3]) -> bool {
-        self.is_defined || self.defined.is_some_and(|defined| defined.holds(part))
+        self.defined.is_some_and(|defined| defined.hollow().is_none() || defined.holds(part))
     }
 
     /// Whether the field may be torn in the region: it may jump, or have a pole or no value somewhere. What is made of
     /// something that has a pole may jump there and be bounded all the same.
     pub fn is_torn(&self) -> bool {
-        !self.is_defined || self.tape().class() == Class::Jump
+        !self.is_defined() || self.tape().class() == Class::Jump
     }
 
     /// What pruning has gained so far.
@@ -251,7 +257,7 @@ impl Cells {
     }
 
     fn is_free(&self, bounded: &Bounded) -> bool {
-        bounded.range().lo > 0.0 || (!self.is_defined && bounded.is_nowhere())
+        bounded.range().lo > 0.0 || (!self.is_defined() && bounded.is_nowhere())
     }
 
     /// What one of all parts of a cell has, of which this is left.

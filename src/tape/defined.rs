@@ -48,11 +48,15 @@ impl Defined {
         self.hollow.as_ref()
     }
 
+    /// Whether a box is in the region.
+    pub fn is_about(&self, part: &[Interval; 3]) -> bool {
+        self.region.iter().zip(part).all(|(all, part)| all.encloses(*part))
+    }
+
     /// Whether the field is known to have a value everywhere in a box.
     pub fn holds(&self, part: &[Interval; 3]) -> bool {
         let is_apart = |(a, b): (&Interval, &Interval)| a.hi < b.lo || b.hi < a.lo;
-        self.region.iter().zip(part).all(|(all, part)| all.encloses(*part))
-            && self.hollow.is_none_or(|hollow| hollow.iter().zip(part).any(is_apart))
+        self.is_about(part) && self.hollow.is_none_or(|hollow| hollow.iter().zip(part).any(is_apart))
     }
 }
 

@@ -377,14 +377,20 @@ impl Balls {
 
     /// Whether it is known to have a value everywhere in a ball but next to the middle.
     pub fn is_defined_beside(&self, centre: DVec3, radius: f64) -> bool {
-        let next = |axis: usize, hollow: &Interval| {
-            Interval::around(centre[axis], BESIDE * radius).encloses(*hollow)
-        };
-        let is_beside =
-            |defined: &Defined| defined.hollow().is_none_or(|h| (0..3).all(|axis| next(axis, &h[axis])));
+        if self.is_defined_around(centre, radius) {
+            return true;
+        }
         let all = std::array::from_fn(|axis| Interval::around(centre[axis], radius));
-        self.is_defined_around(centre, radius)
-            || Defined::within(self.field.tape(), &all).is_some_and(|defined| is_beside(&defined))
+        // What has no value elsewhere has none beside the middle.
+        let is_elsewhere = |hollow: &[Interval; 3]| (0..3).any(|axis| !hollow[axis].contains(centre[axis]));
+        let known = self.defined.filter(|defined| defined.is_about(&all));
+        if known.is_some_and(|defined| defined.hollow().is_some_and(is_elsewhere)) {
+            return false;
+        }
+        let next = |axis: usize| Interval::around(centre[axis], BESIDE * radius);
+        let is_next = |hollow: &[Interval; 3]| (0..3).all(|axis| next(axis).encloses(hollow[axis]));
+        let found = Defined::within(self.field.tape(), &all);
+        found.is_some_and(|defined| defined.hollow().is_none_or(is_next))
     }
 
     /// The field along as many straight lines, by their middles and by halves of them.

@@ -66,7 +66,7 @@ impl Bounds {
             let regions: [[Interval; 3]; LANES] =
                 std::array::from_fn(|lane| boxes[batch[lane.min(batch.len() - 1)].1].intervals());
             let tape = batch[0].0;
-            let defined = regions.map(|region| cells.is_defined() || tape.is_defined(&region));
+            let defined = regions.map(|region| cells.is_defined_in(&region) || tape.is_defined(&region));
             let slopes = self.slopes(tape, &regions, &defined);
             for (lane, &(_, i)) in batch.iter().enumerate() {
                 known[i] = self.one(tape, &regions[lane], &slopes[lane], defined[lane]);
