@@ -189,6 +189,11 @@ impl Cells {
         self.defined.is_some_and(|defined| defined.hollow().is_none() || defined.holds(part))
     }
 
+    /// The same of all within `reach` of a place along every axis.
+    pub fn is_defined_around(&self, at: [f64; 3], reach: f64) -> bool {
+        self.is_defined_in(&at.map(|x| Interval::around(x, reach)))
+    }
+
     /// Whether the field may be torn in the region: it may jump, or have a pole or no value somewhere. What is made of
     /// something that has a pole may jump there and be bounded all the same.
     pub fn is_torn(&self) -> bool {

@@ -7,7 +7,7 @@ use super::march::{Answer, March, Next, Piece};
 use super::sketch::Sketch;
 use super::worth::{is_too_much, worthwhile};
 use crate::cast::{CastStats, Tolerance};
-use crate::num::{Interval, Parabola};
+use crate::num::Parabola;
 use crate::scene::Aabb;
 use crate::tape::Cells;
 use glam::DVec3;
@@ -207,7 +207,7 @@ impl Bundle {
     /// Whether the field is known to have a value all over the piece: where it may have none each ray looks for itself.
     fn is_defined(&self, cells: &Cells) -> bool {
         let (at, reach) = self.section.around_piece(&self.frame, self.piece);
-        cells.is_defined_in(&at.map(|x| Interval::around(x, reach)))
+        cells.is_defined_around(at, reach)
     }
 
     /// The answer that its rays end by, if one closes in on their roots, and the piece that it is about.

@@ -287,8 +287,7 @@ impl Beam {
         let half = 0.5 * (end - free);
         let piece = (half > 0.0 && half <= LONG * radius).then(|| Piece::new(free + half, half))?;
         let (middle, radius) = section.around_piece(frame, piece);
-        let is_defined = cells.is_defined_in(&middle.map(|x| Interval::around(x, radius)));
-        is_defined.then_some(Stretch { beam: number, piece, middle, radius })
+        cells.is_defined_around(middle, radius).then_some(Stretch { beam: number, piece, middle, radius })
     }
 
     /// Adds the roots of its rays, and says whether the field falls along all of them in the stretch.

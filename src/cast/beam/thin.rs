@@ -97,7 +97,7 @@ impl Thin {
     /// Whether the field is known to have a value all over the piece, without another evaluation.
     pub(super) fn is_defined(&self, cells: &Cells) -> bool {
         let (at, reach) = self.around();
-        cells.is_defined_in(&at.map(|x| Interval::around(x, reach)))
+        cells.is_defined_around(at, reach)
     }
 
     /// The coordinates of the piece.
