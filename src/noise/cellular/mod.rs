@@ -32,6 +32,7 @@
 
 mod ball;
 mod metric;
+mod plots;
 mod scout;
 mod search;
 #[cfg(test)]
@@ -43,6 +44,7 @@ use super::lattice::Lattice;
 use super::parameter::{Allowed, Exact, Parameter, Settings};
 use crate::num::{Bounds, Class, Jets, Local, Order, Point, ROUNDOFF};
 use metric::{Chebyshev, Euclidean, Manhattan, Metric, Minkowski};
+use plots::Memory;
 use scout::Ground;
 use search::{Cell, Found, Search, cells};
 use std::sync::OnceLock;
@@ -124,19 +126,27 @@ impl Norm {
 
     #[inline(always)]
     fn run<T: Task>(self, lattice: &Lattice, task: T) -> T::Out {
-        static TABLES: [OnceLock<Vec<Cell>>; 5] = [const { OnceLock::new() }; 5];
+        static TABLES: [OnceLock<Vec<Cell>>; 4] = [const { OnceLock::new() }; 4];
         #[inline(always)]
         fn with<M: Metric, T: Task>(metric: M, table: usize, cap: f64, lattice: &Lattice, task: T) -> T::Out {
             task.run(Search { metric, cells: TABLES[table].get_or_init(|| cells(metric, cap)), lattice, cap })
         }
         let cap = self.cap();
         match self {
-            Norm::Euclidean => with(Euclidean, 0, cap, lattice, task),
-            Norm::Manhattan => with(Manhattan, 1, cap, lattice, task),
-            Norm::Chebyshev => with(Chebyshev, 2, cap, lattice, task),
+            Norm::Euclidean => task.run(Norm::euclidean(lattice)),
+            Norm::Manhattan => with(Manhattan, 0, cap, lattice, task),
+            Norm::Chebyshev => with(Chebyshev, 1, cap, lattice, task),
             // The order of the cells does not depend on the exponent, how many there are does.
-            Norm::Minkowski(p) => with(Minkowski(p.0), if cap < 3.0 { 3 } else { 4 }, cap, lattice, task),
+            Norm::Minkowski(p) => with(Minkowski(p.0), if cap < 3.0 { 2 } else { 3 }, cap, lattice, task),
         }
+    }
+
+    /// What a search in the usual norm needs to know.
+    #[inline(always)]
+    fn euclidean(lattice: &Lattice) -> Search<'_, Euclidean> {
+        static CELLS: OnceLock<Vec<Cell>> = OnceLock::new();
+        let cap = Norm::Euclidean.cap();
+        Search { metric: Euclidean, cells: CELLS.get_or_init(|| cells(Euclidean, cap)), lattice, cap }
     }
 }
 
@@ -214,6 +224,19 @@ impl Basis for Cellular {
     }
 
     fn jets(&self, lattice: &Lattice, at: [&[f64]; 3], out: Jets<'_>) {
+        if self.norm == Norm::Euclidean && self.orders() == 1 && at[0].len() >= plots::LANES {
+            let search = Norm::euclidean(lattice);
+            let lanes = || {
+                let (mut memory, mut ground) = (Memory::of(lattice), Ground::new(lattice));
+                Nearest::new(
+                    self,
+                    search.metric,
+                    #[inline(always)]
+                    move |at: &_, found: &mut _| memory.nearest(&search, &mut ground, at, found),
+                )
+            };
+            return bulk::jets(lanes, at, out);
+        }
         self.norm.run(lattice, Bulk { noise: self, at, out });
     }
 
@@ -402,20 +425,43 @@ impl Task for Bulk<'_, '_> {
 impl Bulk<'_, '_> {
     #[inline(always)]
     fn nearest<M: Metric, const K: usize, const GROUP: usize>(self, search: Search<'_, M>) {
-        let lanes =
-            || Nearest::<M, K, GROUP> { noise: self.noise, search, ground: Ground::new(search.lattice) };
+        let lanes = || {
+            let mut ground = Ground::<GROUP>::new(search.lattice);
+            Nearest::new(
+                self.noise,
+                search.metric,
+                #[inline(always)]
+                move |at: &[[f64; GROUP]; 3], found: &mut Found<K, GROUP>| {
+                    search.nearest_of_group(&mut ground, at, found);
+                },
+            )
+        };
         bulk::jets(lanes, self.at, self.out);
     }
 }
 
-/// The noise of the `K` nearest nodes, in lanes, `GROUP` points at a time.
-struct Nearest<'a, M, const K: usize, const GROUP: usize> {
+/// The noise of the `K` nearest nodes, in lanes, `GROUP` points at a time, for which these are sought.
+struct Nearest<'a, M, S, const K: usize, const GROUP: usize> {
     noise: &'a Cellular,
-    search: Search<'a, M>,
-    ground: Ground<GROUP>,
+    metric: M,
+    seek: S,
 }
 
-impl<M: Metric, const K: usize, const GROUP: usize> Lanes for Nearest<'_, M, K, GROUP> {
+impl<'a, M, S, const K: usize, const GROUP: usize> Nearest<'a, M, S, K, GROUP>
+where
+    M: Metric,
+    S: FnMut(&[[f64; GROUP]; 3], &mut Found<K, GROUP>),
+{
+    fn new(noise: &'a Cellular, metric: M, seek: S) -> Self {
+        Nearest { noise, metric, seek }
+    }
+}
+
+impl<M, S, const K: usize, const GROUP: usize> Lanes for Nearest<'_, M, S, K, GROUP>
+where
+    M: Metric,
+    S: FnMut(&[[f64; GROUP]; 3], &mut Found<K, GROUP>),
+{
     #[inline(always)]
     fn block<const ORDER: u8, const PARTS: usize, const B: usize>(
         &mut self,
@@ -428,9 +474,9 @@ impl<M: Metric, const K: usize, const GROUP: usize> Lanes for Nearest<'_, M, K, 
             for (own, from) in at.iter_mut().zip(from) {
                 own.copy_from_slice(&from[start..start + GROUP]);
             }
-            self.search.nearest_of_group(&mut self.ground, &at, &mut found);
+            (self.seek)(&at, &mut found);
             for i in 0..GROUP {
-                let p = self.noise.finish::<M, K, GROUP, ORDER>(self.search.metric, &found, i);
+                let p = self.noise.finish::<M, K, GROUP, ORDER>(self.metric, &found, i);
                 to[0][start + i] = p.value;
                 if ORDER >= GRADIENT {
                     for k in 0..3 {

@@ -27,7 +27,7 @@ use super::search::{Cell, Found, GRAIN, MOST, REACH, SPAN, Search, bits, gap, pl
 use crate::noise::lattice::{Lattice, STEP, hash, split};
 
 /// Grains in a cell.
-const GRAINS: f32 = 1024.0;
+pub(super) const GRAINS: f32 = 1024.0;
 
 /// The bits of a key that name a cell: three for the offset along each axis.
 const CELL: i32 = 511;
@@ -237,6 +237,17 @@ impl<M: Metric> Search<'_, M> {
             Some(slack) => self.measure(ground, &self.scout(ground, slack), slack, found),
             None => [true; B],
         };
+        self.one_by_one(&unsure, at, found);
+    }
+
+    /// Searches for lanes that are unsure by themselves.
+    #[inline(always)]
+    pub(super) fn one_by_one<const K: usize, const B: usize>(
+        &self,
+        unsure: &[bool; B],
+        at: &[[f64; B]; 3],
+        found: &mut Found<K, B>,
+    ) {
         if unsure.iter().fold(false, |a, b| a | b) {
             for i in (0..B).filter(|i| unsure[*i]) {
                 found.replace(i, &self.nearest_of_one([at[0][i], at[1][i], at[2][i]]));
@@ -250,16 +261,22 @@ impl<M: Metric> Search<'_, M> {
         self.nearest(at)
     }
 
-    /// The key of no node: a little beyond the cap, so that none within it is missed.
+    /// The measure of no node: a little beyond the cap, so that none within it is missed.
     #[inline(always)]
-    fn nothing(&self) -> i32 {
-        self.metric.rough([1.001 * GRAINS * self.cap as f32, 0.0, 0.0]).to_bits() as i32 | CELL
+    pub(super) fn nothing(&self) -> f32 {
+        self.metric.rough([1.001 * GRAINS * self.cap as f32, 0.0, 0.0])
+    }
+
+    /// Its key.
+    #[inline(always)]
+    fn no_key(&self) -> i32 {
+        self.nothing().to_bits() as i32 | CELL
     }
 
     /// The nearest nodes in single precision.
     #[inline(always)]
     fn scout<const K: usize, const B: usize>(&self, ground: &Ground<B>, slack: f32) -> Trail<K, B> {
-        let (metric, quantiles, nothing) = (self.metric, quantiles(), self.nothing());
+        let (metric, quantiles, nothing) = (self.metric, quantiles(), self.no_key());
         let mut trail = Trail { keys: [[nothing; B]; K], places: [[0; B]; K], next: [nothing; B] };
         let (octant, rest) = self.cells.split_at(OCTANT);
         let mut hashes = [[0; B]; OCTANT];
@@ -336,7 +353,7 @@ impl<M: Metric> Search<'_, M> {
         slack: f32,
         found: &mut Found<K, B>,
     ) -> [bool; B] {
-        let (metric, nothing) = (self.metric, self.nothing());
+        let (metric, nothing) = (self.metric, self.no_key());
         let scale = metric.measure([f64::from(GRAINS), 0.0, 0.0], f64::INFINITY);
         let cap = metric.measure([self.cap, 0.0, 0.0], f64::INFINITY);
         found.measure = [[cap; B]; K];

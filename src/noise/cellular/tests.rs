@@ -235,7 +235,6 @@ fn batches_equal_single_points_at_every_level() {
         .map(|i| random.point([1.0, 1e3, 1e9, 1e17, 1e-9][i % 5]))
         .chain([[0.0, -0.0, -1e-300], [0.5, 0.25, -0.5], [f64::NAN, 1.0, 2.0], [f64::INFINITY, 0.5, 0.5]])
         .collect();
-    let bits = |x: f64| if x.is_nan() { u64::MAX } else { x.to_bits() };
     // No other test may mind the level, which changes no bits.
     let mut levels = [Level::Baseline, Level::Avx2, Level::Avx512].into_iter().cycle();
     for variant in variants() {
@@ -244,21 +243,58 @@ fn batches_equal_single_points_at_every_level() {
             for group in [1, 7, 16, points.len()] {
                 for part in points.chunks(group) {
                     limit_simd(levels.next().unwrap());
-                    let at = [0, 1, 2].map(|axis| part.iter().map(|p| p[axis]).collect::<Vec<_>>());
-                    let mut to: [Vec<f64>; 10] = std::array::from_fn(|_| vec![0.0; part.len()]);
-                    let [value, x, y, z, xx, yy, zz, xy, xz, yz] = &mut to;
-                    let out = Jets { value, grad: Some([x, y, z]), hess: Some([xx, yy, zz, xy, xz, yz]) };
-                    variant.jets(&lattice, [&at[0], &at[1], &at[2]], out);
-                    for (i, p) in part.iter().enumerate() {
-                        let one = variant.jet(&lattice, Order::Hessian, *p);
-                        let all = [one.value].into_iter().chain(one.grad).chain(one.hess);
-                        for (k, x) in all.enumerate() {
-                            assert_eq!(bits(x), bits(to[k][i]), "{variant:?} {p:?} {k}");
-                        }
-                        let value = variant.jet(&lattice, Order::Value, *p).value;
-                        assert_eq!(bits(value), bits(one.value));
-                    }
+                    batches_are_like_points(&variant, &lattice, part);
                 }
+            }
+        }
+    }
+}
+
+/// That the jets of a batch are those of its points, bit for bit.
+fn batches_are_like_points(noise: &Cellular, lattice: &Lattice, points: &[[f64; 3]]) {
+    let bits = |x: f64| if x.is_nan() { u64::MAX } else { x.to_bits() };
+    let at = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
+    let mut to: [Vec<f64>; 10] = std::array::from_fn(|_| vec![0.0; points.len()]);
+    let [value, x, y, z, xx, yy, zz, xy, xz, yz] = &mut to;
+    let out = Jets { value, grad: Some([x, y, z]), hess: Some([xx, yy, zz, xy, xz, yz]) };
+    noise.jets(lattice, [&at[0], &at[1], &at[2]], out);
+    for (i, p) in points.iter().enumerate() {
+        let one = noise.jet(lattice, Order::Hessian, *p);
+        let all = [one.value].into_iter().chain(one.grad).chain(one.hess);
+        for (k, x) in all.enumerate() {
+            assert_eq!(bits(x), bits(to[k][i]), "{noise:?} {p:?} {k}");
+        }
+        let value = noise.jet(lattice, Order::Value, *p).value;
+        assert_eq!(bits(value), bits(one.value));
+    }
+}
+
+/// As along trajectories: most points stay in their plot for a while, some leave it, some are nowhere; noises take turns, and
+/// there are more of them than are remembered.
+#[test]
+fn points_that_stay_have_the_same_bits() {
+    let mut random = Random::new(17);
+    let noises = [false, true].map(|squared| cellular([1.0, 0.0, 0.0, 0.0], NORMS[0], squared, true));
+    let lattices: Vec<Lattice> =
+        (0..11).map(|seed| Lattice { seed, period: [[0; 3], [3, 0, 1]][seed as usize % 2] }).collect();
+    for (round, level) in
+        [Level::Baseline, Level::Avx2, Level::Avx512].into_iter().cycle().take(90).enumerate()
+    {
+        limit_simd(level);
+        let count = [16, 64, 100, 23][round % 4];
+        let mut points: Vec<[f64; 3]> = (0..count).map(|_| random.point(8.0)).collect();
+        let alike = &lattices[..[1, 3, 11][round % 3]];
+        for step in 0..12 {
+            for point in &mut points {
+                let pace = if random.unit() < 0.02 { 2.0 } else { 0.03 };
+                let by = random.point(pace);
+                (0..3).for_each(|axis| point[axis] += by[axis]);
+            }
+            // On the borders of plots, and beyond all that is.
+            points[step] = [0.5, -1.0, points[step][2]];
+            points[15 - step] = if step < 2 { [f64::NAN, 0.0, f64::INFINITY] } else { random.point(1e13) };
+            for lattice in alike {
+                batches_are_like_points(&noises[step % 2], lattice, &points);
             }
         }
     }
