@@ -247,6 +247,11 @@ fn neither_specks_nor_their_shadows_are_seen() {
     let local = picture("component_of(both, [0, 0, 0], #{ feature: 0.3 })");
     assert_eq!(global, local);
     assert_ne!(whole, local);
+    // The crumb's field is felt by the body only where it is next to nothing.
+    let never = picture("body");
+    let apart = |i: &usize| (0..3).any(|c| (local[*i].color[c] - never[*i].color[c]).abs() > 1e-3);
+    let seen = (0..local.len()).filter(apart).count();
+    assert_eq!(seen, 0);
     // That the crumb is apart is proven either way.
     let uncertified = |surface: &str| whole_picture(surface).stats.uncertified();
     assert_eq!(uncertified("component_of(both, [0, 0, 0])"), uncertified("both"));

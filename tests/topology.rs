@@ -8,7 +8,7 @@ use orogen::num::{Interval, Jet, Many, Number, Taylor, Taylors};
 use orogen::render::{Job, Picture};
 use orogen::scene::{Aabb, Keep, Measure, Scene};
 use orogen::script::{Request, compile};
-use orogen::session::topology::{Analysis, Origin, Purpose, correction, kept, unproven};
+use orogen::session::topology::{Analysis, Origin, Purpose, correction, kept, rivalled, unproven};
 use orogen::session::{self, Order};
 use orogen::tape::{Evaluator, Tape};
 use orogen::topology::{Complex, CriticalPoint, Kind, Locator, Search, search, separatrices};
@@ -328,7 +328,14 @@ fn is_seen_on_a_grid(script: &str) -> bool {
         let steepest = p.eigenvalues[0].abs().max(p.eigenvalues[2].abs());
         p.value.abs() < 0.5 * steepest * 3.0 * spacing * spacing
     };
-    assert!(all.points.iter().any(is_fine), "{script}: {} {}", found.euler(), found.components.len());
+    // Each of these changes the characteristic by one, and the number of components by one at most.
+    let fine = all.points.iter().filter(|p| is_fine(p)).count();
+    let grid = Grid::new(&tape, half, FINEST, &solid);
+    let (own, joined) = (found.euler(), found.components.len());
+    for seen in grid.euler() {
+        assert!(own.abs_diff(seen) as usize <= fine, "{script}: {own} {seen} {fine}");
+    }
+    assert!(joined.abs_diff(grid.components()) <= fine, "{script}: {joined} {} {fine}", grid.components());
     false
 }
 
@@ -623,6 +630,46 @@ fn volumes_hold_those_of_samples() {
     let largest = (0..sampled.len()).max_by(|&a, &b| sampled[a].total_cmp(&sampled[b]));
     let kept = kept(&found, &Keep::Most(Measure::Volume)).expect("there is one");
     assert_eq!(kept.iter().position(|ruling| ruling.kept), largest);
+}
+
+/// A solid that is in its box as a whole is not cut by it, even where it touches the box's faces; in whichever way it was
+/// analysed.
+#[test]
+fn a_solid_that_fits_its_box_closely_is_whole() {
+    let smooth = "sphere(1.0) + 0.1052 * value(8).scaled(1.8251)";
+    let flat = "box([1.0, 1.0, 1.0])";
+    for (solid, bounds) in [(smooth, None), (smooth, Some(2.0)), (flat, None), (flat, Some(0.5))] {
+        let bounds = bounds.map_or(String::new(), |half: f64| format!(", bounds: {half:?}"));
+        let found = analysis(&format!("scene(#{{ surface: {solid}{bounds} }})"));
+        assert!(found.is_whole && found.is_certified(), "{solid}{bounds}");
+        assert!(found.parts.len() == 1 && !found.parts[0].cut, "{solid}{bounds}: {:?}", found.parts);
+        assert_eq!(found.proven().is_some(), solid == smooth, "{bounds}");
+        for keep in [Keep::Most(Measure::Minima), Keep::Most(Measure::Volume), Keep::Share(0.5)] {
+            let rulings = kept(&found, &keep).expect("there is one");
+            assert!(rulings.iter().all(|r| r.kept && r.proven), "{solid}{bounds} {keep:?}");
+            assert!(unproven(&found, &rulings).is_none());
+        }
+    }
+    // Half of it is cut.
+    let half = analysis(&format!("scene(#{{ surface: {smooth}, bounds: [[0, -2, -2], [2, 2, 2]] }})"));
+    assert!(!half.is_whole && half.parts.iter().all(|part| part.cut), "{:?}", half.parts);
+}
+
+/// Of components with as many minima the one of largest volume is the main one, however deep others are; and one that
+/// is nearly as large is told of.
+#[test]
+fn a_deep_crumb_is_not_the_main_component() {
+    let body = "0.4 - exp(-(x * x + y * y + z * z))";
+    let crumb = "2.0 * exp(-60.0 * ((x - 0.9) ** 2 + (y - 1.1) ** 2 + (z - 0.9) ** 2))";
+    let found = analysis(&format!("({body}) - {crumb}"));
+    for (measure, rival) in [(Measure::Minima, true), (Measure::Volume, false)] {
+        let rulings = kept(&found, &Keep::Most(measure)).expect("there is one");
+        let main = rulings.iter().position(|ruling| ruling.kept).expect("one is kept");
+        assert!(found.parts[main].volume.lo > 3.0, "{:?}", found.parts);
+        assert!(rulings.iter().all(|ruling| ruling.proven), "{rulings:?}");
+        let told = rivalled(&found, &Keep::Most(measure));
+        assert_eq!(told.is_some_and(|told| told.message.contains("100 %")), rival);
+    }
 }
 
 #[test]

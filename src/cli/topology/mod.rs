@@ -14,7 +14,7 @@ use crate::field::Watch;
 use crate::render::{self, Job, Metadata, Picture};
 use crate::scene::{Keep, Measure, Scene};
 use crate::session::topology::{
-    ARCS, Analysis, COLORS, Origin, Purpose, Show, analyse, doubts, kept, picture, unproven,
+    ARCS, Analysis, COLORS, Origin, Purpose, Show, analyse, doubts, kept, picture, rivalled, unproven,
 };
 use crate::session::{self, Loaded, Order};
 use crate::topology::separatrices;
@@ -177,8 +177,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         progress.finish();
         made.map_err(|error| work::failure(error, &loaded, terminal))?;
     }
-    let unproven = unproven(&analysis, &kept).filter(|_| scene.surface.keep.is_some());
-    report.doubts().iter().chain(&unproven).for_each(|d| terminal.diagnostic(d, &loaded.sources));
+    let doubtful = unproven(&analysis, &kept).or_else(|| rivalled(&analysis, &keep));
+    let doubtful = doubtful.filter(|_| scene.surface.keep.is_some());
+    report.doubts().iter().chain(&doubtful).for_each(|d| terminal.diagnostic(d, &loaded.sources));
     Ok(())
 }
 

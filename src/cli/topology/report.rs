@@ -80,6 +80,9 @@ struct Undecided {
     places_total: usize,
     /// Whether there was more to look at there than is looked at in all.
     ran_short: bool,
+    /// Where critical points were not decided, though components were: the first of them, and how many there are.
+    critical_places: Vec<Aabb>,
+    critical_places_total: usize,
     /// Critical points that may be inside or not.
     level: usize,
     /// Paths that found no minimum.
@@ -174,15 +177,18 @@ impl<'a> Report<'a> {
 
     /// What is not proven, and what to do about it.
     pub fn doubts(&self) -> Vec<Diagnostic> {
-        let Undecided { places, places_total, ran_short, level, lost, beyond, cut, elsewhere } =
+        let Undecided { places, places_total, ran_short, level, lost, beyond, cut, elsewhere, .. } =
             &self.undecided;
         let mut doubts = Vec::new();
         let first = places.first().map_or(DVec3::ZERO, |b| 0.5 * (b.min + b.max));
         let what = format!("could not be decided; the first is at {first:.6}");
         let thin = "parts that only just touch, or very thin ones, cannot be told apart; try a smooth field";
         if self.critical_points.is_some() && !self.complete && self.certified_within_bounds {
-            let warning =
-                "these are not proven to be all critical points, so that nothing is said of handles";
+            let all = "these are not proven to be all critical points, so that nothing is said of handles";
+            let first = self.undecided.critical_places.first();
+            let place =
+                first.map(|b| format!("; the first place in doubt is at {:.6}", 0.5 * (b.min + b.max)));
+            let warning = format!("{all}{}", place.unwrap_or_default());
             doubts.push(Diagnostic::warning(warning).hint(DEGENERATE));
         }
         let mut doubt = |n: usize, noun: &str, what: &str, hint: &str| {
@@ -310,14 +316,21 @@ impl Undecided {
             places_total: flood.undecided.len(),
             ran_short: flood.ran_short && !flood.undecided.is_empty(),
             places: flood.undecided.iter().take(PLACES).copied().collect(),
-            cut: flood.list.iter().filter(|c| c.cut).count(),
+            cut: analysis.parts.iter().filter(|part| part.cut).count(),
             ..Undecided::default()
         };
         // What is not known of critical points matters only where the flood does not know either.
-        if let Some(complex) = analysis.complex.as_ref().filter(|_| !flood.is_certified()) {
-            undecided.level = complex.level.len();
-            undecided.lost = complex.lost;
-            undecided.beyond = complex.beyond;
+        match &analysis.complex {
+            Some(complex) if flood.is_certified() => {
+                undecided.critical_places = complex.open.iter().take(PLACES).copied().collect();
+                undecided.critical_places_total = complex.open.len();
+            }
+            Some(complex) => {
+                undecided.level = complex.level.len();
+                undecided.lost = complex.lost;
+                undecided.beyond = complex.beyond;
+            }
+            None => {}
         }
         undecided
     }

@@ -21,7 +21,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
     lib.name_type::<Corrected>("Corrected");
     lib.def(
         "largest_component(f)",
-        "The solid without what floats beside its main component, the one with the most minima. It is for scene(#{ surface: ... }), or the end of a script; colour it before. Of a field that is not C2, or whose critical points are not all found, it is the one of largest volume.",
+        "The solid without what floats beside its main component, the one with the most minima; of several with as many, the one of largest volume. It is for scene(#{ surface: ... }), or the end of a script; colour it before. Of a field that is not C2, or whose critical points are not all found, it is the one of largest volume.",
         "largest_component(sphere(1.0) + 0.8 * gradient(7).scaled(4.0))",
         |c| corrected(c, Keep::Most(Measure::Minima)),
     );

@@ -3,7 +3,7 @@
 use super::carried::{Before, Carried};
 use super::local::{Joined, doubts, local};
 use super::store::Key;
-use super::{Analysis, Labels, Purpose, analyse, check_point, kept, unproven};
+use super::{Analysis, Labels, Purpose, analyse, check_point, kept, rivalled, unproven};
 use crate::cast::{Judge, Ruling};
 use crate::diag::Diagnostic;
 use crate::field::{Field, Watch};
@@ -94,7 +94,7 @@ fn correction_for(
     let purpose = Purpose { volumes: *keep == Keep::Most(Measure::Volume), ..Purpose::default() };
     let analysis = stage::on_threads(threads, || known(scene, purpose, watch))??;
     let kept = kept(&analysis, keep)?;
-    let warnings = unproven(&analysis, &kept).into_iter().collect();
+    let warnings = unproven(&analysis, &kept).or_else(|| rivalled(&analysis, keep)).into_iter().collect();
     let judge = Box::new(Components::new(&analysis, kept.into()));
     Ok(Correction { judge, warnings, local: None })
 }

@@ -17,7 +17,7 @@ pub use labels::Labels;
 pub use local::{doubts, local};
 pub use parts::Part;
 pub use picture::{ARCS, COLORS, Show, local_picture, picture};
-pub use rulings::{check_point, kept, unproven};
+pub use rulings::{check_point, kept, rivalled, unproven};
 pub use sieve::{LeftOut, Sieve};
 pub use voids::{Void, Voids};
 
@@ -127,8 +127,12 @@ fn parted(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis
     let tape = Arc::new(Tape::new(graph, &[root]));
     let rough = field::smooth(graph, root).err();
     let (complex, remembered) = match rough {
-        None => complex(scene, &tape, region, purpose.fresh, watch)
-            .map(|(c, known)| (Some(Arc::new(c)), known))?,
+        None => {
+            let (mut complex, known) = complex(scene, &tape, region, purpose.fresh, watch)?;
+            // A solid of which nothing is elsewhere may touch the faces of its box, but does not go on beyond them.
+            complex.cut &= !is_whole;
+            (Some(Arc::new(complex)), known)
+        }
         Some(_) => (None, false),
     };
     let proven = complex.as_ref().filter(|complex| complex.is_certified());
@@ -138,7 +142,7 @@ fn parted(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis
     let flood = flooded.map_err(|_: Stopped| stage::stopped())?;
     let (parts, names) = match proven {
         Some(complex) => parts::of_complex(&tape, complex, &flood),
-        None => parts::of_flood(&flood),
+        None => parts::of_flood(&flood, is_whole),
     };
     let place = graph.place(root).cloned();
     let flood = Arc::new(flood);

@@ -36,14 +36,14 @@ pub struct Part {
 /// All of them, and which of them the flood's components are.
 pub(super) type Parts = (Vec<Part>, Arc<[Option<usize>]>);
 
-/// The components of the flood.
-pub(super) fn of_flood(flood: &flood::Components) -> Parts {
+/// The components of the flood; `is_whole` where there is nothing of the solid beyond the region.
+pub(super) fn of_flood(flood: &flood::Components, is_whole: bool) -> Parts {
     let part = |c: &flood::Component| Part {
         bounds: Some(c.bounds),
         volume: c.volume,
         critical: None,
         certified: c.certified,
-        cut: c.cut,
+        cut: c.cut && !is_whole,
     };
     (flood.list.iter().map(part).collect(), (0..flood.list.len()).map(Some).collect())
 }

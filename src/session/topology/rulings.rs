@@ -46,6 +46,9 @@ pub fn kept(analysis: &Analysis, keep: &Keep) -> Result<Vec<Ruling>, Box<Diagnos
     }
 }
 
+/// Another component is worth a warning from this share of the largest on.
+const RIVAL: f64 = 0.5;
+
 /// Whether a part is a component of its own, of which all is in sight.
 fn is_whole(part: &Part) -> bool {
     part.certified && !part.cut
@@ -61,24 +64,49 @@ fn holding(analysis: &Analysis, core: DVec3) -> Result<Vec<Ruling>, Box<Diagnost
     Ok(analysis.parts.iter().enumerate().map(ruling).collect())
 }
 
-/// Keeps the largest component.
+/// Keeps the largest component: of those that are as large, the one of largest volume.
 fn most(analysis: &Analysis, measure: Measure) -> Vec<Ruling> {
-    let sizes = sizes(analysis, measure);
-    let main = largest(&sizes);
+    let (sizes, parts) = (sizes(analysis, measure), &analysis.parts);
+    let main = largest(&sizes, parts);
     let least = main.map_or(0.0, |main| sizes[main].lo);
-    let others = sizes.iter().enumerate().filter(|(i, _)| Some(*i) != main).map(|(_, size)| size.hi);
-    let is_most = others.fold(unlisted(analysis), f64::max) <= least;
+    let is_less = |i: usize| {
+        let is_tied = sizes[i].lo == least && sizes[i].hi == least;
+        if is_tied {
+            main.is_some_and(|main| parts[i].volume.hi <= parts[main].volume.lo)
+        } else {
+            sizes[i].hi <= least
+        }
+    };
+    let is_most = unlisted(analysis) <= least && (0..parts.len()).all(|i| Some(i) == main || is_less(i));
     let ruling = |(i, part): (usize, &Part)| {
         let kept = Some(i) == main;
-        Ruling { kept, proven: is_whole(part) && if kept { is_most } else { sizes[i].hi <= least } }
+        Ruling { kept, proven: is_whole(part) && if kept { is_most } else { is_less(i) } }
     };
-    analysis.parts.iter().enumerate().map(ruling).collect()
+    parts.iter().enumerate().map(ruling).collect()
+}
+
+/// That another component is nearly as large as the one that is kept, so that another one may have been meant.
+pub fn rivalled(analysis: &Analysis, keep: &Keep) -> Option<Diagnostic> {
+    let Keep::Most(measure) = *keep else { return None };
+    let sizes = sizes(analysis, measure);
+    let main = largest(&sizes, &analysis.parts)?;
+    let others = sizes.iter().enumerate().filter(|(i, _)| *i != main).map(|(_, size)| size.lo);
+    let next = others.fold(0.0, f64::max);
+    let share = next / sizes[main].hi;
+    let what = if measure == Measure::Minima { "minima" } else { "volume" };
+    (share > RIVAL).then(|| {
+        let percent = libm::floor(100.0 * share);
+        let warning = format!("by {what}, another component is {percent} % as large as the one that is kept, or more");
+        let hint = "component_of(f, p) keeps the one that holds a point, largest_component(f, \"volume\") the one of \
+                    largest volume";
+        Diagnostic::warning(warning).at(analysis.place.clone()).hint(hint)
+    })
 }
 
 /// Keeps the components that are at least such a share of the largest.
 fn large(analysis: &Analysis, share: f64) -> Vec<Ruling> {
     let sizes = sizes(analysis, Measure::Minima);
-    let least = largest(&sizes).map_or(0.0, |main| sizes[main].lo);
+    let least = largest(&sizes, &analysis.parts).map_or(0.0, |main| sizes[main].lo);
     let most = sizes.iter().map(|size| size.hi).fold(unlisted(analysis), f64::max);
     let ruling = |(size, part): (&Interval, &Part)| {
         let kept = size.lo >= share * least;
@@ -110,10 +138,11 @@ fn sizes(analysis: &Analysis, measure: Measure) -> Vec<Interval> {
     analysis.parts.iter().map(size).collect()
 }
 
-/// Which size is greatest as far as is certain: by its lower bound. Of equal ones the first, which is that of the deepest.
-fn largest(sizes: &[Interval]) -> Option<usize> {
-    let most = sizes.iter().map(|size| size.lo).fold(0.0, f64::max);
-    sizes.iter().position(|size| size.lo == most)
+/// Which size is greatest as far as is certain: by its lower bound. Of equal ones, that of the part of largest volume; of
+/// such, the first, which is that of the deepest.
+fn largest(sizes: &[Interval], parts: &[Part]) -> Option<usize> {
+    let key = |i: usize| (sizes[i].lo, parts[i].volume.lo);
+    (0..sizes.len()).reduce(|most, i| if key(i) > key(most) { i } else { most })
 }
 
 /// Whether the point that what a scene keeps is to hold is certain to be inside of its solid: that is soon known, and what
