@@ -638,7 +638,7 @@ fn volumes_hold_those_of_samples() {
 fn a_solid_that_fits_its_box_closely_is_whole() {
     let smooth = "sphere(1.0) + 0.1052 * value(8).scaled(1.8251)";
     let flat = "box([1.0, 1.0, 1.0])";
-    for (solid, bounds) in [(smooth, None), (smooth, Some(2.0)), (flat, None), (flat, Some(0.5))] {
+    for (solid, bounds) in [(smooth, None), (smooth, Some(2.0)), (flat, None), (flat, Some(0.75))] {
         let bounds = bounds.map_or(String::new(), |half: f64| format!(", bounds: {half:?}"));
         let found = analysis(&format!("scene(#{{ surface: {solid}{bounds} }})"));
         assert!(found.is_whole && found.is_certified(), "{solid}{bounds}");
