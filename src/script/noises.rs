@@ -198,9 +198,14 @@ pub fn stretched(host: &Host, map: [NodeId; 3]) -> Outcome<NodeId> {
     host.op(Op::Mul(op::Mul), &[here, host.constant(stretch)?])
 }
 
-/// `p / |p|`, and the size of a pixel there by that at `p`.
+/// What is added to lengths before anything is divided by them: it is lost in the rounding of all but the length zero, and
+/// gives the point that has no direction a value, without which no solid around it could be proven to be whole.
+pub const NEVER_ZERO: f64 = 1e-300;
+
+/// `p / |p|`, or the origin there, and the size of a pixel there by that at `p`.
 pub fn on_sphere(host: &Host, p: [NodeId; 3], footprint: NodeId) -> Outcome<([NodeId; 3], NodeId)> {
     let r = host.op(Op::Length(op::Length), &p)?;
+    let r = host.op(Op::Add(op::Add), &[r, host.constant(NEVER_ZERO)?])?;
     let [x, y, z] = p;
     let unit = |c| host.op(Op::Div(op::Div), &[c, r]);
     Ok(([unit(x)?, unit(y)?, unit(z)?], unit(footprint)?))

@@ -38,6 +38,7 @@ mod polish;
 mod search;
 mod separatrix;
 mod sets;
+mod star;
 mod verdict;
 mod voids;
 

@@ -4,6 +4,7 @@ use super::{Call, Library};
 use crate::op::{self, Op};
 use crate::script::apply::{apply, component, scalar};
 use crate::script::fault::{Fault, Outcome};
+use crate::script::noises::NEVER_ZERO;
 use crate::script::options::with_article;
 use crate::script::value::{Field, Scalar, Value, Vec3, number};
 use rhai::{Dynamic, ImmutableString};
@@ -215,11 +216,12 @@ fn vectors(lib: &mut Library<'_>) {
     });
     lib.def(
         "normalize(v)",
-        "The vector of length 1 with the same direction.",
+        "The vector of length 1 with the same direction; the zero vector, which has none, stays as it is.",
         "sphere(1.0) - 0.3 * normalize(p).y",
         |c| {
             let v = c.value(0)?;
-            let r = length(c, &v)?;
+            let tiny = Value::Scalar(Scalar::Number(NEVER_ZERO), None);
+            let r = apply(c.host, Op::Add(op::Add), &[length(c, &v)?, tiny])?;
             apply(c.host, Op::Div(op::Div), &[v, r])?.into_dynamic(c.host)
         },
     );

@@ -275,7 +275,7 @@ fn moves(lib: &mut Library<'_>) {
     );
     lib.def(
         "on_sphere(f)",
-        "The same on the sphere: evaluated at p / |p|.",
+        "The same on the sphere: evaluated at p / |p|, and at the origin there.",
         "gradient(7).scaled(4.0).on_sphere()",
         |c| {
             if let Some(mut source) = c.source(0).ok().filter(Source::is_at_the_point) {

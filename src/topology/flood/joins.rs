@@ -85,6 +85,20 @@ impl Joins {
         settled.extend(pairs.extract_if(.., |pair| !differ(homes, sets, pair)));
     }
 
+    /// Takes it that all of the solid is one component. Returns whether there is a full cell, to know it by.
+    pub fn are_one(&mut self, tree: &Tree) -> bool {
+        let is_full = |&n: &u32| tree.nodes[n as usize].known.state == State::In;
+        let Some(first) = tree.leaves().find(is_full) else { return false };
+        for n in tree.leaves().filter(is_full) {
+            self.sets.join(first, n);
+        }
+        let home = self.sets.of(first);
+        for n in self.open.drain(..) {
+            self.homes[n as usize] = Home::One(home);
+        }
+        true
+    }
+
     /// Replaces the pairs of cells that were cut by those of their children.
     fn find_pairs(&mut self, tree: &Tree, cut: &[u32]) {
         let mut is_cut = vec![false; tree.nodes.len()];

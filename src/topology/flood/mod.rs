@@ -33,6 +33,8 @@
 //! another home. That comes to an end unless two parts only just touch, or a crease is where no direction leads
 //! down; such cells are given back when the limits are reached, and only the sets in their cluster are uncertified.
 //!
+//! A solid that is a [star](super::star) is one component whatever becomes of its cells.
+//!
 //! What belongs to a set is certain in any case: [`Components::label`] is right wherever it gives a component,
 //! except that two components of one uncertified cluster may turn out to be one.
 //!
@@ -47,6 +49,7 @@ mod ways;
 
 use super::border::is_closed;
 use super::sets::Sets;
+use super::star;
 use crate::field::{Stopped, Watch};
 use crate::num::Interval;
 use crate::scene::Aabb;
@@ -72,6 +75,9 @@ pub struct Limits {
 
 /// Times that it is cut around what cannot be decided: to a few thousandths of a region.
 const ENOUGH: u8 = 10;
+
+/// Of so many cells one is spent to learn whether the solid is a star.
+const STARS: usize = 8;
 
 /// Times that a region can be cut.
 const DEEPEST: u8 = 30;
@@ -124,6 +130,8 @@ pub struct Components {
     pub ran_short: bool,
     /// Times that the region was cut where that was necessary.
     pub depth: u8,
+    /// A point that all of the solid in the region is in sight of, if that is proven: then it is one ball.
+    pub star: Option<DVec3>,
     tree: Tree,
     /// Of the nodes of the tree.
     labels: Vec<Label>,
@@ -202,6 +210,7 @@ pub fn components(
     watch: &Watch<'_>,
 ) -> Result<Components, Stopped> {
     let cells = Cells::new(tape.clone(), &region.intervals());
+    let star = star(&cells, region, limits, watch)?;
     let (mut tree, mut joins) = (Tree::new(*region), Joins::default());
     let (mut cut, mut fresh) = (Vec::new(), vec![0]);
     let (mut is_close, mut ran_short) = (false, false);
@@ -212,11 +221,14 @@ pub fn components(
         }
         watch.check()?;
         joins.learn(&mut tree, &cut, &fresh);
-        let clusters = Clusters::new(&tree, &mut joins);
+        let mut clusters = Clusters::new(&tree, &mut joins);
         (watch.progress)(clusters.settled(&tree));
         // Volumes are known as well as they can be if cells run short.
         cut = coarse(&tree, &fresh, limits);
         is_close = cut.is_empty();
+        if is_close && star.is_some() && joins.are_one(&tree) {
+            clusters = Clusters::default();
+        }
         if is_close {
             cut = clusters.to_cut(&tree, limits);
         }
@@ -229,6 +241,7 @@ pub fn components(
             watch.check()?;
             let mut found = clusters.finish(tree, joins, &volumes);
             found.ran_short = ran_short;
+            found.star = star.filter(|_| found.list.len() == 1);
             if found.list.iter().any(|c| c.cut) && is_closed(tape, region, watch.cancel) {
                 // Cells at the border are not understood in full, but nothing goes through it.
                 found.list.iter_mut().for_each(|c| c.cut = false);
@@ -240,6 +253,16 @@ pub fn components(
         cut.iter().for_each(|&n| tree.cut(n));
         fresh = (first..tree.nodes.len() as u32).collect();
     }
+}
+
+/// A point that all of the solid is in sight of, if there is one where one may be expected.
+fn star(cells: &Cells, region: &Aabb, limits: Limits, watch: &Watch<'_>) -> Result<Option<DVec3>, Stopped> {
+    for centre in star::centres(region) {
+        if star::is_star(cells, region, centre, limits.cells / STARS, watch)? {
+            return Ok(Some(centre));
+        }
+    }
+    Ok(None)
 }
 
 /// The volumes of what is solid in the leaves of a tree, in the order of its nodes; nothing of others.
@@ -281,6 +304,7 @@ impl Cluster {
 }
 
 /// All clusters, by their first members. Sets that are in none are components.
+#[derive(Default)]
 struct Clusters(BTreeMap<u32, Cluster>);
 
 impl Clusters {
@@ -408,6 +432,7 @@ impl Clusters {
             undecided: self.places(&tree, &joins),
             undecided_volume: unknown.volume.hi,
             ran_short: false,
+            star: None,
             clusters,
             cells: tree.nodes.len(),
             depth: tree.nodes.iter().map(|node| node.level).max().unwrap_or(0),
