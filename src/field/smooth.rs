@@ -4,7 +4,7 @@
 //! field whose Hessian is continuous (C2). A field that is rougher is refused with a sentence that
 //! names the first thing in it that is, and what could stand in its place.
 
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Place};
 use crate::expr::{Graph, Node, NodeId};
 use crate::noise::{Kind, Noise, Part};
 use crate::num::{Class, Kernel};
@@ -22,10 +22,20 @@ pub fn smooth(graph: &Graph, root: NodeId) -> Result<(), Box<Diagnostic>> {
         Class::C1 | Class::C2 => "has curvature that jumps (C1), which leaves critical points undecided",
     };
     let (name, remedy) = blame(graph.node(culprit));
-    // A noise is placed by the first operation that uses it.
+    let error = Diagnostic::error(format!("{name} {what}")).hint(remedy);
+    // A noise is placed by the first operation that uses it, and what the standard library made by what the script made
+    // of it.
     let rough = |id: &NodeId| graph.class(*id) < Class::C2;
-    let place = graph.reachable(&[root]).into_iter().filter(rough).find_map(|id| graph.place(id).cloned());
-    Err(Box::new(Diagnostic::error(format!("{name} {what}")).at(place).hint(remedy)))
+    let places: Vec<&Place> =
+        graph.reachable(&[root]).into_iter().filter(rough).filter_map(|id| graph.place(id)).collect();
+    let (made, used) = (places.first(), places.iter().find(|place| !place.is_embedded()));
+    let error = error.at(used.or(made).map(|place| (*place).clone()));
+    Err(Box::new(match (made, used) {
+        (Some(made), Some(_)) if made.is_embedded() => {
+            error.label(format!("made by line {} of {}", made.line, made.file))
+        }
+        _ => error,
+    }))
 }
 
 /// What to call a node that is not smooth, and what to put in its place.

@@ -14,7 +14,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A closed interval `[lo, hi]`, `lo <= hi`, with possibly infinite ends.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Interval {
     /// Lower end.
     pub lo: f64,

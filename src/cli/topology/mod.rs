@@ -31,7 +31,7 @@ use std::time::Instant;
 /// the separatrices of 1-saddles, and reports the components: how many critical points each has, its Euler
 /// characteristic, its genus where that follows, and an interval that holds its volume. All of it is proven, or the
 /// report says what is not. Of a field that is not C2, or whose critical points do not decide, the components are
-/// found without them, and there are no counts. Critical points are kept on disk; volumes are found anew each time.
+/// found without them, and there are no counts. What was found is kept on disk, until the solid changes.
 #[derive(clap::Args)]
 #[command(mut_arg("output", |output| output.help("Picture to write, .png or .exr; without it none is made")))]
 #[command(after_help = "Examples:
@@ -44,7 +44,7 @@ use std::time::Instant;
   orogen topology rock.rhai -o rock.png --show triptych
 
 In networks minima are yellow, 1-saddles blue; lines that join components are pale yellow, lines that only close
-rings blue. Critical points are kept in the folder OROGEN_CACHE, else in ~/.cache/orogen; nowhere if
+rings blue. What was found is kept in the folder OROGEN_CACHE, else in ~/.cache/orogen; nowhere if
 OROGEN_CACHE is off.")]
 pub struct Args {
     /// Script of the solid
@@ -69,7 +69,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = lines, allow_hyphen_values = true)]
     top: Option<usize>,
 
-    /// Searches for critical points anew, even if they are on disk
+    /// Finds all anew, even what is on disk
     #[arg(long)]
     fresh: bool,
 
@@ -160,7 +160,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         report.print(args.top.unwrap_or(TOP), &format!("--top {}", analysis.parts.len()))
     })?;
     if args.json.is_none() {
-        let source = if analysis.remembered { ", partly from disk" } else { "" };
+        let source = if analysis.remembered { ", from disk" } else { "" };
         let cells = plural(report.cells(), "cell");
         err(format!("{}: {}, {cells}{source}", args.script.display(), seconds(elapsed)));
     }

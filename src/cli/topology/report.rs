@@ -24,13 +24,15 @@ pub struct Report<'a> {
     critical_points: Option<Counts>,
     /// Whether these are all, and the components theirs.
     complete: bool,
+    /// What of the field is not smooth, so that it has no critical points to analyse.
+    rough: Option<Rough<'a>>,
     components: Vec<Line<'a>>,
     /// If they were asked for.
     voids: Option<Hollows>,
     undecided: Undecided,
     search: Option<SearchStats>,
     cells: usize,
-    /// Whether critical points were found on disk.
+    /// Whether all of it was found on disk.
     remembered: bool,
     seconds: f64,
 }
@@ -42,6 +44,15 @@ struct Counts {
     saddles2: usize,
     maxima: usize,
     euler: i64,
+}
+
+/// The first thing in a field that is not smooth, and where in the script it is.
+#[derive(Serialize)]
+struct Rough<'a> {
+    what: &'a str,
+    file: Option<&'a str>,
+    line: Option<u32>,
+    column: Option<u32>,
 }
 
 #[derive(Serialize)]
@@ -122,6 +133,7 @@ impl<'a> Report<'a> {
             region: analysis.region,
             critical_points: complex.map(Counts::new),
             complete: analysis.proven().is_some(),
+            rough: analysis.rough.as_deref().map(Rough::new),
             components: analysis.parts.iter().zip(kept).map(line).collect(),
             voids: analysis.voids.as_ref().map(Hollows::new),
             undecided,
@@ -221,6 +233,18 @@ impl<'a> Report<'a> {
             doubts.push(Diagnostic::warning("it is not proven that these are all voids").hint(hint));
         }
         doubts
+    }
+}
+
+impl<'a> Rough<'a> {
+    fn new(rough: &'a Diagnostic) -> Rough<'a> {
+        let place = rough.place.as_ref();
+        Rough {
+            what: &rough.message,
+            file: place.map(|place| &*place.file),
+            line: place.map(|place| place.line),
+            column: place.map(|place| place.column),
+        }
     }
 }
 

@@ -19,6 +19,7 @@ pub use parts::Part;
 pub use picture::{ARCS, COLORS, Show, local_picture, picture};
 pub use rulings::{check_point, kept, rivalled, unproven};
 pub use sieve::{LeftOut, Sieve};
+use store::Key;
 pub use voids::{Void, Voids};
 
 use super::stage;
@@ -54,14 +55,14 @@ pub struct Analysis {
     pub rough: Option<Box<Diagnostic>>,
     /// Where in the script the solid is.
     place: Option<Place>,
-    /// Whether the complex was found on disk.
+    /// Whether all of it was found on disk.
     pub remembered: bool,
 }
 
 /// What an analysis is for.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Purpose {
-    /// Critical points are to be found anew, even if they are on disk.
+    /// All is to be found anew, even if it is on disk.
     pub fresh: bool,
     /// Volumes are of interest.
     pub volumes: bool,
@@ -103,7 +104,11 @@ pub fn analyse(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Ana
         return parted(scene, purpose, watch);
     }
     let mut analysis = watch.part(0.0, SOLID, |watch| parted(scene, purpose, watch))?;
-    let voids = watch.part(SOLID, 1.0, |watch| voids::voids(scene, &analysis, watch))?;
+    let start = if analysis.remembered { 0.0 } else { SOLID };
+    let find = || watch.part(start, 1.0, |watch| voids::voids(scene, &analysis, watch));
+    let key = Key::new(&scene.graph, scene.surface.field, &analysis.region).of("voids");
+    let (voids, known) = store::remembered(key, purpose.fresh, find)?;
+    analysis.remembered &= known;
     if let Some(counts) = voids::counts(&voids, analysis.parts.len()) {
         for (part, &voids) in analysis.parts.iter_mut().zip(&counts) {
             part.critical = part.critical.take().map(|component| component.with_voids(voids));
@@ -126,20 +131,23 @@ fn parted(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis
     let Whereabouts { region, is_whole } = whereabouts::locate(scene, &Field::new(graph, root));
     let tape = Arc::new(Tape::new(graph, &[root]));
     let rough = field::smooth(graph, root).err();
+    let key = Key::new(graph, root, &region);
     let (complex, remembered) = match rough {
         None => {
-            let (mut complex, known) = complex(scene, &tape, region, purpose.fresh, watch)?;
+            let find = || complex(&tape, region, watch);
+            let (mut complex, known) = store::remembered(key, purpose.fresh, find)?;
             // A solid of which nothing is elsewhere may touch the faces of its box, but does not go on beyond them.
             complex.cut &= !is_whole;
             (Some(Arc::new(complex)), known)
         }
-        Some(_) => (None, false),
+        Some(_) => (None, true),
     };
     let proven = complex.as_ref().filter(|complex| complex.is_certified());
     let limits = if proven.is_some() && !purpose.volumes { BESIDE } else { INSTEAD };
     let searched = if complex.is_some() && !remembered { SEARCH } else { 0.0 };
-    let flooded = watch.part(searched, 1.0, |watch| flood::components(&tape, &region, limits, watch));
-    let flood = flooded.map_err(|_: Stopped| stage::stopped())?;
+    let find = || watch.part(searched, 1.0, |watch| flood::components(&tape, &region, limits, watch));
+    let flooded = store::remembered(key.of(limits), purpose.fresh, find);
+    let (flood, known) = flooded.map_err(|_: Stopped| stage::stopped())?;
     let (parts, names) = match proven {
         Some(complex) => parts::of_complex(&tape, complex, &flood),
         None => parts::of_flood(&flood, is_whole),
@@ -158,28 +166,15 @@ fn parted(scene: &Scene, purpose: Purpose, watch: &Watch<'_>) -> Result<Analysis
         voids: None,
         rough,
         place,
-        remembered,
+        remembered: remembered && known,
     })
 }
 
-/// Critical points and what they join, and whether they were on disk.
-fn complex(
-    scene: &Scene,
-    tape: &Arc<Tape>,
-    region: Aabb,
-    fresh: bool,
-    watch: &Watch<'_>,
-) -> Result<(Complex, bool), Box<Diagnostic>> {
-    let key = store::Key::new(&scene.graph, scene.surface.field, &region);
-    if let Some(known) = store::load(key).filter(|_| !fresh) {
-        return Ok((known, true));
-    }
+/// Critical points and what they join.
+fn complex(tape: &Arc<Tape>, region: Aabb, watch: &Watch<'_>) -> Result<Complex, Box<Diagnostic>> {
     let what = Search { region, solid: true };
     let found = watch.part(0.0, 0.9 * SEARCH, |watch| search(tape, &what, watch));
     let joined =
         |critical| watch.part(0.9 * SEARCH, SEARCH, |watch| Complex::new(tape, &what, critical, watch));
-    let found = found.and_then(joined);
-    let complex = found.ok_or_else(stage::stopped)?;
-    store::save(key, &complex);
-    Ok((complex, false))
+    found.and_then(joined).ok_or_else(stage::stopped)
 }

@@ -9,8 +9,8 @@
 use crate::expr::{Flow, Graph, Node, NodeId};
 use crate::num::Digest;
 use crate::scene::Aabb;
-use crate::topology::Complex;
 use crate::world::atomic;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::env::var_os;
@@ -39,6 +39,13 @@ impl Key {
         }
         Key(hasher.finish())
     }
+
+    /// Something else about the same, by what it is and how it was found.
+    pub fn of(self, what: impl Hash) -> Key {
+        let mut hasher = DefaultHasher::new();
+        (self.0, what).hash(&mut hasher);
+        Key(hasher.finish())
+    }
 }
 
 /// A node whose arguments have other names.
@@ -61,7 +68,7 @@ fn renumbered(node: &Node, name: impl Fn(&NodeId) -> NodeId) -> Node {
 }
 
 /// Raised when analyses of old must not be taken for those of now.
-const REVISION: u32 = 6;
+const REVISION: u32 = 7;
 
 /// What is on the first line of a file; the analysis follows.
 #[derive(Serialize, Deserialize, PartialEq)]
@@ -73,29 +80,29 @@ struct Head {
 }
 
 impl Head {
-    fn new(key: Key, complex: &[u8]) -> Head {
+    fn new(key: Key, analysis: &[u8]) -> Head {
         let mut digest = Digest::default();
-        digest.bytes(complex);
+        digest.bytes(analysis);
         let version = env!("CARGO_PKG_VERSION").to_owned();
         Head { revision: REVISION, version, key: key.0, digest: digest.to_string() }
     }
 }
 
-/// The text of a file.
-fn text(key: Key, complex: &Complex) -> serde_json::Result<Vec<u8>> {
-    let complex = serde_json::to_vec(complex)?;
-    let mut text = serde_json::to_vec(&Head::new(key, &complex))?;
-    text.push(b'\n');
-    text.extend(complex);
-    Ok(text)
+/// The bytes of a file.
+fn bytes(key: Key, analysis: &impl Serialize) -> Option<Vec<u8>> {
+    let analysis = postcard::to_allocvec(analysis).ok()?;
+    let mut bytes = serde_json::to_vec(&Head::new(key, &analysis)).ok()?;
+    bytes.push(b'\n');
+    bytes.extend(analysis);
+    Some(bytes)
 }
 
-/// The analysis in the text of a file, if it is whole and of this.
-fn read(key: Key, text: &[u8]) -> Option<Complex> {
-    let (head, complex) = text.split_at(text.iter().position(|byte| *byte == b'\n')?);
-    let complex = &complex[1..];
-    let is_whole = serde_json::from_slice::<Head>(head).ok()? == Head::new(key, complex);
-    serde_json::from_slice(complex).ok().filter(|_| is_whole)
+/// The analysis in the bytes of a file, if it is whole and of this.
+fn read<T: DeserializeOwned>(key: Key, bytes: &[u8]) -> Option<T> {
+    let (head, analysis) = bytes.split_at(bytes.iter().position(|byte| *byte == b'\n')?);
+    let analysis = &analysis[1..];
+    let is_whole = serde_json::from_slice::<Head>(head).ok()? == Head::new(key, analysis);
+    if is_whole { postcard::from_bytes(analysis).ok() } else { None }
 }
 
 fn file(key: Key) -> Option<PathBuf> {
@@ -106,11 +113,32 @@ fn file(key: Key) -> Option<PathBuf> {
     let folder = named("OROGEN_CACHE")
         .or_else(|| Some(named("XDG_CACHE_HOME")?.join("orogen")))
         .or_else(|| Some(named("HOME")?.join(".cache/orogen")))?;
-    Some(folder.join("topology").join(format!("{:016x}.json", key.0)))
+    Some(folder.join("topology").join(format!("{:016x}.{KIND}", key.0)))
+}
+
+/// How names of files end.
+const KIND: &str = "analysis";
+
+/// An analysis that was saved before, unless it is wanted `fresh`, or else a new one, which is saved. Says as well whether
+/// it was saved before.
+///
+/// # Errors
+/// Those of finding it.
+pub fn remembered<T: Serialize + DeserializeOwned, E>(
+    key: Key,
+    fresh: bool,
+    find: impl FnOnce() -> Result<T, E>,
+) -> Result<(T, bool), E> {
+    if let Some(known) = load(key).filter(|_| !fresh) {
+        return Ok((known, true));
+    }
+    let found = find()?;
+    save(key, &found);
+    Ok((found, false))
 }
 
 /// The analysis that was saved last, if there is one.
-pub fn load(key: Key) -> Option<Complex> {
+fn load<T: DeserializeOwned>(key: Key) -> Option<T> {
     let path = file(key)?;
     let found = read(key, &std::fs::read(&path).ok()?)?;
     touch(&path);
@@ -126,18 +154,18 @@ fn touch(path: &Path) {
 }
 
 /// Saves an analysis where that is possible; that it could not be is no harm.
-pub fn save(key: Key, complex: &Complex) {
+fn save(key: Key, analysis: &impl Serialize) {
     let Some(path) = file(key) else { return };
-    let Ok(text) = text(key, complex) else { return };
+    let Some(bytes) = bytes(key, analysis) else { return };
     // One so large would drive out all others, and itself.
-    if text.len() as u64 > MOST {
+    if bytes.len() as u64 > MOST {
         return;
     }
     if let Some(folder) = path.parent()
         && std::fs::create_dir_all(folder).is_ok()
     {
         // Next time it is found anew.
-        let _ = atomic::write(&path, |f| f.write_all(&text));
+        let _ = atomic::write(&path, |f| f.write_all(&bytes));
         trim(folder, MOST);
     }
 }
@@ -148,7 +176,7 @@ const MOST: u64 = 256 << 20;
 /// Removes the analyses of a folder that were not used for longest until the others take no more than so many bytes.
 fn trim(folder: &Path, most: u64) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
-    let analysis = |path: &Path| path.extension().is_some_and(|e| e == "json");
+    let analysis = |path: &Path| path.extension().is_some_and(|e| e == KIND);
     let file = |entry: std::fs::DirEntry| {
         let about = entry.metadata().ok().filter(std::fs::Metadata::is_file)?;
         analysis(&entry.path()).then_some((about.modified().ok()?, about.len(), entry.path()))
@@ -168,7 +196,7 @@ fn trim(folder: &Path, most: u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::topology::SearchStats;
+    use crate::topology::{Complex, SearchStats};
     use std::time::Duration;
 
     #[test]
@@ -188,20 +216,21 @@ mod tests {
             stats: SearchStats::default(),
         };
         let key = Key(7);
-        let text = text(key, &complex).unwrap();
-        assert!(read(key, &text).is_some() && read(Key(8), &text).is_none());
-        for i in 0..text.len() {
-            let mut damaged = text.clone();
+        let whole = |bytes: &[u8]| read::<Complex>(key, bytes);
+        let bytes = bytes(key, &complex).unwrap();
+        assert!(whole(&bytes).as_ref() == Some(&complex) && read::<Complex>(Key(8), &bytes).is_none());
+        for i in 0..bytes.len() {
+            let mut damaged = bytes.clone();
             damaged[i] ^= 1;
-            assert!(read(key, &damaged).is_none(), "{i}");
-            assert!(read(key, &text[..i]).is_none(), "{i}");
+            assert!(whole(&damaged).is_none(), "{i}");
+            assert!(whole(&bytes[..i]).is_none(), "{i}");
         }
     }
 
     #[test]
     fn what_was_not_used_for_longest_makes_room() {
         let folder = tempfile::tempdir().unwrap();
-        for (i, name) in ["0.json", "1.json", "2.json", "3.txt"].into_iter().enumerate() {
+        for (i, name) in ["0.analysis", "1.analysis", "2.analysis", "3.txt"].into_iter().enumerate() {
             let path = folder.path().join(name);
             std::fs::write(&path, [0; 100]).unwrap();
             let age = Duration::from_secs(1000 * i as u64);
@@ -216,8 +245,8 @@ mod tests {
         };
         trim(folder.path(), 300);
         assert_eq!(left().len(), 4);
-        touch(&folder.path().join("2.json"));
+        touch(&folder.path().join("2.analysis"));
         trim(folder.path(), 250);
-        assert_eq!(left(), ["0.json", "2.json", "3.txt"]);
+        assert_eq!(left(), ["0.analysis", "2.analysis", "3.txt"]);
     }
 }

@@ -10,11 +10,12 @@ use crate::session::stage;
 use crate::tape::Tape;
 use crate::topology::{self, Complex, Kind, is_closed, voids_by_flood, voids_by_points};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// A void.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Void {
     /// A box that holds it.
     pub bounds: Aabb,
@@ -25,7 +26,7 @@ pub struct Void {
 }
 
 /// All of them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Voids {
     /// The largest first.
     pub list: Vec<Void>,

@@ -56,12 +56,13 @@ use crate::scene::Aabb;
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
 use joins::{Home, Joins};
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use tree::{State, Tree};
 
 /// How long to look.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Limits {
     /// Cells of the tree, at most.
     pub cells: usize,
@@ -89,7 +90,7 @@ impl Default for Limits {
 }
 
 /// A part of the solid.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Component {
     /// A point in it.
     pub inside: DVec3,
@@ -104,7 +105,7 @@ pub struct Component {
 }
 
 /// What a place belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Label {
     /// All that is solid there, or in the same cell, belongs to the component of this number.
     Component(usize),
@@ -115,7 +116,7 @@ pub enum Label {
 }
 
 /// The components of a solid in a region.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Components {
     /// The largest first.
     pub list: Vec<Component>,

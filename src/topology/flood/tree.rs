@@ -3,9 +3,10 @@
 use super::ways::Ways;
 use crate::scene::Aabb;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// What is known of the field over a closed cell.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub(super) enum State {
     /// There is nothing of the solid in it.
     Out,
@@ -108,8 +109,9 @@ pub(super) struct Pair {
 /// face of a cell has no cell around it, and then little can be proven of either side.
 const BEND: [f64; 3] = [0.0173, 0.0211, 0.0197];
 
-/// A region cut into cells.
-#[derive(Clone, Debug)]
+/// A region cut into cells. It is stored without the ways down, which only serve while it is cut.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(into = "Stored", try_from = "Stored")]
 pub(super) struct Tree {
     pub region: Aabb,
     pub nodes: Vec<Node>,
@@ -194,9 +196,69 @@ impl Tree {
     }
 }
 
+/// A tree on disk: where it is, and of each node where its children are and what is known.
+#[derive(Serialize, Deserialize)]
+struct Stored(Aabb, Vec<(u32, State)>);
+
+impl From<Tree> for Stored {
+    fn from(tree: Tree) -> Stored {
+        Stored(tree.region, tree.nodes.iter().map(|node| (node.children, node.known.state)).collect())
+    }
+}
+
+impl TryFrom<Stored> for Tree {
+    type Error = &'static str;
+
+    /// Cuts it as it was cut.
+    fn try_from(Stored(region, stored): Stored) -> Result<Tree, Self::Error> {
+        let parents = (0..).zip(&stored).map(|(n, &(children, _))| (children, n));
+        let mut parents: Vec<(u32, u32)> = parents.filter(|&(children, _)| children != 0).collect();
+        parents.sort_unstable();
+        let mut tree = Tree::new(region);
+        for (children, n) in parents {
+            if n >= children || children as usize != tree.nodes.len() {
+                return Err("not a tree");
+            }
+            tree.cut(n);
+        }
+        if tree.nodes.len() != stored.len() {
+            return Err("not all of a tree");
+        }
+        for (node, (_, state)) in tree.nodes.iter_mut().zip(stored) {
+            node.known = Known { state, ..Known::NOTHING };
+        }
+        Ok(tree)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What is stored comes back, and what is no tree does not.
+    #[test]
+    fn stored_trees_come_back() {
+        let mut tree = Tree::new(Aabb::cube(1.0));
+        for n in [0, 3, 12, 7, 20] {
+            tree.cut(n);
+            tree.nodes[n as usize + 1].known.state = State::In;
+        }
+        let stored = postcard::to_allocvec(&tree).unwrap();
+        let back: Tree = postcard::from_bytes(&stored).unwrap();
+        let about = |tree: &Tree| -> Vec<_> {
+            let node = |n: u32| &tree.nodes[n as usize];
+            (0..tree.nodes.len() as u32)
+                .map(|n| (tree.cell(n), node(n).known.state, node(n).children))
+                .collect()
+        };
+        assert_eq!(about(&tree), about(&back));
+        let read = |list: Vec<(u32, State)>| Tree::try_from(Stored(Aabb::cube(1.0), list));
+        assert!(read(vec![(0, State::In); 9]).is_err());
+        assert!(read(vec![(1, State::Mixed)]).is_err());
+        assert!(read(vec![(5, State::Mixed); 9]).is_err());
+        assert!(read(Vec::new()).is_err());
+        assert!(read(vec![(0, State::Out)]).is_ok());
+    }
 
     /// Pairs that are kept while cells are cut are those that a search finds.
     #[test]
