@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::fs;
 use support::{BALL, Bench, SLOW, has, stderr, stdout};
 
 // ---- help and usage -----------------------------------------------------------------------------
@@ -172,6 +173,61 @@ fn topology_reports_what_is_proven() {
     let table = bench.run("topology cut.rhai").success();
     has(&stdout(&table), &["by volume", "certified within the bounds only"]);
     has(&stderr(&table), &["may go on beyond the bounds"]);
+}
+
+/// What was found is found on disk by the next process, until the solid is another one; whatever looks at it, and
+/// from wherever.
+#[test]
+fn topology_is_found_once() {
+    let solid = |radius: f64, noise: &str| format!("export let solid = sphere({radius:?}) + 0.6 * {noise};");
+    let noises = ["(cellular(2).scaled(2.0) - 0.5)", "gradient(1).scaled(2.0)"];
+    for noise in noises {
+        let bench = Bench::new(&[
+            ("solid.rhai", &*solid(0.9, noise)),
+            (
+                "turn.rhai",
+                "import \"solid\" as a; scene(#{ surface: largest_component(a::solid), \
+                 camera: orbit(#{ azimuth: 100.0 * time }) })",
+            ),
+            ("a.rhai", "import \"solid\" as a; a::solid"),
+            ("red.rhai", "import \"solid\" as a; a::solid.colored([1, 0, 0])"),
+        ]);
+        let report = |arguments: &str| {
+            let text = stdout(&bench.run(&format!("topology {arguments} --json -")).success());
+            let mut report: serde_json::Value = serde_json::from_str(&text).unwrap();
+            let known = report["remembered"].as_bool().unwrap();
+            report["seconds"].take();
+            report["remembered"].take();
+            (report, known)
+        };
+        let (first, known) = report("a.rhai");
+        assert!(!known && first["components"].as_array().is_some_and(|list| !list.is_empty()));
+        assert_eq!(report("a.rhai"), (first.clone(), true), "{noise}");
+        assert_eq!(report("red.rhai"), (first.clone(), true), "{noise}");
+        assert_eq!(report("a.rhai --fresh"), (first.clone(), false), "{noise}");
+        let files = || fs::read_dir(bench.cache.path().join("topology")).unwrap().count();
+        // Voids are found beside it.
+        let (hollow, known) = report("a.rhai --voids");
+        assert!(!known);
+        assert_eq!(report("a.rhai --voids"), (hollow, true), "{noise}");
+        // Frames of an animation need no more than that once.
+        bench.run("render turn.rhai -o f-#.png --frames 1-2 --size 32x24 --samples 1").success();
+        let before = files();
+        bench.run("render turn.rhai -o g-#.png --frames 3-5 --size 32x24 --samples 1").success();
+        assert_eq!(files(), before, "{noise}");
+        // A file that is damaged is as if it were not there.
+        for entry in fs::read_dir(bench.cache.path().join("topology")).unwrap() {
+            let path = entry.unwrap().path();
+            let mut bytes = fs::read(&path).unwrap();
+            *bytes.last_mut().unwrap() ^= 1;
+            fs::write(path, bytes).unwrap();
+        }
+        assert_eq!(report("a.rhai"), (first.clone(), false), "{noise}");
+        assert_eq!(report("a.rhai"), (first.clone(), true), "{noise}");
+        bench.write("solid.rhai", solid(0.91, noise));
+        let (other, known) = report("a.rhai");
+        assert!(!known && other["components"] != first["components"], "{noise}");
+    }
 }
 
 #[test]

@@ -418,3 +418,76 @@ fn it_is_said_if_cells_run_short() {
     assert!(few.ran_short && !few.is_certified() && few.cells <= 2000, "{} cells", few.cells);
     assert!(!enough.ran_short && enough.is_certified(), "{} cells", enough.cells);
 }
+
+/// Detail that is a matter of direction alone leaves all of a solid in sight of its middle, however rough it is.
+#[test]
+fn planets_are_stars() {
+    let ridged = "octave_sum(gradient(7), \"ridged\", #{ octaves: 9, lacunarity: 2.1, hurst: 0.9 })";
+    let planets = [
+        format!("sphere(1.0) - 0.02 * {ridged}.scaled(4.0).on_sphere()"),
+        "sphere(1.0) - 0.1 * cellular(3).scaled(5.0).on_sphere()".to_owned(),
+        "sphere(1.0) - 0.1 * octave_sum(gradient(5), \"turbulence\").scaled(2.0).on_sphere()".to_owned(),
+        "union(sphere(1.0), sphere(0.99) - 0.05 * abs(gradient(2).scaled(6.0)).on_sphere())".to_owned(),
+        "box([1.2, 0.9, 1.4]) + 0.02 * abs(gradient(4).scaled(3.0))".to_owned(),
+        "sphere(1.0) - 0.3 * normalize(p).y".to_owned(),
+    ];
+    for script in &planets {
+        let found = certified(script, 1.6, 1);
+        assert_eq!(found.star, Some(DVec3::ZERO), "{script}");
+        assert!(!found.list[0].cut && found.cells < 1 << 16, "{script}: {} cells", found.cells);
+        compare(script, 1.6, &found, 48);
+    }
+    // Elsewhere than around the origin, and cut by the region.
+    let region = Aabb { min: DVec3::new(1.5, 0.0, 0.0), max: DVec3::new(4.5, 2.5, 1.0) };
+    let found = within("sphere(1.2).translate([3, 1, 0])", &region, Limits::default());
+    assert_eq!(found.star, Some(DVec3::new(3.0, 1.25, 0.5)));
+    assert!(found.is_certified() && found.list[0].cut);
+}
+
+#[test]
+fn what_hides_something_is_no_star() {
+    let others = [
+        "torus(1.0, 0.2)",
+        "max(sphere(1.0), -sphere(0.3))",
+        "min(sphere(0.5), sphere(0.3).translate([1.2, 0, 0]))",
+        "min(sphere(1.0), sphere(0.5).translate([1.5, 0, 0]))",
+        // A mushroom, and a dent that is wider below.
+        "min(sphere(0.5), min(capsule([0, 0, 0], [0, 1, 0], 0.1), box([1.2, 0.1, 1.2]).translate([0, 1, 0])))",
+        "max(sphere(1.0), -min(capsule([0, 1.2, 0], [0, 0.7, 0], 0.08), sphere(0.2).translate([0, 0.6, 0])))",
+        "length(p - vec3(1.0, 0.0, 0.0)) - 0.5",
+    ];
+    for script in others {
+        let found = found(script, 2.0);
+        assert!(found.star.is_none() || script.starts_with("length"), "{script}");
+    }
+}
+
+/// Where a solid is said to be a star every ray from there leaves it once.
+#[test]
+fn rays_from_the_heart_of_a_star_leave_it_once() {
+    let mut rng = StdRng::seed_from_u64(23);
+    let script = |seed: u32| {
+        let (amplitude, scale) = (rng.random_range(0.02..0.5), rng.random_range(1.0..4.0));
+        let noise = ["gradient", "simplex", "cellular", "value"][seed as usize % 4];
+        let fold = if seed.is_multiple_of(3) { "abs" } else { "" };
+        format!("sphere(1.0) + {amplitude:.3} * {fold}({noise}({seed}).scaled({scale:.3}))")
+    };
+    let scripts: Vec<String> = (0..32).map(script).collect();
+    let ways: Vec<DVec3> = (0..400).map(|_| unit(&mut rng)).collect();
+    let is_star = |script: &&String| {
+        let found = within(script, &Aabb::cube(2.0), Limits { cells: 1 << 18, fine: 0, ..Limits::default() });
+        let Some(heart) = found.star else { return false };
+        let field = field(script);
+        let mut value = Evaluator::<f64>::new(field.tape().clone());
+        for way in &ways {
+            let solid: Vec<bool> = (0..300)
+                .map(|i| *value.eval(&(heart + 0.007 * f64::from(i) * *way).to_array()) < 0.0)
+                .collect();
+            let leaves = solid.windows(2).filter(|pair| pair[0] != pair[1]).count();
+            assert!(solid[0] && leaves == 1, "{script}: {way}");
+        }
+        true
+    };
+    let stars = scripts.par_iter().filter(is_star).count();
+    assert!((8..28).contains(&stars), "{stars} of 32 are stars");
+}

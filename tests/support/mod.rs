@@ -24,7 +24,7 @@ pub const SLOW: &str = "
 pub struct Bench {
     folder: tempfile::TempDir,
     /// Where the program keeps analyses.
-    cache: tempfile::TempDir,
+    pub cache: tempfile::TempDir,
 }
 
 impl Bench {

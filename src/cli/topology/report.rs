@@ -24,6 +24,8 @@ pub struct Report<'a> {
     critical_points: Option<Counts>,
     /// Whether these are all, and the components theirs.
     complete: bool,
+    /// A point that all of the solid is in sight of, if that is proven: then it is one ball.
+    star: Option<DVec3>,
     /// What of the field is not smooth, so that it has no critical points to analyse.
     rough: Option<Rough<'a>>,
     components: Vec<Line<'a>>,
@@ -65,6 +67,16 @@ struct Line<'a> {
     volume: [f64; 2],
     #[serde(flatten)]
     component: Option<&'a Component>,
+    #[serde(flatten)]
+    ball: Option<Ball>,
+}
+
+/// What is known of a ball without counting its critical points.
+#[derive(Serialize)]
+struct Ball {
+    euler: i64,
+    voids: usize,
+    genus: i64,
 }
 
 /// What is said of voids.
@@ -115,12 +127,17 @@ const DEGENERATE: &str = "a slightly other parameter, or a little noise, parts c
 impl<'a> Report<'a> {
     /// Of a flowed solid with its origin.
     pub fn new(analysis: &'a Analysis, kept: &[Ruling], origin: Option<&Origin>, seconds: f64) -> Report<'a> {
+        let star = analysis.flood.star;
+        let ball = |part: &Part| {
+            (star.is_some() && part.critical.is_none()).then_some(Ball { euler: 1, voids: 0, genus: 0 })
+        };
         let line = |(part, ruling): (&'a Part, &Ruling)| Line {
             kept: ruling.kept,
             certified: part.certified,
             bounds: part.bounds,
             volume: [part.volume.lo, part.volume.hi],
             component: part.critical.as_ref(),
+            ball: ball(part),
         };
         let complex = analysis.complex.as_deref();
         let undecided = Undecided::new(analysis);
@@ -133,6 +150,7 @@ impl<'a> Report<'a> {
             region: analysis.region,
             critical_points: complex.map(Counts::new),
             complete: analysis.proven().is_some(),
+            star,
             rough: analysis.rough.as_deref().map(Rough::new),
             components: analysis.parts.iter().zip(kept).map(line).collect(),
             voids: analysis.voids.as_ref().map(Hollows::new),
@@ -163,6 +181,9 @@ impl<'a> Report<'a> {
                 out(format!("{components}{voids}, {certified}"));
             }
             None => out(format!("{components}{voids}, {certified}")),
+        }
+        if let Some(p) = self.star.filter(|_| !self.complete) {
+            out(format!("a ball: all of it is in sight of [{}, {}, {}]", p.x, p.y, p.z));
         }
         if top == 0 || self.components.is_empty() {
             return;

@@ -46,6 +46,10 @@ pub(super) fn voids(scene: &Scene, analysis: &Analysis, watch: &Watch<'_>) -> Re
     if hollow.is_empty() && analysis.proven().is_some() {
         return Ok(Voids { list: Vec::new(), certified: analysis.is_whole });
     }
+    // From a place that is not solid the way leads outward of what all of a star is in sight of, and meets nothing.
+    if analysis.flood.star.is_some() {
+        return Ok(Voids { list: Vec::new(), certified: analysis.is_whole });
+    }
     // Where there is no value there is nothing of the solid, and nothing of what is not solid.
     let is_defined = tape.is_defined(&region.intervals());
     let is_closed = analysis.proven().is_some() || is_closed(tape, region, watch.cancel);
