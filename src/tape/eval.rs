@@ -128,8 +128,8 @@ impl<T: Number> Evaluator<T> {
         &self.registers[self.home[slot as usize] as usize]
     }
 
-    /// Evaluates at a point, with a change made to the value of each instruction before others read it. Only for an
-    /// evaluator that [keeps all](Self::keeping_all).
+    /// Evaluates at a point, with a change made to the value of each instruction before others read it; constants must
+    /// stay as they are.
     pub fn eval_changed(&mut self, p: &[T; 3], mut change: impl FnMut(usize, &mut T)) -> &T {
         for i in 0..self.tape.code.len() {
             interpret(&self.tape.code[i], &self.home, i, &mut self.registers, &coordinates(p));
@@ -138,7 +138,8 @@ impl<T: Number> Evaluator<T> {
         self.output(0)
     }
 
-    /// Executes instruction number `i` again, on the values that the last evaluation left. Likewise.
+    /// Executes instruction number `i` again, on the values that the last evaluation left. Only for an evaluator that
+    /// [keeps all](Self::keeping_all).
     pub(super) fn again(&mut self, i: usize, p: &[T; 3]) {
         interpret(&self.tape.code[i], &self.home, i, &mut self.registers, &coordinates(p));
     }

@@ -10,6 +10,7 @@
 mod cells;
 mod clock;
 mod defined;
+mod direction;
 mod eval;
 mod inner;
 mod levels;

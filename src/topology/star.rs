@@ -16,6 +16,9 @@
 //! and there is nothing solid at all, or in, and all of the way is solid. (Of a field with creases the enclosure of the
 //! derivative holds the slopes of both sides and all between.)
 //!
+//! What is a [matter of direction alone](Tape::directions) does not change along rays from the origin, however steep it is
+//! across them; this is made use of where the centre is there.
+//!
 //! A box is convex, so that what of the solid is within it is a star as well.
 //!
 //! Two points tell that it is none: one that is solid, and one before it that is not.
@@ -28,6 +31,13 @@ use crate::tape::{Cells, Evaluator, Tape};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
+
+/// Nearer to the origin it is not relied on that directions do not change along rays.
+const NEAR: f64 = 1e-100;
+
+/// By how much of itself, at most, a direction changes as a point farther from the origin than that is moved away from it by
+/// all of its distance.
+const DRIFT: f64 = 1e-180;
 
 /// Cells that one thread takes at a time.
 const SHARE: usize = 256;
@@ -136,7 +146,19 @@ impl Sight {
         let p = std::array::from_fn(|axis| {
             Many(std::array::from_fn(|lane: usize| away(regions[lane][axis], axis)))
         });
-        self.slopes.turn_to(tape).eval(&p).0
+        let slopes = self.slopes.turn_to(tape);
+        if self.centre != DVec3::ZERO || !regions.iter().all(|region| distance(region) > NEAR) {
+            return slopes.eval(&p).0;
+        }
+        let directions = tape.directions();
+        let mut next = 0;
+        let still = |i: usize, slope: &mut Many<Slope, LANES>| {
+            if directions.get(next) == Some(&i) {
+                next += 1;
+                slope.0.iter_mut().for_each(hold);
+            }
+        };
+        slopes.eval_changed(&p, still).0
     }
 
     /// Whether something solid in a box is seen to lie behind something that is not, on the ray through its middle.
@@ -147,6 +169,18 @@ impl Sight {
         let mut at = |p: DVec3| *values.eval(&p.to_array());
         at(middle - way) > 0.0 && at(middle + way) < 0.0
     }
+}
+
+/// Knows of a direction that it does not change along rays.
+fn hold(direction: &mut Slope) {
+    let drift = Interval::radius(DRIFT * direction.value.mag());
+    direction.grad[0] = direction.grad[0].meet(drift);
+    direction.norm = direction.norm.min(drift.hi);
+}
+
+/// How far off the origin a box is along some axis.
+fn distance(region: &[Interval; 3]) -> f64 {
+    region.iter().map(|x| x.lo.max(-x.hi)).fold(0.0, f64::max)
 }
 
 /// Points that solids may be in sight of: where scripts put them, and the middle of what they are in.
