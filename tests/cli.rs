@@ -231,6 +231,18 @@ fn topology_is_found_once() {
 }
 
 #[test]
+fn rough_solids_have_no_network() {
+    let bench = Bench::new(&[("rough.rhai", "abs(x) + sphere(1.0)")]);
+    for options in ["--complex a.glb", "-o a.png --show network"] {
+        let message = stderr(&bench.run(&format!("topology rough.rhai {options}")).code(1));
+        has(&message, &["`abs` has creases (C0)", "rough.rhai:1"]);
+    }
+    assert_eq!(bench.names(), ["rough.rhai"]);
+    let report = stdout(&bench.run("topology rough.rhai --json -").success());
+    has(&report, &["\"what\": \"`abs` has creases", "\"star\": [\n", "\"genus\": 0"]);
+}
+
+#[test]
 fn topology_with_a_feature_refuses_before_it_works() {
     let bench = Bench::new(&[("near.rhai", "component_of(sphere(1.0), [0, 0, 0], #{ feature: 0.2 })")]);
     for (options, piece) in [

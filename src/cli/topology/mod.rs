@@ -10,19 +10,21 @@ use super::report::{Failure, Outcome, Terminal, err, out, plural, seconds};
 use super::work::{self, Conversion};
 use crate::diag::{Diagnostic, Severity};
 use crate::exchange::mesh::{Network, write_network};
-use crate::field::Watch;
+use crate::field::{self, Watch};
 use crate::render::{self, Job, Metadata, Picture};
 use crate::scene::{Keep, Measure, Scene};
 use crate::session::topology::{
     ARCS, Analysis, COLORS, Origin, Purpose, Show, analyse, doubts, kept, picture, rivalled, unproven,
 };
 use crate::session::{self, Loaded, Order};
-use crate::topology::separatrices;
+use crate::tape::Tape;
+use crate::topology::{Complex, separatrices};
 use crate::world::atomic;
 use report::Report;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Find out what a script's solid is connected with
@@ -147,6 +149,11 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         doubts(&stats).iter().for_each(|d| terminal.diagnostic(d, &loaded.sources));
         return Ok(());
     }
+    if args.complex.is_some() || matches!(args.show, Some(What::Network)) {
+        // Else it would turn out at the end that there are no critical points to show.
+        let smooth = field::smooth(&scene.graph, scene.surface.field);
+        smooth.map_err(|error| work::failure(error, &loaded, terminal))?;
+    }
     let watch = Watch { cancel: &flag, progress: &|share| progress.set(share) };
     let purpose = Purpose { fresh: args.fresh, volumes: true, voids: args.voids };
     let found = session::on_threads(args.picture.threads, || analyse(scene, purpose, &watch));
@@ -168,8 +175,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         let warning = Diagnostic { severity: Severity::Warning, ..(**rough).clone() };
         terminal.diagnostic(&warning, &loaded.sources);
     }
-    if let Some(path) = &args.complex {
-        export(path, &analysis)?;
+    if let Some((path, complex)) = args.complex.as_ref().zip(analysis.complex.as_ref()) {
+        export(path, &analysis.tape, complex)?;
     }
     if args.picture.output.is_some() {
         let progress = Progress::new(terminal, "picture");
@@ -235,15 +242,11 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
 }
 
 /// Writes the complex.
-fn export(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
-    let Some(complex) = &analysis.complex else {
-        let hint = "see the warning above for what is not smooth";
-        return Err(Failure::error("a field that is not smooth has no critical points to write", hint));
-    };
+fn export(path: &Path, tape: &Arc<Tape>, complex: &Complex) -> Result<(), Failure> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
-        return write(path, |f| Ok(serde_json::to_writer(f, &**complex)?));
+        return write(path, |f| Ok(serde_json::to_writer(f, complex)?));
     }
-    let lines = separatrices(&analysis.tape, complex).into_iter().zip(&complex.arcs);
+    let lines = separatrices(tape, complex).into_iter().zip(&complex.arcs);
     let network = Network {
         lines: lines.map(|(line, arc)| (line, ARCS[usize::from(!arc.joins)])).collect(),
         dots: complex.points.iter().map(|p| (p.position, COLORS[p.kind as usize])).collect(),

@@ -171,7 +171,7 @@ fn holder(analysis: &Analysis, p: DVec3) -> Result<usize, Box<Diagnostic>> {
     analysis.labels.clone().components(&[p])[0].ok_or_else(|| {
         let is_beyond = !analysis.region.holds(&Aabb { min: p, max: p });
         let (error, hint) = if is_beyond {
-            ("is inside of the solid, but beyond the bounds", "widen the bounds of the scene")
+            ("is inside of the solid, but beyond the bounds", "give the scene bounds that hold it")
         } else {
             (
                 "is inside of the solid, but it is not known which component it belongs to",
