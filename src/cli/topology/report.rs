@@ -101,6 +101,8 @@ struct Undecided {
     /// Where critical points, or what joins cells, were not decided: the first of them, and how many there are.
     places: Vec<Aabb>,
     places_total: usize,
+    /// The middle of the smallest cell there.
+    doubtful: Option<DVec3>,
     /// Whether there was more to look at there than is looked at in all.
     ran_short: bool,
     /// Where critical points were not decided, though components were: the first of them, and how many there are.
@@ -210,11 +212,11 @@ impl<'a> Report<'a> {
 
     /// What is not proven, and what to do about it.
     pub fn doubts(&self) -> Vec<Diagnostic> {
-        let Undecided { places, places_total, ran_short, level, lost, beyond, cut, elsewhere, .. } =
+        let Undecided { doubtful, places_total, ran_short, level, lost, beyond, cut, elsewhere, .. } =
             &self.undecided;
         let mut doubts = Vec::new();
-        let first = places.first().map_or(DVec3::ZERO, |b| 0.5 * (b.min + b.max));
-        let what = format!("could not be decided; the first is at {first:.6}");
+        let what =
+            doubtful.map_or_else(String::new, |p| format!("could not be decided; the smallest is at {p:.6}"));
         let thin = "parts that only just touch, or very thin ones, cannot be told apart; try a smooth field";
         if self.critical_points.is_some() && !self.complete && self.certified_within_bounds {
             let all = "these are not proven to be all critical points, so that nothing is said of handles";
@@ -359,6 +361,7 @@ impl Undecided {
         let mut undecided = Undecided {
             elsewhere,
             places_total: flood.undecided.len(),
+            doubtful: flood.doubtful,
             ran_short: flood.ran_short && !flood.undecided.is_empty(),
             places: flood.undecided.iter().take(PLACES).copied().collect(),
             cut: analysis.parts.iter().filter(|part| part.cut).count(),

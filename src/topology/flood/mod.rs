@@ -57,6 +57,7 @@ use crate::tape::{Cells, Tape};
 use glam::DVec3;
 use joins::{Home, Joins};
 use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use tree::{State, Tree};
@@ -123,6 +124,8 @@ pub struct Components {
     /// Boxes around cells that touch and of which it is not known where their solid belongs, if they have any. They may
     /// hold components that are in no list.
     pub undecided: Vec<Aabb>,
+    /// The middle of the smallest of these cells.
+    pub doubtful: Option<DVec3>,
     /// A bound on the volume of all of these together.
     pub undecided_volume: f64,
     /// Cells that were looked at.
@@ -372,6 +375,14 @@ impl Clusters {
         1.0 - self.0.values().flat_map(Cluster::open).map(share).sum::<f64>().min(1.0)
     }
 
+    /// The middle of the smallest cell that is not understood.
+    fn finest(&self, tree: &Tree) -> Option<DVec3> {
+        let open = self.0.values().flat_map(Cluster::open);
+        let finest = open.max_by_key(|&n| (tree.nodes[n as usize].level, Reverse(n)))?;
+        let Aabb { min, max } = tree.cell(finest);
+        Some(0.5 * (min + max))
+    }
+
     /// Boxes around cells that are not understood and touch.
     fn places(&self, tree: &Tree, joins: &Joins) -> Vec<Aabb> {
         let open: BTreeSet<u32> = self.0.values().flat_map(Cluster::open).collect();
@@ -431,6 +442,7 @@ impl Clusters {
             labels: joins.homes.iter().map(&mut label).collect(),
             list: found.into_iter().map(|(_, component)| component).collect(),
             undecided: self.places(&tree, &joins),
+            doubtful: self.finest(&tree),
             undecided_volume: unknown.volume.hi,
             ran_short: false,
             star: None,
