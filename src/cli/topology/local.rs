@@ -44,9 +44,7 @@ pub(super) fn show(
 /// The statistics of table 8.5.
 pub(super) fn print(stats: &LocalStats) {
     let share = |part: u64, all: u64| format!("{:.2} %", 100.0 * part as f64 / all.max(1) as f64);
-    let [asked, known] = stats.statuses;
     let seconds = |nanos: u64| format!("{:.2} s", nanos as f64 * 1e-9);
-    let [lines, paths, voxels] = stats.nanos;
     for (name, value) in [
         ("points asked about", count(stats.asked)),
         ("  undecided", count(stats.unknown)),
@@ -58,11 +56,11 @@ pub(super) fn print(stats: &LocalStats) {
         ("  1-saddles", count(stats.saddles)),
         ("crumbs with a moat", count(stats.moats)),
         ("statuses remembered", count(stats.cached)),
-        ("  hit rate", share(known, asked)),
+        ("  hit rate", share(stats.statuses_known, stats.statuses)),
         ("paths downhill", count(stats.paths)),
-        ("time with straight lines", seconds(lines)),
-        ("  with paths", seconds(paths)),
-        ("  with voxels, moats", seconds(voxels)),
+        ("time with straight lines", seconds(stats.nanos_lines)),
+        ("  with paths", seconds(stats.nanos_paths)),
+        ("  with voxels, moats", seconds(stats.nanos_voxels)),
     ] {
         out(format!("{name:26} {value:>14}"));
     }

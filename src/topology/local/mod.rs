@@ -149,16 +149,22 @@ pub struct LocalStats {
     pub moats: u64,
     /// Minima whose status is remembered.
     pub cached: u64,
-    /// Times that a status was asked for, and known.
-    pub statuses: [u64; 2],
+    /// Times that the status of a minimum was asked for.
+    pub statuses: u64,
+    /// Times that it was known.
+    pub statuses_known: u64,
     /// Points that remained undecided.
     pub unknown: u64,
     /// Voxels that hold too much to be searched.
     pub crowded: u64,
     /// Searches that were given up after too many voxels.
     pub impatient: u64,
-    /// Nanoseconds of all threads with straight lines, with paths, and with voxels and cells for moats and ways.
-    pub nanos: [u64; 3],
+    /// Nanoseconds of all threads with straight lines,
+    pub nanos_lines: u64,
+    /// with paths downhill,
+    pub nanos_paths: u64,
+    /// and with voxels, and cells for moats and ways.
+    pub nanos_voxels: u64,
 }
 
 impl Local {
@@ -208,6 +214,7 @@ impl Local {
     /// What the work was since the picture began.
     pub fn stats(&self) -> LocalStats {
         let count = |what: Count| self.counters.get(what);
+        let [statuses, statuses_known] = self.statuses.hits();
         LocalStats {
             asked: count(Count::Asked),
             looked: count(Count::Looked),
@@ -218,11 +225,14 @@ impl Local {
             saddles: count(Count::Saddles),
             moats: count(Count::Moats),
             cached: self.statuses.len() as u64,
-            statuses: self.statuses.hits(),
+            statuses,
+            statuses_known,
             unknown: count(Count::Unknown),
             crowded: count(Count::Crowded),
             impatient: count(Count::Impatient),
-            nanos: [Count::Lines, Count::Streaming, Count::Locating].map(count),
+            nanos_lines: count(Count::Lines),
+            nanos_paths: count(Count::Streaming),
+            nanos_voxels: count(Count::Locating),
         }
     }
 }
