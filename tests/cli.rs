@@ -144,6 +144,7 @@ fn topology_reports_what_is_proven() {
         ("cut.rhai", "scene(#{ surface: sphere(1.0), bounds: 0.9 })"),
         ("thin.rhai", "scene(#{ surface: sphere(1.0), bounds: [[-2, -2, -2], [2, 2, -1.99999]] })"),
         ("contact.rhai", "min(sphere(1.0), sphere(0.5).translate([1.5, 0, 0]))"),
+        ("empty.rhai", "sphere(1.0) + 5.0"),
     ]);
     let report = |arguments: &str| {
         let text = stdout(&bench.run(&format!("topology {arguments} --fresh --json -")).success());
@@ -166,6 +167,8 @@ fn topology_reports_what_is_proven() {
     let cut = report("cut.rhai");
     assert_eq!((&cut["certified"], &cut["certified_within_bounds"]), (&false.into(), &true.into()));
     assert_eq!(cut["undecided"]["cut"], 1);
+    let empty = report("empty.rhai");
+    assert_eq!((&empty["certified"], empty["components"].as_array().unwrap().len()), (&true.into(), 0));
     assert_eq!(report("thin.rhai")["components"].as_array().unwrap().len(), 0);
     let contact = report("contact.rhai");
     assert_eq!((&contact["certified"], contact["undecided"]["cut"].as_u64()), (&false.into(), Some(0)));

@@ -235,6 +235,7 @@ fn shapes() {
     let ball = certified("sphere(1.0)", 1.5, 1);
     let volume = 4.0 / 3.0 * std::f64::consts::PI;
     assert!(ball.list[0].volume.contains(volume) && !ball.list[0].cut, "{:?}", ball.list[0]);
+    assert!((ball.list[0].about - volume).abs() < 1e-3 * volume, "{:?}", ball.list[0]);
     for (script, half, count) in [
         ("torus(1.0, 0.4)", 1.6, 1),
         ("box([2, 1, 0.5]).rotate([1, 2, 3], 40)", 1.5, 1),

@@ -43,7 +43,7 @@ pub(super) fn region(scene: &Scene, field: &Field) -> Aabb {
 /// The same, and whether there is anything of the field's solid outside.
 pub fn locate(scene: &Scene, field: &Field) -> Whereabouts {
     let found = find(scene, field, &|| false).whereabouts(field);
-    let Some(region) = scene.bounds else { return found };
+    let region = scene.bounds.unwrap_or(found.region);
     let is_whole = found.is_whole && region.holds(&found.region) || is_clear(field, &region);
     Whereabouts { region, is_whole }
 }

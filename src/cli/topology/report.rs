@@ -65,6 +65,8 @@ struct Line<'a> {
     bounds: Option<Aabb>,
     /// Ends of an interval that holds its volume.
     volume: [f64; 2],
+    /// An estimate of it.
+    volume_estimate: f64,
     #[serde(flatten)]
     component: Option<&'a Component>,
     #[serde(flatten)]
@@ -138,6 +140,7 @@ impl<'a> Report<'a> {
             certified: part.certified,
             bounds: part.bounds,
             volume: [part.volume.lo, part.volume.hi],
+            volume_estimate: part.about,
             component: part.critical.as_ref(),
             ball: ball(part),
         };
@@ -197,7 +200,7 @@ impl<'a> Report<'a> {
         };
         // In this order they are numbered.
         let key = if self.complete { "by minima" } else { "by volume" };
-        out(format!("\n{key} {:>21}{details}  kept", "volume"));
+        out(format!("\n{key} {:>21} {:>10}{details}  kept", "volume", "about"));
         self.components.iter().enumerate().take(top).for_each(|(i, line)| line.print(i));
         match self.components.len().saturating_sub(top) {
             0 => {}
@@ -243,7 +246,7 @@ impl<'a> Report<'a> {
         doubt(*level, "critical point", "may be inside or not", hint);
         let hint = "what they would have joined may be apart in the report";
         doubt(*lost, "path", "found no minimum", hint);
-        let hint = "widen the bounds of the scene";
+        let hint = "widen the bounds of the scene, or give it some";
         doubt(*beyond, "path", "left the region: the solid reaches beyond the bounds", hint);
         doubt(*cut, "component", "may go on beyond the bounds", hint);
         if *elsewhere && *cut == 0 {
@@ -310,7 +313,7 @@ impl std::fmt::Display for Counts {
 
 impl Line<'_> {
     fn print(&self, i: usize) {
-        let volume = enclosed(self.volume);
+        let (volume, about) = (enclosed(self.volume), significant(self.volume_estimate));
         let details = self.component.map_or(String::new(), |c| {
             let (Component { euler, lowest, .. }, [a, b, c2, d]) = (c, c.counts);
             let voids = c.voids.map_or("?".to_owned(), |n| n.to_string());
@@ -320,7 +323,7 @@ impl Line<'_> {
                 significant(*lowest)
             )
         });
-        out(format!("{i:9} {volume:>21}{details}  {}", if self.kept { "yes" } else { "no" }));
+        out(format!("{i:9} {volume:>21} {about:>10}{details}  {}", if self.kept { "yes" } else { "no" }));
     }
 }
 

@@ -25,6 +25,8 @@ pub struct Part {
     pub bounds: Option<Aabb>,
     /// Encloses its volume within the region.
     pub volume: Interval,
+    /// An estimate of that.
+    pub about: f64,
     /// What its critical points say, if they are known to be all.
     pub critical: Option<Component>,
     /// Whether it is proven to be one component, all of it, and joined to no other within the region.
@@ -41,6 +43,7 @@ pub(super) fn of_flood(flood: &flood::Components, is_whole: bool) -> Parts {
     let part = |c: &flood::Component| Part {
         bounds: Some(c.bounds),
         volume: c.volume,
+        about: c.about,
         critical: None,
         certified: c.certified,
         cut: c.cut && !is_whole,
@@ -61,6 +64,7 @@ pub(super) fn of_complex(tape: &Arc<Tape>, complex: &Complex, flood: &flood::Com
         let most = hi.min(found.volume.hi);
         debug_assert!(least <= most, "cells that are counted twice");
         part.volume = Interval::new(least, most);
+        part.about += found.about;
     }
     (parts, names.into())
 }
@@ -83,6 +87,7 @@ fn unmeasured(complex: &Complex, component: &Component, flood: &flood::Component
     Part {
         bounds: None,
         volume: Interval::new(0.0, most),
+        about: 0.0,
         critical: Some(component.clone()),
         certified: true,
         cut: false,

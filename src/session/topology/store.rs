@@ -68,7 +68,7 @@ fn renumbered(node: &Node, name: impl Fn(&NodeId) -> NodeId) -> Node {
 }
 
 /// Raised when analyses of old must not be taken for those of now.
-const REVISION: u32 = 7;
+const REVISION: u32 = 8;
 
 /// What is on the first line of a file; the analysis follows.
 #[derive(Serialize, Deserialize, PartialEq)]

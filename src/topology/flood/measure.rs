@@ -7,6 +7,7 @@
 
 use super::super::cell::Cell;
 use super::super::search::{Balls, LANES};
+use super::Component;
 use super::tree::{State, Tree};
 use crate::num::{Interval, Taylor};
 use crate::scene::Aabb;
@@ -25,6 +26,69 @@ const ENOUGH: f64 = 0.02;
 /// Leaves that are smaller than this share of their coordinates are not measured: rounding moves them.
 const BLUR: f64 = 1e6 * f64::EPSILON;
 
+/// How much of something is solid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Volume {
+    /// Encloses it.
+    pub range: Interval,
+    /// An estimate.
+    pub about: f64,
+}
+
+impl Volume {
+    pub const NOTHING: Volume = Volume { range: Interval { lo: 0.0, hi: 0.0 }, about: 0.0 };
+
+    /// Of both together.
+    fn with(self, o: Volume) -> Volume {
+        Volume { range: self.range + o.range, about: self.about + o.about }
+    }
+}
+
+/// What cells measure together.
+pub(super) struct Measure {
+    bounds: Aabb,
+    /// Of what is solid in them.
+    pub volume: Volume,
+    /// The largest full one, by its level and number, and its middle.
+    heart: Option<((u8, u32), DVec3)>,
+    /// Whether any is at the end of the region.
+    cut: bool,
+}
+
+impl Default for Measure {
+    fn default() -> Measure {
+        let bounds = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+        Measure { bounds, volume: Volume::NOTHING, heart: None, cut: false }
+    }
+}
+
+impl Measure {
+    pub fn add(&mut self, tree: &Tree, n: u32, volumes: &[Volume]) {
+        let (cell, node) = (tree.cell(n), &tree.nodes[n as usize]);
+        let is_full = node.known.state == State::In;
+        let heart = is_full.then(|| ((node.level, n), 0.5 * (cell.min + cell.max)));
+        let cut = (0..3).any(|axis| node.ends(axis, -1) || node.ends(axis, 1));
+        self.include(&Measure { bounds: cell, volume: volumes[n as usize], heart, cut });
+    }
+
+    pub fn include(&mut self, o: &Measure) {
+        self.bounds = self.bounds.hull(&o.bounds);
+        self.volume = self.volume.with(o.volume);
+        self.heart = match (self.heart, o.heart) {
+            (Some(own), Some(other)) => Some(if other.0 < own.0 { other } else { own }),
+            (own, other) => own.or(other),
+        };
+        self.cut |= o.cut;
+    }
+
+    pub fn component(&self, certified: bool) -> Component {
+        let Volume { range, about } = self.volume;
+        let volume = Interval::new(range.lo.max(0.0), range.hi);
+        let inside = self.heart.map_or(DVec3::NAN, |heart| heart.1);
+        Component { inside, bounds: self.bounds, volume, about, certified, cut: self.cut }
+    }
+}
+
 /// The volumes of what is solid in leaves, in their order. Parts of them are as small as if the region were cut `fine`
 /// times.
 pub(super) fn volumes(
@@ -33,7 +97,7 @@ pub(super) fn volumes(
     leaves: &[u32],
     fine: u8,
     cancel: &AtomicBool,
-) -> Vec<Interval> {
+) -> Vec<Volume> {
     let field = Balls::within(cells.tape(), &tree.region);
     let volumes = |field: &mut Balls, some: &[u32]| {
         let mut leaves = Leaves::new(tree, some, fine);
@@ -46,8 +110,8 @@ pub(super) fn volumes(
 /// Some leaves.
 struct Leaves {
     boxes: Vec<Aabb>,
-    /// The shares of them that are solid, at least and at most, as far as they are added up.
-    shares: Vec<[f64; 2]>,
+    /// The shares of them that are solid, at least, at most, and about, as far as they are added up.
+    shares: Vec<[f64; 3]>,
     /// What is left to be measured, of each leaf.
     parts: Vec<Option<Part>>,
 }
@@ -77,9 +141,9 @@ impl Leaves {
             out.boxes.push(bounds);
             out.parts.push(is_measured.then_some(part));
             out.shares.push(match node.known.state {
-                State::In => [1.0; 2],
-                State::Out => [0.0; 2],
-                State::Mixed => [0.0, if is_measured { 0.0 } else { 1.0 }],
+                State::In => [1.0; 3],
+                State::Mixed if !is_measured => [0.0, 1.0, 0.5],
+                State::Mixed | State::Out => [0.0; 3],
             });
         }
         out
@@ -103,10 +167,10 @@ impl Leaves {
             let values = *field.eval(batch.iter().map(|part| (part.cell.centre, part.cell.radius())));
             for (i, part) in batch.into_iter().enumerate() {
                 let f = values.lane(i);
-                let [lo, hi] = match f.range.lo > 0.0 {
-                    true => [0.0; 2],
+                let [lo, hi, about] = match f.range.lo > 0.0 {
+                    true => [0.0; 3],
                     // What is undefined is empty, and nothing follows from what is beside it.
-                    false if !field.is_defined_around(part.cell.centre, part.cell.radius()) => [0.0, 1.0],
+                    false if !field.is_defined_around(part.cell.centre, part.cell.radius()) => unknown(&f),
                     false => share(&f, part.cell.half / part.cell.radius()),
                 };
                 if part.cuts > 0 && hi - lo > ENOUGH {
@@ -120,24 +184,25 @@ impl Leaves {
                     }));
                 } else {
                     let sum = &mut self.shares[part.leaf];
-                    *sum = [sum[0] + part.share * lo, sum[1] + part.share * hi];
+                    [lo, hi, about].iter().zip(sum).for_each(|(share, sum)| *sum += part.share * share);
                 }
             }
         }
     }
 
-    fn volumes(&self) -> Vec<Interval> {
-        let volume = |(cell, &[lo, hi]): (&Aabb, &[f64; 2])| {
+    fn volumes(&self) -> Vec<Volume> {
+        let volume = |(cell, &[lo, hi, about]): (&Aabb, &[f64; 3])| {
             let side = |axis: usize| Interval::point(cell.max[axis]) - Interval::point(cell.min[axis]);
             // What adding them up has rounded away is far less.
             let share = Interval::new(lo - 1e-12 * lo, (hi + 1e-12 * hi).min(1.0));
-            side(0) * side(1) * side(2) * share
+            let whole = side(0) * side(1) * side(2);
+            Volume { range: whole * share, about: whole.mid() * about }
         };
         self.boxes.iter().zip(&self.shares).map(volume).collect()
     }
 }
 
-/// How much of a box is solid, at least and at most, of the field's expansion over a ball around it. `half` are half its
+/// How much of a box is solid, at least, at most, and about, of the field's expansion over a ball around it. `half` are half its
 /// extents in units of the ball.
 ///
 /// With `g . u` in place of the field, what is below `t` is a sum over the corners of the box, `s` of signs and
@@ -146,9 +211,9 @@ impl Leaves {
 /// ```text
 /// sum over s of  s_x s_y s_z (t + s . a)_+^3  /  48 a_x a_y a_z
 /// ```
-fn share(f: &Taylor, half: DVec3) -> [f64; 2] {
+fn share(f: &Taylor, half: DVec3) -> [f64; 3] {
     if f.range.hi < 0.0 {
-        return [1.0; 2];
+        return [1.0; 3];
     }
     let own = DVec3::from_array(f.grad).abs() * half;
     // Thinner ones would cancel.
@@ -156,7 +221,7 @@ fn share(f: &Taylor, half: DVec3) -> [f64; 2] {
     let (sum, extra) = (a.element_sum(), (a - own).element_sum());
     let bow = (bow(f, half) + extra + sum) * (1.0 + 1e-12) - sum;
     if !(sum > 0.0 && sum + bow + f.value.abs() < f64::INFINITY) {
-        return [0.0, 1.0];
+        return unknown(f);
     }
     let below = |t: f64| {
         let t = t.clamp(-sum, sum);
@@ -169,7 +234,17 @@ fn share(f: &Taylor, half: DVec3) -> [f64; 2] {
     };
     let (lo, hi) = (below(-f.value - bow) - 1e-9, below(bow - f.value) + 1e-9);
     // What is no number knows nothing.
-    if lo <= hi { [lo.max(0.0), hi.min(1.0)] } else { [0.0, 1.0] }
+    if lo <= hi {
+        let (lo, hi) = (lo.max(0.0), hi.min(1.0));
+        [lo, hi, below(-f.value).max(lo).min(hi)]
+    } else {
+        unknown(f)
+    }
+}
+
+/// What is known of a box of which nothing is: likely all of it is like its middle.
+fn unknown(f: &Taylor) -> [f64; 3] {
+    [0.0, 1.0, if f.value < 0.0 { 1.0 } else { 0.0 }]
 }
 
 /// How far the field may be from its expansion to first order in a box.
@@ -222,7 +297,8 @@ mod tests {
             let hess = std::array::from_fn(|_| bend * next());
             let off = 0.1 * bend;
             let f = expansion(0.5 * next(), grad, hess, [f64::INFINITY, off]);
-            let [lo, hi] = share(&f, half);
+            let [lo, hi, about] = share(&f, half);
+            assert!((lo..=hi).contains(&about), "{f:?}: {lo} {about} {hi}");
             assert!((0.0..=1.0).contains(&lo) && (lo..=1.0).contains(&hi), "{lo} {hi}");
             // Samples miss what is next to the surface.
             let slack = 0.03;
@@ -234,7 +310,7 @@ mod tests {
             }
         }
         // A plane through the middle parts the box in halves.
-        let [lo, hi] = share(&expansion(0.0, [1.0, 1.0, 1.0], [0.0; 6], [0.0; 2]), half);
+        let [lo, hi, _] = share(&expansion(0.0, [1.0, 1.0, 1.0], [0.0; 6], [0.0; 2]), half);
         assert!((lo - 0.5).abs() < 1e-8 && (hi - 0.5).abs() < 1e-8, "{lo} {hi}");
     }
 
@@ -247,7 +323,7 @@ mod tests {
                 expansion(-1.0, [1.0; 3], [0.0; 6], [strange.abs(); 2]),
                 expansion(-1.0, [0.0; 3], [0.0; 6], [0.0; 2]),
             ] {
-                assert_eq!(share(&f, DVec3::splat(0.5)), [0.0, 1.0], "{f:?}");
+                assert_eq!(share(&f, DVec3::splat(0.5))[..2], [0.0, 1.0], "{f:?}");
             }
         }
     }

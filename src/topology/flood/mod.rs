@@ -56,6 +56,7 @@ use crate::scene::Aabb;
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
 use joins::{Home, Joins};
+use measure::{Measure, Volume};
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
@@ -99,6 +100,8 @@ pub struct Component {
     pub bounds: Aabb,
     /// Encloses its volume.
     pub volume: Interval,
+    /// An estimate of it; of what is certainly a part of it, if more may be.
+    pub about: f64,
     /// Whether it is proven to be one component, all of it, and joined to no other within the region.
     pub certified: bool,
     /// Whether it may go on beyond the region, where parts of it may be joined.
@@ -270,9 +273,9 @@ fn star(cells: &Cells, region: &Aabb, limits: Limits, watch: &Watch<'_>) -> Resu
 }
 
 /// The volumes of what is solid in the leaves of a tree, in the order of its nodes; nothing of others.
-fn volumes(cells: &Cells, tree: &Tree, homes: &[Home], limits: Limits, watch: &Watch<'_>) -> Vec<Interval> {
+fn volumes(cells: &Cells, tree: &Tree, homes: &[Home], limits: Limits, watch: &Watch<'_>) -> Vec<Volume> {
     let leaves: Vec<u32> = tree.leaves().filter(|&n| homes[n as usize] != Home::Nothing).collect();
-    let mut volumes = vec![Interval::point(0.0); tree.nodes.len()];
+    let mut volumes = vec![Volume::NOTHING; tree.nodes.len()];
     let found = measure::volumes(cells, tree, &leaves, limits.fine, watch.cancel);
     leaves.into_iter().zip(found).for_each(|(n, volume)| volumes[n as usize] = volume);
     volumes
@@ -403,7 +406,7 @@ impl Clusters {
     }
 
     /// What all that comes to.
-    fn finish(self, tree: Tree, mut joins: Joins, volumes: &[Interval]) -> Components {
+    fn finish(self, tree: Tree, mut joins: Joins, volumes: &[Volume]) -> Components {
         let mut sets: BTreeMap<u32, Measure> = BTreeMap::new();
         for n in tree.leaves() {
             if let Home::One(home) = joins.homes[n as usize] {
@@ -422,11 +425,11 @@ impl Clusters {
             let open: Vec<u32> = cluster.open().filter(unlabelled).collect();
             open.iter().for_each(|&n| all.add(&tree, n, volumes));
             open.iter().for_each(|&n| unknown.add(&tree, n, volumes));
-            clusters.extend(open.into_iter().map(|n| (n, all.volume.hi)));
+            clusters.extend(open.into_iter().map(|n| (n, all.volume.range.hi)));
             for (set, component) in found.iter_mut().filter(|(set, _)| cluster.sets.contains(set)) {
-                let least = sets.get(set).map_or(0.0, |measure| measure.volume.lo);
-                *component = Component { inside: component.inside, ..all.component(false) };
-                component.volume = Interval::new(least, component.volume.hi);
+                let Volume { range, about } = sets.get(set).map_or(Volume::NOTHING, |own| own.volume);
+                *component = Component { inside: component.inside, about, ..all.component(false) };
+                component.volume = Interval::new(range.lo, component.volume.hi);
             }
         }
         found.sort_by(|a, b| b.1.volume.lo.total_cmp(&a.1.volume.lo).then(a.0.cmp(&b.0)));
@@ -443,7 +446,7 @@ impl Clusters {
             list: found.into_iter().map(|(_, component)| component).collect(),
             undecided: self.places(&tree, &joins),
             doubtful: self.finest(&tree),
-            undecided_volume: unknown.volume.hi,
+            undecided_volume: unknown.volume.range.hi,
             ran_short: false,
             star: None,
             clusters,
@@ -451,49 +454,5 @@ impl Clusters {
             depth: tree.nodes.iter().map(|node| node.level).max().unwrap_or(0),
             tree,
         }
-    }
-}
-
-/// What cells measure together.
-struct Measure {
-    bounds: Aabb,
-    /// Of what is solid in them.
-    volume: Interval,
-    /// The largest full one, by its level and number, and its middle.
-    heart: Option<((u8, u32), DVec3)>,
-    /// Whether any is at the end of the region.
-    cut: bool,
-}
-
-impl Default for Measure {
-    fn default() -> Measure {
-        let bounds = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
-        Measure { bounds, volume: Interval::point(0.0), heart: None, cut: false }
-    }
-}
-
-impl Measure {
-    fn add(&mut self, tree: &Tree, n: u32, volumes: &[Interval]) {
-        let (cell, node) = (tree.cell(n), &tree.nodes[n as usize]);
-        let is_full = node.known.state == State::In;
-        let heart = is_full.then(|| ((node.level, n), 0.5 * (cell.min + cell.max)));
-        let cut = (0..3).any(|axis| node.ends(axis, -1) || node.ends(axis, 1));
-        self.include(&Measure { bounds: cell, volume: volumes[n as usize], heart, cut });
-    }
-
-    fn include(&mut self, o: &Measure) {
-        self.bounds = self.bounds.hull(&o.bounds);
-        self.volume = self.volume + o.volume;
-        self.heart = match (self.heart, o.heart) {
-            (Some(own), Some(other)) => Some(if other.0 < own.0 { other } else { own }),
-            (own, other) => own.or(other),
-        };
-        self.cut |= o.cut;
-    }
-
-    fn component(&self, certified: bool) -> Component {
-        let volume = Interval::new(self.volume.lo.max(0.0), self.volume.hi);
-        let inside = self.heart.map_or(DVec3::NAN, |heart| heart.1);
-        Component { inside, bounds: self.bounds, volume, certified, cut: self.cut }
     }
 }
