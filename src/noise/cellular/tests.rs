@@ -489,3 +489,43 @@ fn near_nodes_gradients_turn_no_more_than_balls_say() {
     // Without the rounding of offsets in the radius, some would.
     assert!(needed > 1e-11, "{needed:e}");
 }
+
+/// Along any direction the gradients in a ball are as they are said to be; and across a crease, where nothing else is known, they
+/// are known to be those of the nodes on both sides.
+#[test]
+fn gradients_along_directions_are_those_of_near_nodes() {
+    let mut random = Random::new(31);
+    let (mut known, mut tight) = (0, 0);
+    for weight in [1.0, -0.7] {
+        let noise = noise(cellular([weight, 0.0, 0.0, 0.0], NORMS[0], false, true));
+        for i in 0..2000 {
+            let at = random.point(20.0);
+            let radius = [0.4, 0.1, 1e-2, 1e-6][i % 4];
+            let directions = [0; 3].map(|_| {
+                let reach = if i % 3 == 0 { 0.0 } else { 0.3 * random.unit() };
+                random.point(1.0).map(|x| Interval::around(x, reach))
+            });
+            let Some(along) = noise.along(at, radius, &directions) else { continue };
+            known += 1;
+            for _ in 0..20 {
+                let off = random.point(1.0);
+                let share = radius * random.unit() / length(off).max(1.0);
+                let there = [0, 1, 2].map(|axis| at[axis] + share * off[axis]);
+                let grad = noise.jet(Order::Gradient, there).grad;
+                for (direction, along) in directions.iter().zip(along) {
+                    let d = direction.map(|d| d.lo + (d.hi - d.lo) * random.unit());
+                    let own: f64 = (0..3).map(|axis| grad[axis] * d[axis]).sum();
+                    assert!(along.lo - 1e-9 <= own && own <= along.hi + 1e-9, "{own} {along:?} {at:?}");
+                }
+            }
+            let local = noise.local(Order::Gradient, at, radius);
+            let is_creased = local.bounds.hessian == f64::INFINITY;
+            let least = directions.iter().zip(along).map(|(d, a)| a.width() / length(d.map(Interval::mag)));
+            tight += usize::from(is_creased && radius < 0.05 && least.fold(2.0, f64::min) < 1.0);
+        }
+    }
+    assert!(known > 3000 && tight > 5, "{known} {tight}");
+    // Other distances say nothing.
+    let walls = noise(cellular([-1.0, 1.0, 0.0, 0.0], NORMS[0], false, true));
+    assert!(walls.along([0.3; 3], 0.1, &[[Interval::point(1.0); 3]; 3]).is_none());
+}
