@@ -199,7 +199,8 @@ pub fn stretched(host: &Host, map: [NodeId; 3]) -> Outcome<NodeId> {
 }
 
 /// What is added to lengths before anything is divided by them: it is lost in the rounding of all but the length zero, and
-/// gives the point that has no direction a value, also as far as intervals know, without which no solid around it could be proven to be whole.
+/// gives the point that has no direction a value, also as far as intervals know. Without one, no solid around it could be
+/// proven to be whole.
 pub const NEVER_ZERO: f64 = 1e-290;
 
 /// `p / |p|`, or the origin there, and the size of a pixel there by that at `p`.
