@@ -2,7 +2,7 @@
 
 use super::lattice::Lattice;
 use super::parameter::{Parameter, Settings};
-use crate::num::{Bounds, Class, Interval, Jets, Local, Order, Point, ROUNDOFF};
+use crate::num::{Bounds, Class, Jets, Local, Order, Point, ROUNDOFF};
 use std::fmt::Debug;
 use std::hash::Hash;
 
@@ -48,18 +48,6 @@ pub trait Basis: Copy + Eq + Hash + Debug + Send + Sync + 'static {
     fn local(&self, lattice: &Lattice, order: Order, at: [f64; 3], radius: f64) -> Local {
         let _ = radius;
         Local::uniform(self.jet(lattice, order, at), self.bounds())
-    }
-
-    /// Encloses the gradients in a ball along directions; see [`Kernel::along`](crate::num::Kernel::along).
-    fn along(
-        &self,
-        lattice: &Lattice,
-        at: [f64; 3],
-        radius: f64,
-        directions: &[[Interval; 3]; 3],
-    ) -> Option<[Interval; 3]> {
-        let _ = (lattice, at, radius, directions);
-        None
     }
 
     /// What is known of a batch of balls, the same as of each alone.

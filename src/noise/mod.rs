@@ -69,7 +69,7 @@ pub use wavelet::Wavelet;
 pub use waves::Waves;
 pub use weierstrass::Weierstrass;
 
-use crate::num::{Bounds, Class, Interval, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
+use crate::num::{Bounds, Class, Jets, Kernel, Local, Order, Point, ROUNDOFF, widest};
 use batches::{BALLS, BATCH, MEDIUM, SMALL, balls, batch, gather, times};
 use count::count;
 use slope::{Slope, steeper};
@@ -268,16 +268,6 @@ impl Kernel for Noise {
         self.placed(self.kind.local(&self.lattice, order, centre, reach), radius, reach)
     }
 
-    #[inline]
-    fn along(&self, at: [f64; 3], radius: f64, directions: &[[Interval; 3]; 3]) -> Option<[Interval; 3]> {
-        if self.part != Part::Value {
-            return None;
-        }
-        let (centre, reach) = self.reached(at, radius);
-        let along = self.kind.along(&self.lattice, centre, reach, directions)?;
-        Some(along.map(|along| along * self.frequency))
-    }
-
     fn locals(&self, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [(Local, [f64; 3])]) {
         let ball = |i: usize| (at.map(|at| at[i]), radius[i]);
         let error = |at: [f64; 3]| self.error(largest(at));
@@ -428,16 +418,6 @@ macro_rules! noises {
 
             fn local(&self, lattice: &Lattice, order: Order, at: [f64; 3], radius: f64) -> Local {
                 match self { $(Kind::$noise(noise) => noise.local(lattice, order, at, radius),)* }
-            }
-
-            fn along(
-                &self,
-                lattice: &Lattice,
-                at: [f64; 3],
-                radius: f64,
-                directions: &[[Interval; 3]; 3],
-            ) -> Option<[Interval; 3]> {
-                match self { $(Kind::$noise(noise) => noise.along(lattice, at, radius, directions),)* }
             }
 
             fn locals(

@@ -103,14 +103,6 @@ pub trait Kernel: Sync {
         None
     }
 
-    /// Encloses the gradients in a ball along directions, for kernels that know more of them than [`local`](Kernel::local) does.
-    #[inline]
-    fn along(&self, at: [f64; 3], radius: f64, directions: &[[Interval; 3]; 3]) -> Option<[Interval; 3]> {
-        let lean = self.lean(at, radius)?;
-        let lipschitz = self.bounds().lipschitz;
-        Some(directions.map(|direction| lean.along(direction, lipschitz)))
-    }
-
     /// What is known of a batch of balls, and what the jets in their middles may be [off](Kernel::error) by.
     #[inline]
     fn locals(&self, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [(Local, [f64; 3])]) {
@@ -331,7 +323,7 @@ pub trait Centred: Number {
     /// the error.
     fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self;
 
-    /// Whether numbers are of boxes of places, of which a kernel may know more by [`Kernel::over`] or [`Kernel::along`].
+    /// Whether numbers are of boxes of places, of which a kernel may know more by [`Kernel::over`] or [`Kernel::lean`].
     const BOX: bool = false;
 
     /// The same number with what else the kernel knows over the box `p`.

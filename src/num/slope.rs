@@ -136,9 +136,10 @@ impl Centred for Slope {
     }
     const BOX: bool = true;
     fn met<K: Kernel + ?Sized>(self, k: &K, p: [&Self; 3]) -> Self {
-        let directions = std::array::from_fn(|axis| p.map(|p| p.grad[axis]));
-        let Some(along) = k.along(Self::centre(p), Self::reach(p), &directions) else { return self };
-        Slope { grad: std::array::from_fn(|axis| self.grad[axis].meet(along[axis])), ..self }
+        let Some(lean) = k.lean(Self::centre(p), Self::reach(p)) else { return self };
+        let lipschitz = k.bounds().lipschitz;
+        let along = |axis: usize| lean.along(p.map(|p| p.grad[axis]), lipschitz);
+        Slope { grad: std::array::from_fn(|axis| self.grad[axis].meet(along(axis))), ..self }
     }
     fn expand(local: &Local, error: [f64; 3], p: [&Self; 3]) -> Self {
         let region = Region::around(p.map(|p| p.value));

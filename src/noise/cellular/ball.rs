@@ -21,7 +21,7 @@
 //! Where nothing but `F_1` counts, two nodes do: `g` is the slope of the nearest one's distance, and all others are at
 //! least as far away as the second, so that their `e_i` are at least `max(F_2 - s r, 0) - |g| r`.
 
-use super::metric::{Euclidean, Metric};
+use super::metric::Metric;
 use super::scout::Ground;
 use super::search::{Found, Search};
 use super::{Ball, Cellular};
@@ -132,47 +132,6 @@ pub(super) fn local<M: Metric, const K: usize>(ball: &Ball<'_>, search: Search<'
     let enclosure = Enclosure::<K> { noise, r, distances: &distances, cap: search.cap };
     let local = enclosure.local(jet, &found, metric);
     Local { bounds: creased(local.bounds, &noise.bounds(), ball.radius, r), ..local }
-}
-
-/// Encloses along directions the gradients of the distance to the nearest node of each point of a ball; of a crease, those of
-/// both sides and all between.
-///
-/// Each is a unit vector away from a node within `F_1 + 2 r` of the centre. From a node at the distance `d` all points of the
-/// ball are seen within an angle `a` from the centre, with `sin a = r / d`, and a unit vector turns by as much: its end moves
-/// by at most `2 sin(a / 2)`.
-pub(super) fn along(
-    search: Search<'_, Euclidean>,
-    at: [f64; 3],
-    radius: f64,
-    directions: &[[Interval; 3]; 3],
-) -> Option<[Interval; 3]> {
-    let r = radius + 16.0 * ROUNDOFF;
-    let found: Found<1, 1> = search.nearest(at);
-    let limit = search.metric.distance(found.measure[0][0]) + 2.0 * r + SLACK;
-    // Beyond the cap there are nodes that the search does not know.
-    let is_known = limit < search.cap;
-    if !is_known {
-        return None;
-    }
-    let mut hull = None;
-    search.within(at, limit, |offset| {
-        let own = directions.map(|direction| part_along(offset, r, direction));
-        hull = Some(hull.map_or(own, |hull: [Interval; 3]| [0, 1, 2].map(|i| hull[i].hull(own[i]))));
-    });
-    hull
-}
-
-/// Encloses `u . d` for the unit vectors `u` away from a node to the points of a ball whose centre is that far off it.
-fn part_along(offset: [f64; 3], r: f64, d: [Interval; 3]) -> Interval {
-    let up = 1.0 + 64.0 * ROUNDOFF;
-    let (middle, size) = (d.map(Interval::mid), norm(offset));
-    let sine = r / size;
-    let turn = if sine < 1.0 { sine * (2.0 / (1.0 + (1.0 - sine * sine).sqrt())).sqrt() } else { 2.0 };
-    let spread = (turn + SLACK) * norm(middle) + norm(d.map(Interval::rad));
-    let dot = (0..3).map(|i| offset[i] * middle[i]).sum::<f64>() / size;
-    // Nothing is known of the direction of a node in the very centre.
-    let dot = if size > 0.0 { dot } else { 0.0 };
-    Interval::around(dot, spread * up)
 }
 
 /// What is known of a ball where the distance to the nearest node is all that matters.

@@ -42,7 +42,7 @@ use super::basis::Basis;
 use super::bulk::{self, GRADIENT, HESSIAN, Lanes, VALUE};
 use super::lattice::Lattice;
 use super::parameter::{Allowed, Exact, Parameter, Settings};
-use crate::num::{Bounds, Class, Interval, Jets, Local, Order, Point, ROUNDOFF};
+use crate::num::{Bounds, Class, Jets, Local, Order, Point, ROUNDOFF};
 use metric::{Chebyshev, Euclidean, Manhattan, Metric, Minkowski};
 use plots::Memory;
 use scout::Ground;
@@ -251,18 +251,6 @@ impl Basis for Cellular {
     fn local(&self, lattice: &Lattice, order: Order, at: [f64; 3], radius: f64) -> Local {
         let order = if order < Order::Gradient { Order::Gradient } else { order };
         self.norm.run(lattice, Ball { noise: self, order, at, radius })
-    }
-
-    fn along(
-        &self,
-        lattice: &Lattice,
-        at: [f64; 3],
-        radius: f64,
-        directions: &[[Interval; 3]; 3],
-    ) -> Option<[Interval; 3]> {
-        let is_distance = self.norm == Norm::Euclidean && self.orders() == 1 && !self.squared;
-        let along = is_distance.then(|| ball::along(Norm::euclidean(lattice), at, radius, directions));
-        Some(along??.map(|along| along * self.weights[0].0))
     }
 
     fn locals(&self, lattice: &Lattice, order: Order, at: [&[f64]; 3], radius: &[f64], out: &mut [Local]) {
