@@ -233,6 +233,26 @@ fn topology_is_found_once() {
     }
 }
 
+/// A flow keeps what is connected where that is proven, and what is in sight nowhere.
+#[test]
+fn what_is_said_of_flowed_solids_is_kept_by_the_flow() {
+    let bench = Bench::new(&[
+        ("bent.rhai", "box([2.0, 0.4, 0.4]).flow(vec3(0.0, 0.3 * x, 0.0))"),
+        ("torn.rhai", "box(1.0).flow(vec3(3.0 * y * y, 0.0, 0.0), #{ steps: 1 })"),
+    ]);
+    for (name, is_kept) in [("bent", true), ("torn", false)] {
+        let text = stdout(&bench.run(&format!("topology {name}.rhai --voids --json -")).success());
+        let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!((&report["kept_by_flow"], &report["star"]), (&is_kept.into(), &serde_json::Value::Null));
+        for part in [&report, &report["voids"], &report["components"][0]] {
+            assert_eq!(part["certified"], is_kept, "{text}");
+        }
+        assert_eq!(report["components"][0]["genus"].is_null(), !is_kept, "{text}");
+        let table = stdout(&bench.run(&format!("topology {name}.rhai")).success());
+        assert_eq!((table.contains("a ball"), table.contains("in sight")), (is_kept, false), "{table}");
+    }
+}
+
 #[test]
 fn rough_solids_have_no_network() {
     let bench = Bench::new(&[("rough.rhai", "abs(x) + sphere(1.0)")]);

@@ -60,18 +60,15 @@ impl Tape {
 
     /// Whether a slot has the length of the point, or hardly more.
     fn is_length(&self, slot: u32) -> bool {
-        match &self.code[slot as usize] {
-            Instr::Shift(length, more) => (0.0..=LEAST).contains(more) && self.is_length(*length),
-            Instr::Op(Op::Length(_), args) => {
-                let is_coordinate = |axis: usize| {
-                    args[..3]
-                        .iter()
-                        .any(|&a| matches!(self.code[a as usize], Instr::Coordinate(k) if k == axis))
-                };
-                (0..3).all(is_coordinate)
-            }
-            _ => false,
-        }
+        let length = match &self.code[slot as usize] {
+            Instr::Shift(length, more) if (0.0..=LEAST).contains(more) => *length,
+            _ => slot,
+        };
+        let Instr::Op(Op::Length(_), args) = &self.code[length as usize] else { return false };
+        let is_coordinate = |axis: usize| {
+            args[..3].iter().any(|&a| matches!(self.code[a as usize], Instr::Coordinate(k) if k == axis))
+        };
+        (0..3).all(is_coordinate)
     }
 }
 

@@ -31,6 +31,7 @@ use crate::tape::{Cells, Evaluator, Tape};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// Nearer to the origin it is not relied on that directions do not change along rays.
 const NEAR: f64 = 1e-100;
@@ -66,7 +67,10 @@ pub(super) fn is_star(
         if seen > most {
             return Ok(false);
         }
-        let look = |sight: &mut Sight, boxes: &[Aabb]| sight.look(cells, boxes);
+        let look = |sight: &mut Sight, boxes: &[Aabb]| {
+            let is_stopped = watch.cancel.load(Ordering::Relaxed);
+            if is_stopped { None } else { sight.look(cells, boxes) }
+        };
         let shares = open.par_chunks(SHARE).map_init(|| Sight::new(cells, centre), look);
         let found: Option<Vec<Vec<Aabb>>> = shares.collect();
         watch.check()?;
@@ -113,31 +117,34 @@ impl Sight {
             (i, x.map(Interval::mid), x.map(Interval::rad).into_iter().fold(0.0, f64::max))
         });
         let order = cells.tapes_around(places);
-        for batch in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)).flat_map(|same| same.chunks(LANES)) {
-            let tape = batch[0].0;
-            let regions: [[Interval; 3]; LANES] =
-                std::array::from_fn(|lane| boxes[batch[lane.min(batch.len() - 1)].1].intervals());
-            let slopes = self.rises(tape, &regions);
-            for (lane, &(_, i)) in batch.iter().enumerate() {
-                let Slope { value, grad: [rise, ..], .. } = slopes[lane];
-                // Where the field has no value there is nothing.
-                let is_out = value.lo > 0.0;
-                let is_clear = value.hi < 0.0 || rise.lo > 0.0;
-                let region = &regions[lane];
-                if is_out || is_clear && (cells.is_defined_in(region) || tape.is_defined(region)) {
-                    continue;
+        for same in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
+            let tape = same[0].0;
+            let directions = if self.centre == DVec3::ZERO { tape.directions() } else { Vec::new() };
+            for batch in same.chunks(LANES) {
+                let regions: [[Interval; 3]; LANES] =
+                    std::array::from_fn(|lane| boxes[batch[lane.min(batch.len() - 1)].1].intervals());
+                let slopes = self.rises(tape, &directions, &regions);
+                for ((slope, region), &(_, i)) in slopes.iter().zip(&regions).zip(batch) {
+                    if is_known(slope, || cells.is_defined_in(region) || tape.is_defined(region)) {
+                        continue;
+                    }
+                    if self.is_hidden(tape, &boxes[i]) {
+                        return None;
+                    }
+                    open.push(boxes[i]);
                 }
-                if self.is_hidden(tape, &boxes[i]) {
-                    return None;
-                }
-                open.push(boxes[i]);
             }
         }
         Some(open)
     }
 
     /// Values over boxes, and first of their gradients the derivatives along the ways from the centre.
-    fn rises(&mut self, tape: &Arc<Tape>, regions: &[[Interval; 3]; LANES]) -> [Slope; LANES] {
+    fn rises(
+        &mut self,
+        tape: &Arc<Tape>,
+        directions: &[usize],
+        regions: &[[Interval; 3]; LANES],
+    ) -> [Slope; LANES] {
         let zero = Interval::point(0.0);
         let away = |x: Interval, axis: usize| {
             let off = x - Interval::point(self.centre[axis]);
@@ -147,10 +154,9 @@ impl Sight {
             Many(std::array::from_fn(|lane: usize| away(regions[lane][axis], axis)))
         });
         let slopes = self.slopes.turn_to(tape);
-        if self.centre != DVec3::ZERO || !regions.iter().all(|region| distance(region) > NEAR) {
+        if directions.is_empty() || !regions.iter().all(|region| distance(region) > NEAR) {
             return slopes.eval(&p).0;
         }
-        let directions = tape.directions();
         let mut next = 0;
         let still = |i: usize, slope: &mut Many<Slope, LANES>| {
             if directions.get(next) == Some(&i) {
@@ -164,11 +170,20 @@ impl Sight {
     /// Whether something solid in a box is seen to lie behind something that is not, on the ray through its middle.
     fn is_hidden(&mut self, tape: &Arc<Tape>, cell: &Aabb) -> bool {
         let middle = 0.5 * (cell.min + cell.max);
-        let way = (middle - self.centre).normalize_or_zero() * (0.5 * (cell.max - cell.min).min_element());
+        // Not beyond the centre.
+        let reach = (0.5 * (cell.max - cell.min).min_element()).min(0.9 * middle.distance(self.centre));
+        let way = (middle - self.centre).normalize_or_zero() * reach;
         let values = self.values.turn_to(tape);
         let mut at = |p: DVec3| *values.eval(&p.to_array());
         at(middle - way) > 0.0 && at(middle + way) < 0.0
     }
+}
+
+/// Whether it is proven of a cell that it is out, in, or that the field rises there. Where the field has no value there is
+/// nothing.
+fn is_known(slope: &Slope, is_defined: impl FnOnce() -> bool) -> bool {
+    let Slope { value, grad: [rise, ..], .. } = slope;
+    value.lo > 0.0 || (value.hi < 0.0 || rise.lo > 0.0) && is_defined()
 }
 
 /// Knows of a direction that it does not change along rays.

@@ -26,6 +26,8 @@ pub struct Report<'a> {
     complete: bool,
     /// A point that all of the solid is in sight of, if that is proven: then it is one ball.
     star: Option<DVec3>,
+    #[serde(skip)]
+    is_ball: bool,
     /// What of the field is not smooth, so that it has no critical points to analyse.
     rough: Option<Rough<'a>>,
     components: Vec<Line<'a>>,
@@ -131,23 +133,25 @@ const DEGENERATE: &str = "a slightly other parameter, or a little noise, parts c
 impl<'a> Report<'a> {
     /// Of a flowed solid with its origin.
     pub fn new(analysis: &'a Analysis, kept: &[Ruling], origin: Option<&Origin>, seconds: f64) -> Report<'a> {
-        let star = analysis.flood.star;
+        let complex = analysis.complex.as_deref();
+        let undecided = Undecided::new(analysis);
+        let kept_by_flow = origin.map(|origin| origin.doubts.is_empty());
+        // What a flow is not known to keep is not proven of what it leads to; and none keeps what is in sight.
+        let is_kept = kept_by_flow != Some(false);
+        let is_ball = is_kept && analysis.flood.star.is_some();
         let ball = |part: &Part| {
-            (star.is_some() && part.critical.is_none()).then_some(Ball { euler: 1, voids: 0, genus: 0 })
+            (is_ball && part.critical.is_none()).then_some(Ball { euler: 1, voids: 0, genus: 0 })
         };
         let line = |(part, ruling): (&'a Part, &Ruling)| Line {
             kept: ruling.kept,
-            certified: part.certified,
+            certified: part.certified && is_kept,
             bounds: part.bounds,
             volume: [part.volume.lo, part.volume.hi],
             volume_estimate: part.about,
             component: part.critical.as_ref(),
             ball: ball(part),
         };
-        let complex = analysis.complex.as_deref();
-        let undecided = Undecided::new(analysis);
-        let kept_by_flow = origin.map(|origin| origin.doubts.is_empty());
-        let is_certified = analysis.is_certified() && kept_by_flow != Some(false);
+        let is_certified = analysis.is_certified() && is_kept;
         Report {
             certified: is_certified && analysis.is_whole && undecided.cut == 0,
             certified_within_bounds: is_certified,
@@ -155,10 +159,11 @@ impl<'a> Report<'a> {
             region: analysis.region,
             critical_points: complex.map(Counts::new),
             complete: analysis.proven().is_some(),
-            star,
+            star: analysis.flood.star.filter(|_| origin.is_none()),
+            is_ball,
             rough: analysis.rough.as_deref().map(Rough::new),
             components: analysis.parts.iter().zip(kept).map(line).collect(),
-            voids: analysis.voids.as_ref().map(Hollows::new),
+            voids: analysis.voids.as_ref().map(|voids| Hollows::new(voids, is_kept)),
             undecided,
             search: complex.map(|c| c.stats),
             cells: analysis.flood.cells,
@@ -187,8 +192,10 @@ impl<'a> Report<'a> {
             }
             None => out(format!("{components}{voids}, {certified}")),
         }
-        if let Some(p) = self.star.filter(|_| !self.complete) {
-            out(format!("a ball: all of it is in sight of [{}, {}, {}]", p.x, p.y, p.z));
+        if self.is_ball && !self.complete {
+            let within = if self.certified { "" } else { " within the bounds" };
+            let sight = |p: DVec3| format!(": all of that is in sight of [{}, {}, {}]", p.x, p.y, p.z);
+            out(format!("a ball{within}{}", self.star.map_or_else(String::new, sight)));
         }
         if top == 0 || self.components.is_empty() {
             return;
@@ -222,7 +229,8 @@ impl<'a> Report<'a> {
             doubtful.map_or_else(String::new, |p| format!("could not be decided; the smallest is at {p:.6}"));
         let thin = "parts that only just touch, or very thin ones, cannot be told apart; try a smooth field";
         if self.critical_points.is_some() && !self.complete && self.certified_within_bounds {
-            let all = "these are not proven to be all critical points, so that nothing is said of handles";
+            let handles = if self.is_ball { "" } else { ", so that nothing is said of handles" };
+            let all = format!("these are not proven to be all critical points{handles}");
             let first = self.undecided.critical_places.first();
             let place =
                 first.map(|b| format!("; the first place in doubt is at {:.6}", 0.5 * (b.min + b.max)));
@@ -253,7 +261,7 @@ impl<'a> Report<'a> {
             let warning = "it is not proven that nothing of the solid is beyond the bounds";
             doubts.push(Diagnostic::warning(warning).hint(hint));
         }
-        if self.voids.as_ref().is_some_and(|voids| !voids.certified) {
+        if self.voids.as_ref().is_some_and(|voids| !voids.certified) && self.kept_by_flow != Some(false) {
             let hint = "walls that only just close, a field without a value somewhere, and bounds that cut the solid \
                         leave nothing to prove";
             doubts.push(Diagnostic::warning("it is not proven that these are all voids").hint(hint));
@@ -275,13 +283,14 @@ impl<'a> Rough<'a> {
 }
 
 impl Hollows {
-    fn new(voids: &Voids) -> Hollows {
+    /// Of a solid, which a flow may be known to have kept as it was.
+    fn new(voids: &Voids, is_kept: bool) -> Hollows {
         let hollow = |void: &Void| Hollow {
             component: void.part,
             bounds: void.bounds,
             volume: [void.volume.lo, void.volume.hi],
         };
-        Hollows { certified: voids.certified, list: voids.list.iter().map(hollow).collect() }
+        Hollows { certified: voids.certified && is_kept, list: voids.list.iter().map(hollow).collect() }
     }
 }
 

@@ -176,7 +176,8 @@ const MOST: u64 = 256 << 20;
 /// Removes the analyses of a folder that were not used for longest until the others take no more than so many bytes.
 fn trim(folder: &Path, most: u64) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
-    let analysis = |path: &Path| path.extension().is_some_and(|e| e == KIND);
+    // Earlier versions wrote JSON.
+    let analysis = |path: &Path| path.extension().is_some_and(|e| e == KIND || e == "json");
     let file = |entry: std::fs::DirEntry| {
         let about = entry.metadata().ok().filter(std::fs::Metadata::is_file)?;
         analysis(&entry.path()).then_some((about.modified().ok()?, about.len(), entry.path()))
@@ -230,7 +231,7 @@ mod tests {
     #[test]
     fn what_was_not_used_for_longest_makes_room() {
         let folder = tempfile::tempdir().unwrap();
-        for (i, name) in ["0.analysis", "1.analysis", "2.analysis", "3.txt"].into_iter().enumerate() {
+        for (i, name) in ["0.analysis", "1.json", "2.analysis", "3.txt"].into_iter().enumerate() {
             let path = folder.path().join(name);
             std::fs::write(&path, [0; 100]).unwrap();
             let age = Duration::from_secs(1000 * i as u64);
