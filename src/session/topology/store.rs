@@ -1,10 +1,10 @@
 //! Analyses on disk, so that frames of an animation and renderings of a scene from other sides share one.
 //!
 //! They lie in a folder for such things: `OROGEN_CACHE` if it is set, else `orogen` in `XDG_CACHE_HOME` or in
-//! `.cache` at home; nowhere if it is set to `off`. A file is named after the expression and the region, and holds both their hash and the version of
-//! the program on a first line, and a digest of the rest: one that does not match, or cannot be read, is as if it were not
-//! there. Files may be removed at
-//! any time; those that were not used for longest are when there are too many.
+//! `.cache` at home; nowhere if it is set to `off`. A file is named after the expression, the region, and what was found
+//! of them. Its first line holds their hash, the version of the program, and a digest of the rest: a file that does not
+//! match, or cannot be read, is as if it were not there. Files may be removed at any time; those that were not used for
+//! longest are when there are too many.
 
 use crate::expr::{Flow, Graph, Node, NodeId};
 use crate::num::Digest;
