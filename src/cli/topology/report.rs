@@ -194,7 +194,7 @@ impl<'a> Report<'a> {
         }
         if self.is_ball && !self.complete {
             let within = if self.certified { "" } else { " within the bounds" };
-            let sight = |p: DVec3| format!(": all of that is in sight of [{}, {}, {}]", p.x, p.y, p.z);
+            let sight = |p: DVec3| format!(": all of it is in sight of [{}, {}, {}]", p.x, p.y, p.z);
             out(format!("a ball{within}{}", self.star.map_or_else(String::new, sight)));
         }
         if top == 0 || self.components.is_empty() {
