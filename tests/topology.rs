@@ -684,7 +684,7 @@ fn volumes_hold_those_of_samples() {
         let slack = 0.02 * sampled + 8.0 * cell;
         let Interval { lo, hi } = part.volume;
         assert!(lo <= sampled + slack && sampled - slack <= hi, "{i}: {sampled} {:?}", part.volume);
-        assert!((part.about - sampled).abs() < slack, "{i}: {sampled} {}", part.about);
+        assert!((part.about.unwrap_or(0.0) - sampled).abs() < slack, "{i}: {sampled} {:?}", part.about);
     }
     let Interval { lo, hi } = found.parts[0].volume;
     assert!(hi - lo < 0.4 && hi < 1.1 * lo, "{lo} {hi}");

@@ -67,8 +67,8 @@ struct Line<'a> {
     bounds: Option<Aabb>,
     /// Ends of an interval that holds its volume.
     volume: [f64; 2],
-    /// An estimate of it.
-    volume_estimate: f64,
+    /// An estimate of it, if there is one.
+    volume_estimate: Option<f64>,
     #[serde(flatten)]
     component: Option<&'a Component>,
     #[serde(flatten)]
@@ -322,7 +322,8 @@ impl std::fmt::Display for Counts {
 
 impl Line<'_> {
     fn print(&self, i: usize) {
-        let (volume, about) = (enclosed(self.volume), significant(self.volume_estimate));
+        let volume = enclosed(self.volume);
+        let about = self.volume_estimate.map_or_else(|| "?".to_owned(), significant);
         let details = self.component.map_or(String::new(), |c| {
             let (Component { euler, lowest, .. }, [a, b, c2, d]) = (c, c.counts);
             let voids = c.voids.map_or("?".to_owned(), |n| n.to_string());

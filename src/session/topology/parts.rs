@@ -25,8 +25,8 @@ pub struct Part {
     pub bounds: Option<Aabb>,
     /// Encloses its volume within the region.
     pub volume: Interval,
-    /// An estimate of that.
-    pub about: f64,
+    /// An estimate of that, unless it is smaller than what cells show.
+    pub about: Option<f64>,
     /// What its critical points say, if they are known to be all.
     pub critical: Option<Component>,
     /// Whether it is proven to be one component, all of it, and joined to no other within the region.
@@ -43,7 +43,7 @@ pub(super) fn of_flood(flood: &flood::Components, is_whole: bool) -> Parts {
     let part = |c: &flood::Component| Part {
         bounds: Some(c.bounds),
         volume: c.volume,
-        about: c.about,
+        about: Some(c.about),
         critical: None,
         certified: c.certified,
         cut: c.cut && !is_whole,
@@ -64,7 +64,7 @@ pub(super) fn of_complex(tape: &Arc<Tape>, complex: &Complex, flood: &flood::Com
         let most = hi.min(found.volume.hi);
         debug_assert!(least <= most, "cells that are counted twice");
         part.volume = Interval::new(least, most);
-        part.about += found.about;
+        part.about = Some(part.about.unwrap_or(0.0) + found.about);
     }
     (parts, names.into())
 }
@@ -87,7 +87,7 @@ fn unmeasured(complex: &Complex, component: &Component, flood: &flood::Component
     Part {
         bounds: None,
         volume: Interval::new(0.0, most),
-        about: 0.0,
+        about: None,
         critical: Some(component.clone()),
         certified: true,
         cut: false,
