@@ -33,7 +33,7 @@
 //! another home. That comes to an end unless two parts only just touch, or a crease is where no direction leads
 //! down; such cells are given back when the limits are reached, and only the sets in their cluster are uncertified.
 //!
-//! A solid that is a [star] is one component whatever becomes of its cells.
+//! A solid that is a star (`topology::star`) is one component whatever becomes of its cells.
 //!
 //! What belongs to a set is certain in any case: [`Components::label`] is right wherever it gives a component,
 //! except that two components of one uncertified cluster may turn out to be one.
