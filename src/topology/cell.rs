@@ -3,6 +3,7 @@
 //! A box may be flat. Then the search is for critical points of the field on its plane or line, with the
 //! coordinates held that do not vary there.
 
+use crate::num::Interval;
 use crate::scene::Aabb;
 use glam::DVec3;
 
@@ -116,6 +117,15 @@ impl Octants {
         let side = DVec3::new(SIDES[0][i], SIDES[1][i], SIDES[2][i]);
         Cell { centre: self.centre + self.off * side, half: self.half }
     }
+}
+
+/// The numbers and middles of boxes, and how far they reach along any axis: what their tapes are asked for by
+/// ([`Cells::tapes_around`](crate::tape::Cells::tapes_around)).
+pub(super) fn places(boxes: &[Aabb]) -> impl Iterator<Item = (usize, [f64; 3], f64)> {
+    boxes.iter().enumerate().map(|(i, cell)| {
+        let x = cell.intervals();
+        (i, x.map(Interval::mid), x.map(Interval::rad).into_iter().fold(0.0, f64::max))
+    })
 }
 
 #[cfg(test)]

@@ -23,6 +23,7 @@
 //!
 //! Two points tell that it is none: one that is solid, and one before it that is not.
 
+use super::cell::places;
 use super::search::LANES;
 use crate::field::{Stopped, Watch};
 use crate::num::{Interval, Many, Slope};
@@ -83,7 +84,7 @@ pub(super) fn is_star(
     Ok(false)
 }
 
-/// The eight parts of a box.
+/// The eight parts of a box. They share their faces to the bit, so that nothing is left between them.
 fn parts(whole: &Aabb) -> [Aabb; 8] {
     let middle = 0.5 * (whole.min + whole.max);
     std::array::from_fn(|i| {
@@ -112,11 +113,7 @@ impl Sight {
     /// Those of some boxes of which nothing is proven; none at all where points tell that the solid is no star.
     fn look(&mut self, cells: &Cells, boxes: &[Aabb]) -> Option<Vec<Aabb>> {
         let mut open = Vec::new();
-        let places = boxes.iter().enumerate().map(|(i, cell)| {
-            let x = cell.intervals();
-            (i, x.map(Interval::mid), x.map(Interval::rad).into_iter().fold(0.0, f64::max))
-        });
-        let order = cells.tapes_around(places);
+        let order = cells.tapes_around(places(boxes));
         for same in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
             let tape = same[0].0;
             let directions = if self.centre == DVec3::ZERO { tape.directions() } else { Vec::new() };

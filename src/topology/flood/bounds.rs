@@ -8,6 +8,7 @@
 //! of a cone all ways go up the side, and on the side the way down its axis goes back to the rim, but there is another
 //! across it.
 
+use super::super::cell::places;
 use super::tree::{Known, State};
 use super::ways::Ways;
 use crate::num::{Dual, Interval, Many, Slope, shortest};
@@ -54,11 +55,7 @@ impl Bounds {
 
     fn all(&mut self, cells: &Cells, boxes: &[Aabb], cancel: &AtomicBool) -> Vec<Known> {
         let mut known = vec![Known::NOTHING; boxes.len()];
-        let places = boxes.iter().enumerate().map(|(i, cell)| {
-            let x = cell.intervals();
-            (i, x.map(Interval::mid), x.map(Interval::rad).into_iter().fold(0.0, f64::max))
-        });
-        let order = cells.tapes_around(places);
+        let order = cells.tapes_around(places(boxes));
         for batch in order.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)).flat_map(|same| same.chunks(LANES)) {
             if cancel.load(Ordering::Relaxed) {
                 break;

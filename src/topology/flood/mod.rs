@@ -79,7 +79,7 @@ pub struct Limits {
 /// Times that it is cut around what cannot be decided: to a few thousandths of a region.
 const ENOUGH: u8 = 10;
 
-/// Of so many cells one is spent to learn whether the solid is a star.
+/// Of so many cells one is spent on each point that the solid may be in sight of, to learn whether it is.
 const STARS: usize = 8;
 
 /// Times that a region can be cut.
