@@ -66,20 +66,26 @@ fn describe(scene: &Scene, solid: &Field, bounds: &str, terminal: &Terminal) -> 
             ),
         ),
     ];
-    if let Some(steps) = solid.tape().flowed().map(|flow| flow.steps()) {
-        let most = if steps == MOST {
-            ", the most that are taken: is the velocity too steep somewhere?"
-        } else {
-            ""
-        };
-        lines.insert(2, ("flow", format!("carried in {}{most}", plural(u64::from(steps), "step"))));
-    }
+    let steps: Vec<u32> = solid.tape().flows().into_iter().map(|flow| flow.steps()).collect();
+    lines.splice(2..2, flows(&steps).map(|text| ("flow", text)));
     if scene.surface.color.is_some() {
         lines.insert(2, ("colour", "given by the script".into()));
     }
     let shown =
         lines.iter().map(|(name, text)| format!("{} {text}", terminal.bold(format_args!("{name:<11}"))));
     shown.collect::<Vec<_>>().join("\n")
+}
+
+/// In how many steps flows carry what they do; `None` if there are none.
+fn flows(steps: &[u32]) -> Option<String> {
+    let (fewest, most) = (*steps.iter().min()?, *steps.iter().max()?);
+    let taken = match steps.len() {
+        1 => format!("carried in {}", plural(most.into(), "step")),
+        n if fewest == most => format!("{n} flows, each in {}", plural(most.into(), "step")),
+        n => format!("{n} flows, in {fewest} to {most} steps"),
+    };
+    let is_steep = most == MOST;
+    Some(taken + if is_steep { ", the most that are taken: is a velocity too steep somewhere?" } else { "" })
 }
 
 /// One line a parameter, all but the first indented; `None` if there are none.

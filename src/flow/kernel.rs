@@ -114,7 +114,8 @@ fn roundings<C: Code<N>, const N: usize>(code: &C, busy: &[[f64; 3]]) -> Roundin
                 // Less what bends within the ball; at a crease, where that is not bounded, nothing is left.
                 let (larger, bent) = (|a: f64, b: f64| if b > a { b } else { a }, value.curvature());
                 worst.value = larger(worst.value, ROOM * (value.bow[0] - 0.5 * bent));
-                worst.grad = larger(worst.grad, ROOM * (value.turn[0] - bent) / SMALL);
+                let share = (value.turn[0] - bent) / (SMALL + value.steepness());
+                worst.grad = larger(worst.grad, ROOM * share);
             }
         }
     }

@@ -15,7 +15,7 @@ use super::matrix::{Matrix, Symmetric, UP, Vector, length, norm, six, spread, ve
 use super::pack::{BALLS, Pack};
 use crate::num::{Bounds, Growing, Jets, Kernel, ROUNDOFF, Taylors, widest};
 
-/// What values and gradients that are computed at a point may be off by.
+/// What values that are computed at a point may be off by, and gradients as a share of 1 and how steep it is there.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rounding {
     pub value: f64,
@@ -123,14 +123,15 @@ impl Stage {
             bent[i] = Pack::from_fn(|l| lanes[l].curvature());
         }
         out.hess = Some(hess);
-        let rounded = 2.0 * (rounding.value + rounding.grad * radius);
-        out.blur = 2.0 * rounding.grad;
+        let (own, turn) = (norm(&out.slope), scale * all(&turn, is_gradient));
+        out.blur = 2.0 * UP * rounding.grad * (Pack::ONE + own + turn);
         out.off = 2.0 * rounding.value;
+        let rounded = out.off + out.blur * radius;
         out.bow = all(&bow, is_gradient) + rounded;
         out.rest = all(&rest, is_gradient) + rounded;
         out.spread = length(&spread);
-        out.turn = scale * all(&turn, is_gradient) + out.blur;
-        out.steep = UP * (norm(&out.slope) + out.turn);
+        out.turn = turn + out.blur;
+        out.steep = UP * (own + out.turn);
         out.bent = scale * scale * all(&bent, is_gradient);
         out.loose = f64::INFINITY * Pack::ONE;
     }

@@ -50,7 +50,32 @@ pub(super) fn probes<V: Code<3>>(velocity: &V) -> Vec<[f64; 3]> {
         |p: &[f64; 3], half: f64| run(&p.map(Interval::point)).iter().any(|u| u.mig() > STILL * half);
     let sets = HALVES.iter().map(|half| (*half, probes_within(velocity, *half)));
     let found = sets.into_iter().find(|(half, probes)| probes.iter().any(|p| moves(p, *half)));
-    found.map(|(_, probes)| probes).unwrap_or_else(|| probes_within(velocity, HALVES[0]))
+    let probes = found.map(|(_, probes)| probes).unwrap_or_else(|| probes_within(velocity, HALVES[0]));
+    ordinary(velocity, probes)
+}
+
+/// Without the points where a velocity is out of all proportion steeper than elsewhere, as in the middle of a field of
+/// directions: no step is short enough for these, so that they say nothing of how many there should be.
+fn ordinary<V: Code<3>>(velocity: &V, mut probes: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+    const PROPORTION: f64 = 16.0;
+    let slopes = slopes(velocity, &probes);
+    let mut known: Vec<f64> = slopes.iter().copied().filter(|slope| *slope > 0.0).collect();
+    known.sort_by(f64::total_cmp);
+    // As steep as the steepest tenth is at least.
+    let limit = known.get(known.len() * 9 / 10).map_or(f64::INFINITY, |slope| PROPORTION * slope);
+    let mut is_ordinary = slopes.iter().map(|slope| *slope <= limit || slope.is_nan());
+    probes.retain(|_| is_ordinary.next() == Some(true));
+    probes
+}
+
+/// How steep a velocity is at points.
+fn slopes<V: Code<3>>(velocity: &V, at: &[[f64; 3]]) -> Vec<f64> {
+    let mut run = velocity.runner::<Dual>();
+    let slope = |y: &[f64; 3]| {
+        let u = run(&std::array::from_fn(|axis| Dual::coordinate(y[axis], axis)));
+        u.iter().flat_map(|u| u.grad).map(|g| g * g).sum::<f64>().sqrt()
+    };
+    at.iter().map(slope).collect()
 }
 
 /// Many points all over a cube, and some where the velocity is largest, as far as enclosures tell. These find what moves
@@ -98,12 +123,7 @@ fn moved(from: &[[f64; 3]], to: &[[f64; 3]]) -> f64 {
 
 /// Steps so short that none moves two points into one, as far as slopes at these points tell.
 fn one_to_one<V: Code<3>>(velocity: &V, probes: &[[f64; 3]]) -> u32 {
-    let mut run = velocity.runner::<Dual>();
-    let mut slope = |y: &[f64; 3]| {
-        let u = run(&std::array::from_fn(|axis| Dual::coordinate(y[axis], axis)));
-        u.iter().flat_map(|u| u.grad).map(|g| g * g).sum::<f64>().sqrt()
-    };
-    let steepest = probes.iter().map(&mut slope).filter(|s| s.is_finite()).fold(0.0, f64::max);
+    let steepest = slopes(velocity, probes).into_iter().filter(|s| s.is_finite()).fold(0.0, f64::max);
     ((steepest / LN_2).ceil() as u32).clamp(1, MOST).next_power_of_two()
 }
 

@@ -19,8 +19,6 @@ pub struct Inner<const N: usize> {
     tape: Arc<Tape>,
     is_gradient: bool,
     parts: Option<Simple>,
-    /// Whether it has a value everywhere.
-    is_total: bool,
 }
 
 /// Noises that are all there is to a velocity, with factors: three, or one of which it is the slope.
@@ -64,7 +62,7 @@ impl Simple {
 impl<const N: usize> Inner<N> {
     fn new(tape: Tape) -> Self {
         let (is_gradient, parts, tape) = (tape.is_gradient(), Simple::of(&tape), Arc::new(tape));
-        Inner { is_gradient, parts, is_total: tape.is_defined(&[Interval::ENTIRE; 3]), tape }
+        Inner { is_gradient, parts, tape }
     }
 
     /// The tape.
@@ -106,32 +104,17 @@ impl<const N: usize> Code<N> for Inner<N> {
     }
 }
 
-/// How far around a region trajectories from there may come, in units of the greatest speed that is known by then.
-const REACHES: [f64; 4] = [1.25, 1.5, 2.0, 4.0];
-
-/// Whether what a flow carries has a value wherever the flow may carry points of a region to.
+/// Whether what a flow carries has a value wherever the flow may carry points of a region to: the region is put through
+/// the steps as it is.
 pub(super) fn is_defined(flowed: &Flowed, region: [Interval; 3]) -> bool {
-    let (velocity, field) = (flowed.velocity(), flowed.field());
-    if velocity.is_total && field.is_total {
-        return true;
-    }
-    let mut speeds = Evaluator::<Interval>::new(velocity.tape.clone());
-    let mut fastest = |around: &[Interval; 3]| {
-        speeds.eval(around);
-        (0..3).map(|axis| speeds.output(axis).mag()).fold(0.0, f64::max)
+    let (velocity, field) = (&flowed.velocity().tape, &flowed.field().tape);
+    let (mut speeds, mut is_defined) = (flowed.velocity().runner::<Interval>(), true);
+    let speed = |at: &[Interval; 3]| {
+        is_defined = is_defined && velocity.is_defined(at);
+        speeds(at)
     };
-    let mut speed = fastest(&region);
-    for farther in REACHES {
-        let reach = farther * speed;
-        // With room for how steps are rounded.
-        let around = region.map(|side| side + Interval::radius(reach * (1.0 + 1e-9)));
-        speed = fastest(&around);
-        // Trajectories that begin in the region do not leave what is around it.
-        if speed <= reach {
-            return velocity.tape.is_defined(&around) && field.tape.is_defined(&around);
-        }
-    }
-    false
+    let end = flow::advect(speed, flowed.steps(), &region, |v| *v == Interval::point(0.0));
+    is_defined && field.is_defined(&end)
 }
 
 /// Whether there may be regions where a flow carries nothing: its velocity may end somewhere.
@@ -168,6 +151,19 @@ impl Tape {
     pub fn flowed(&self) -> Option<&Arc<Flowed>> {
         let Instr::Flow(flowed, p) = &self.code[*self.outputs.first()? as usize] else { return None };
         self.is_point(p).then_some(flowed)
+    }
+
+    /// All flows that there are, those within what others carry or are carried by before these.
+    pub fn flows(&self) -> Vec<&Arc<Flowed>> {
+        let mut flows = Vec::new();
+        for instr in &self.code {
+            if let Instr::Flow(flowed, _) = instr {
+                flows.extend(flowed.velocity().tape.flows());
+                flows.extend(flowed.field().tape.flows());
+                flows.push(flowed);
+            }
+        }
+        flows
     }
 
     /// Whether these are the coordinates themselves.

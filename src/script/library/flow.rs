@@ -52,7 +52,7 @@ pub(super) fn register(lib: &mut Library<'_>) {
             Ok(Dynamic::from(Field { node: sum, color: None }))
         },
     );
-    let sentence = "The solid carried along a velocity for a unit of time, with its colour; or what a field or a vector field becomes of it. Nothing comes loose, meets itself or closes: the solid keeps its topology, however strong a velocity is of which the slope is bounded, as that of noises is. A velocity may be any vector field without jumps, times a number or a field; see std/flow.";
+    let sentence = "The solid carried along a velocity for a unit of time, with its colour; or what a field or a vector field becomes of it. Nothing comes loose, meets itself or closes: the solid keeps its topology, however strong a velocity is of which the slope is bounded, as that of noises is. A velocity may be any vector field without jumps, times a number or a field; see std/flow. Up to 16 flows may go one after the other.";
     lib.def("flow(f, v)", sentence, "sphere(1.0).flow(0.1 * vector_noise(gradient(7).scaled(4.0)))", |c| {
         flow(c, 1.0, Precision::Share(TOLERANCE.to_bits()))
     });
@@ -152,7 +152,7 @@ fn flow(c: &Call<'_>, time: f64, precision: Precision) -> Outcome<Dynamic> {
         let nesting = velocity.into_iter().chain([field]).map(carried_already).max();
         if nesting.is_some_and(|nesting| nesting >= DEEPEST) {
             return Err(Fault::new(format!("more than {DEEPEST} flows within flows"))
-                .hint("velocities of flows one after the other may be added: f.flow(u + v)"));
+                .hint("one flow along the sum of velocities carries along them all at once: f.flow(u + v)"));
         }
         let p = c.host.point()?;
         let flow = Arc::new(Flow { field, velocity, precision });
