@@ -367,6 +367,9 @@ fn auto(
     cancel: &AtomicBool,
 ) -> Box<dyn Caster> {
     let beams = || Box::new(Beams::new(cells.clone()));
+    if cells.tape().has_choices() && cells.tape().len() > MANY_PARTS {
+        return beams();
+    }
     let lipschitz = lipschitz_until(field, region, &|| cancel.load(Ordering::Relaxed));
     let Some(lipschitz) = lipschitz.filter(|&bound| bound > 0.0 && bound < STEEP) else { return beams() };
     let (at_points, along_pieces) = costs(cells.tape().census());
@@ -411,6 +414,11 @@ fn costs(census: Census) -> (f64, f64) {
 
 /// What it costs to prune a tape, for each instruction that is left; likewise, in scenes of some hundred parts.
 const PRUNING: f64 = 100.0;
+
+/// Instructions of tapes with parts above which nothing but beams is worth a trial: small steps need the tapes of many
+/// small cells. (Measured on fields of goblets and balls: ten to thirty parts are level, a hundred take beams a half to an
+/// eighth of the time, and with thousands finding a bound and a trial took longer than the picture.)
+const MANY_PARTS: usize = 1000;
 
 /// Lipschitz bound above which sphere tracing is not worth a trial.
 const STEEP: f64 = 1e4;

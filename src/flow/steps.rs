@@ -57,12 +57,11 @@ pub(super) fn probes<V: Code<3>>(velocity: &V) -> Vec<[f64; 3]> {
 /// Without the points where a velocity is out of all proportion steeper than elsewhere, as in the middle of a field of
 /// directions: no step is short enough for these, so that they say nothing of how many there should be.
 fn ordinary<V: Code<3>>(velocity: &V, mut probes: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
-    const PROPORTION: f64 = 16.0;
+    const PROPORTION: f64 = 32.0;
     let slopes = slopes(velocity, &probes);
     let mut known: Vec<f64> = slopes.iter().copied().filter(|slope| *slope > 0.0).collect();
     known.sort_by(f64::total_cmp);
-    // As steep as the steepest tenth is at least.
-    let limit = known.get(known.len() * 9 / 10).map_or(f64::INFINITY, |slope| PROPORTION * slope);
+    let limit = known.get(known.len() / 2).map_or(f64::INFINITY, |median| PROPORTION * median);
     let mut is_ordinary = slopes.iter().map(|slope| *slope <= limit || slope.is_nan());
     probes.retain(|_| is_ordinary.next() == Some(true));
     probes

@@ -35,10 +35,10 @@ const GAIN: f64 = 0.8;
 /// it is cut along.
 const PATIENCE: u32 = 5;
 
-/// Where so many of the parts of a cell are free of the solid, a cut in vain has found out where it is. So is what is small beside
-/// the bounds, as they are wished or as something far away has them: all of it is in one cell until cells are as small as it
-/// is. As long as nothing was gained, such cuts count for nothing,
-const FREE: usize = 5;
+/// Where so many of the parts of a cell are free of the solid, or gain, a cut in vain has found out where most of it is. So is
+/// what is small beside the bounds, as they are wished or as something far away has them: all of it is in one cell until cells
+/// are as small as it is. As long as nothing was gained, such cuts count for nothing,
+const EASIER: usize = 5;
 
 /// but after so many that were in vain nobody asks any more, since asking takes as much as all parts.
 const ASKED: u32 = 2;
@@ -87,7 +87,7 @@ struct Own {
     vain: u32,
     /// Whether it is worth cutting.
     is_open: bool,
-    /// Whether most of its parts are free.
+    /// Whether most of its parts are free, or gain.
     is_sparse: OnceLock<bool>,
 }
 
@@ -270,7 +270,7 @@ impl Cells {
         self.pruned.fetch_add(1, Ordering::Relaxed);
         self.kept.fetch_add(left.len() as u64, Ordering::Relaxed);
         let less = left.work();
-        if less as f64 <= GAIN * own.work as f64 {
+        if own.gains(less) {
             return Own::new(Arc::new(left), less, [own.cuts + 1, 0]);
         }
         // One that is hardly less work is not worth its memory.
@@ -279,10 +279,13 @@ impl Cells {
         Own::new(own.tape.clone(), own.work, [own.cuts + counts, own.vain + counts])
     }
 
-    /// Whether most of all parts of a cell are free.
+    /// Whether most of all parts of a cell are free, or gain.
     fn is_sparse(&self, own: &Own, all: Regions) -> bool {
-        let is_free = |index: &usize| self.is_free(&own.tape.bound(&all.of(*index)));
-        *own.is_sparse.get_or_init(|| (0..PARTS).filter(is_free).count() >= FREE)
+        let is_easier = |index: &usize| {
+            let bounded = own.tape.bound(&all.of(*index));
+            self.is_free(&bounded) || own.gains(bounded.pruned(self.wanted).work())
+        };
+        *own.is_sparse.get_or_init(|| (0..PARTS).filter(is_easier).count() >= EASIER)
     }
 }
 
@@ -326,5 +329,10 @@ impl Own {
     fn new(tape: Arc<Tape>, work: u64, [cuts, vain]: [u32; 2]) -> Own {
         let is_open = vain < PATIENCE && cuts < DEEPEST && work >= SHORT && tape.has_choices();
         Own { tape, work, cuts, vain, is_open, is_sparse: OnceLock::new() }
+    }
+
+    /// Whether so much work is enough less.
+    fn gains(&self, less: u64) -> bool {
+        less as f64 <= GAIN * self.work as f64
     }
 }
