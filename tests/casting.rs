@@ -5,7 +5,7 @@ mod common;
 
 use common::Build;
 use glam::DVec3;
-use orogen::cast::{CastStats, Hit, Kind, Ray, Tolerance, all_hits, caster};
+use orogen::cast::{CastStats, Hit, Kind, Ray, Roots, Tolerance, all_hits, caster};
 use orogen::expr::NodeId;
 use orogen::field::Field;
 use orogen::op::{self, Op};
@@ -94,21 +94,28 @@ fn all_roots_in_order() {
     let mut stats = CastStats::default();
     let found = all_hits(&field, rays, &mut stats);
     let mut many = 0;
-    for (ray, (roots, certified)) in rays.iter().zip(&found) {
+    let mut crossed = [0; 2];
+    for (ray, Roots { roots, certified }) in rays.iter().zip(&found) {
         assert!(certified);
-        assert!(roots.windows(2).all(|w| w[0].1 < w[1].0), "{roots:?} out of order");
+        assert!(roots.windows(2).all(|w| w[0].to < w[1].from), "{roots:?} out of order");
         // Between roots the sign never changes; across most of them it does.
         let mut from = ray.near;
-        for end in roots.iter().map(|r| r.0).chain([ray.far]) {
+        for end in roots.iter().map(|r| r.from).chain([ray.far]) {
             let sign = field.value(ray.at(0.5 * (from + end))) > 0.0;
             for i in 1..200 {
                 let t = from + (end - from) * f64::from(i) / 200.0;
                 assert_eq!(field.value(ray.at(t)) > 0.0, sign, "{ray:?}: a root before {end} is missing");
             }
-            from = roots.iter().find(|r| r.0 == end).map_or(ray.far, |r| r.1);
+            from = roots.iter().find(|r| r.from == end).map_or(ray.far, |r| r.to);
         }
         many += usize::from(roots.len() > 2);
+        for root in roots {
+            let [a, b] = [root.from, root.to].map(|t| field.value(ray.at(t)) > 0.0);
+            assert!(!root.crosses || a != b, "{ray:?}: {root:?}");
+            crossed[usize::from(root.crosses)] += 1;
+        }
     }
+    assert!(crossed[1] > 20 * crossed[0], "{crossed:?} roots");
     assert!(many > 20, "only {many} rays with more than two roots");
 }
 

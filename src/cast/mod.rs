@@ -24,6 +24,7 @@
 //!
 //! [`Sifted`] wraps any of them and passes by the parts of a solid that a [`Judge`] rejects.
 
+mod all;
 mod along;
 mod beam;
 mod bent;
@@ -39,6 +40,7 @@ mod segment;
 mod sifted;
 mod sphere;
 
+pub use all::{Root, Roots, all_hits};
 pub use beam::{Bundle, Frame};
 pub use later::Later;
 pub use reach::{Reach, reach};
@@ -47,11 +49,11 @@ pub use sifted::{Judge, Ruling, Sifted};
 use crate::field::{Field, lipschitz_until};
 use crate::num::{Affine, Interval, ROUNDOFF, Reduced};
 use crate::scene::Aabb;
-use crate::tape::{Cells, Census, Evaluator, Wanted};
+use crate::tape::{Cells, Census, Wanted};
 use beam::Beams;
 use bent::Bent;
 use glam::DVec3;
-use group::{Group, march};
+use group::Group;
 use handover::Handover;
 use octree::Octree;
 use pieces::Pieces;
@@ -448,18 +450,3 @@ fn trial(
 
 /// Over-relaxation of speculative sphere tracing, as Worley and Hart recommend.
 const RELAXATION: f64 = 1.46;
-
-/// All roots along each ray in increasing order, as pieces no longer than the tolerance that hold
-/// at least one change of sign or come within rounding of zero, and whether each list is proven
-/// complete.
-pub fn all_hits(field: &Field, rays: &[Ray], stats: &mut CastStats) -> Vec<(Vec<(f64, f64)>, bool)> {
-    let cells = Cells::undivided(field.tape().clone());
-    let strategy = Pieces::<Reduced<1>>::trimming(&cells).all();
-    let mut evaluator = Evaluator::new(cells.tape().clone());
-    let mut out = vec![(Vec::new(), true); rays.len()];
-    let never = AtomicBool::new(false);
-    march(&strategy, (&cells, &mut evaluator), rays, stats, &never, |i, march, hit, _| {
-        out[i] = (march.roots, hit.certified);
-    });
-    out
-}

@@ -17,7 +17,7 @@ mod surfaces;
 mod truth;
 
 use common::Build;
-use orogen::cast::{CastStats, Caster, Hit, Kind, Ray, caster};
+use orogen::cast::{CastStats, Caster, Hit, Kind, Ray, Roots, all_hits, caster};
 use orogen::field::{Field, lipschitz_outside};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -224,6 +224,43 @@ fn check_all(kinds: &[(Kind, usize)], [tiles, costly]: [usize; 2]) {
 #[test]
 fn no_hit_is_missed_or_late() {
     check_all(&[(Kind::Auto, 1), (Kind::Beam, 1)], [8, 4]);
+}
+
+/// No sample of a ray is on the other side of zero than those between the same two of its roots, nor are both ends of
+/// what it is said to cross on the same; and where the field has values, lists of roots are complete but for few.
+#[test]
+fn no_root_of_all_is_missed() {
+    for surface in surfaces::all().iter().filter(|surface| !surface.undefined) {
+        let mut b = Build::default();
+        let root = (surface.build)(&mut b);
+        let field = b.field(root);
+        let mut oracle = Oracle::new(&field, surface.spacing);
+        let rays: Vec<Ray> =
+            (0..3).flat_map(|n| rays::tile(surface, &mut oracle, n).into_iter().take(24)).collect();
+        let mut stats = CastStats::default();
+        let found = all_hits(&field, &rays, &mut stats);
+        let (mut certified, mut all) = (0, 0);
+        for (ray, Roots { roots, .. }) in rays.iter().zip(&found).filter(|(_, found)| found.certified) {
+            certified += 1;
+            all += roots.len();
+            let samples = oracle.samples(ray);
+            let mut after = ray.near;
+            for (from, to) in roots.iter().map(|root| (root.from, root.to)).chain([(ray.far, ray.far)]) {
+                assert!(after <= from, "{}, {ray:?}: out of order at {from}", surface.name);
+                let between = samples.iter().filter(|(t, _)| *t > after && *t < from);
+                let sides: Vec<bool> = between.map(|(_, value)| *value > 0.0).collect();
+                let is_one = sides.windows(2).all(|pair| pair[0] == pair[1]);
+                assert!(is_one, "{}, {ray:?}: a root between {after} and {from} is missing", surface.name);
+                after = to;
+            }
+            for root in roots.iter().filter(|root| root.crosses) {
+                let sides = [root.from, root.to].map(|t| oracle.value(ray, t) > 0.0);
+                assert!(sides[0] != sides[1], "{}, {ray:?}: {root:?}", surface.name);
+            }
+        }
+        println!("{:34} {certified} of {} certified, {all} roots", surface.name, rays.len());
+        assert!(10 * certified >= 9 * rays.len(), "{}: {certified} certified", surface.name);
+    }
 }
 
 /// Marches by steps of a fiftieth, from the first of which that is inside it takes its answer.

@@ -58,6 +58,13 @@ impl Oracle {
         self.field.value(ray.at(t))
     }
 
+    /// Samples along a ray: where they are, and what the field is there.
+    pub fn samples(&mut self, ray: &Ray) -> Vec<(f64, f64)> {
+        let spacing = self.spacing;
+        let places = (0..spacing.samples).map(|i| spacing.at(ray, i));
+        places.map(|t| (t, self.value(ray, t))).collect()
+    }
+
     /// The normal at a point.
     pub fn normal(&mut self, p: DVec3) -> Option<DVec3> {
         self.field.gradient(p).1.try_normalize()
