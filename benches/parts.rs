@@ -1,5 +1,5 @@
 //! What scenes of many parts cost: a field of goblets, of which the camera sees the eighty in the middle
-//! however many there are; and a tenth of them with as many parts again that nobody sees.
+//! however many there are; and a tenth of them with as many parts that nobody sees, and with twice as many.
 //!
 //! `cargo bench --bench parts [-- MOST]`, with the most goblets that there should be; else 10,000.
 //!
@@ -35,7 +35,7 @@ for i in 0..PARTS {
     let x = at[0];
     let z = at[2];
     field = union(field, goblet(at));
-    HIDDEN
+    for k in 0..TIMES { HIDDEN }
 }
 scene(#{
     surface: field,
@@ -44,12 +44,11 @@ scene(#{
 })
 "#;
 
-/// Parts that nobody sees, one a goblet, and where they are.
-const HIDDEN: [(&str, &str); 4] = [
-    ("none", ""),
-    ("under the ground", "field = union(field, goblet([x, -8, z]));"),
-    ("out of view", "field = union(field, goblet([x + 80, 0, z]));"),
-    ("inside the stems", "field = union(field, sphere(0.2).translated([x, 0.7, z]));"),
+/// Parts that nobody sees, one a goblet, and where they are, as often as there are.
+const HIDDEN: [(&str, &str); 3] = [
+    ("under the ground", "field = union(field, goblet([x + 0.1 * k, -8 - k, z]));"),
+    ("out of view", "field = union(field, goblet([x + 80 + 0.3 * k, 0, z]));"),
+    ("inside the stems", "field = union(field, sphere(0.2).translated([x, 0.7 + 0.05 * k, z]));"),
 ];
 
 fn main() -> ExitCode {
@@ -66,21 +65,25 @@ fn main() -> ExitCode {
     );
     println!("|---|---|---|---|---|---|---|---|");
     for parts in [10, 100, 1000, 10_000].into_iter().filter(|&p| p <= most) {
-        measure(&parts.to_string(), parts, "");
+        measure(&parts.to_string(), parts, ("", 0));
     }
     let parts = most / 10;
     println!(
         "\n| hidden beside {parts} | nodes | script, s | picture, s | us/ray | tapes pruned | their mean | whole tape |"
     );
     println!("|---|---|---|---|---|---|---|---|");
+    measure("none", parts, ("", 0));
     for (name, hidden) in HIDDEN {
-        measure(name, parts, hidden);
+        for times in [1, 2] {
+            measure(&format!("{name}, {times} each"), parts, (hidden, times));
+        }
     }
     ExitCode::SUCCESS
 }
 
-fn measure(name: &str, parts: usize, hidden: &str) {
+fn measure(name: &str, parts: usize, (hidden, times): (&str, usize)) {
     let text = SCRIPT.replace("PARTS", &parts.to_string()).replace("HIDDEN", hidden);
+    let text = text.replace("TIMES", &times.to_string());
     // Scripts run on a thread of their own.
     let watch = Instant::now();
     let compiled = compile(&Request::text(&text));
