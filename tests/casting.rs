@@ -390,7 +390,7 @@ fn what_nobody_sees_costs_rays_little() {
             balls.push(b.sphere([place(i % 30), 0.02, place(i / 30)], 0.04));
         }
         for i in 0..buried {
-            let [x, y, z] = [7, 11, 13].map(|k| f64::from(i * k % 1009) / 1009.0);
+            let [x, y, z] = [7, 11, 13].map(|k| f64::from(i * k % 2003) / 2003.0);
             balls.push(b.sphere([3.0 * x - 1.5, -1.5 + 0.4 * y, 3.0 * z - 1.5], 0.02));
         }
         let field =

@@ -458,8 +458,19 @@ fn what_moves_little_is_found() {
 }
 
 #[test]
-fn what_moves_far_from_the_origin_alone_is_followed_as_closely() {
+fn what_moves_in_one_place_alone_or_mostly_is_followed_as_closely() {
     for (velocity, centre, radius) in [
+        // What hardly moves around it does not tell how steep it is.
+        (
+            "24 * exp(-20 * length_squared(p - vec3(0.5))) * cross(vec3(0, 1, 0), p - vec3(0.5))",
+            [0.5, 0.5, 0.5],
+            0.4,
+        ),
+        (
+            "flow::twist([0.5, 0.5, 0.5], [1, 1, 1], 720.0, 0.5) + 0.001 * vector_noise(gradient(7).scaled(2.0))",
+            [0.5, 0.5, 0.5],
+            0.5,
+        ),
         ("flow::twist([3.0, 0.21, 0], [0, 0, 1], 720.0, 0.5)", [3.0, 0.21, 0.0], 0.5),
         ("flow::twist([20, 0, 0], [0, 0, 1], 720.0, 3.0)", [20.0, 0.0, 0.0], 3.0),
         // This one moves everything, by 1e-150 near the origin.
@@ -474,6 +485,27 @@ fn what_moves_far_from_the_origin_alone_is_followed_as_closely() {
             far += (fine - p.x) * (fine - p.x);
         }
         assert!(off < 4e-6 * far, "{velocity}: off by {} of {}", off.sqrt(), far.sqrt());
+    }
+}
+
+/// Directions have no slope in the middle; rays that meet a solid elsewhere are certified all the same. So are those through flows
+/// one after the other, however far these turn.
+#[test]
+fn flows_that_are_steep_somewhere_or_turn_far_are_certified() {
+    for solid in [
+        "sphere(1.0).flow(flow::along_sphere(0.1 * vector_noise(gradient(7).scaled(2.0))))",
+        "sphere(1.0).flow(flow::push([0, 0.9, 0], [0.5, 0.3, 0], 0.7)).flow(flow::twist([0, 0, 0], [0, 1, 0], 90, 1.5))",
+    ] {
+        let (f, region) = (field(solid), Aabb::cube(1.6));
+        let mut beams = caster(Kind::Beam, &f, &region, &[]).expect("a caster");
+        let (mut hits, mut stats) = (0, CastStats::default());
+        for rays in bundles(4, &region) {
+            let mut out = vec![Hit::MISS; rays.len()];
+            beams.first_hits(&rays, &mut out, &mut stats, &AtomicBool::new(false));
+            hits += out.iter().filter(|hit| hit.is_hit()).count();
+        }
+        let CastStats { rays, uncertified, .. } = stats;
+        assert!(hits > 50 && 1000 * uncertified <= rays, "{solid}: {uncertified} of {rays}, {hits} hits");
     }
 }
 

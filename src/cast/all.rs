@@ -8,14 +8,14 @@ use crate::num::{Interval, Reduced};
 use crate::tape::{Cells, Evaluator};
 use std::sync::atomic::AtomicBool;
 
-/// A piece of a ray, hardly longer than the tolerance unless roots are so close to one another, that has a root: or where
-/// the field comes within rounding of zero.
+/// A piece of a ray, hardly longer than the tolerance, in which the field has a root or comes within rounding of zero; roots
+/// that are closer to one another than the tolerance are in one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root {
     pub from: f64,
     pub to: f64,
-    /// Whether it is proven that one end is inside the solid and the other outside. Otherwise the ray may touch the surface,
-    /// or pass it twice, or pass a hair's breadth from it.
+    /// Whether it is proven, where the field has a value, that one end is inside the solid and the other outside. If not, the
+    /// ray may touch the surface, pass it twice, or pass a hair's breadth from it; or an end cannot be told from zero.
     pub crosses: bool,
 }
 

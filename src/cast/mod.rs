@@ -360,7 +360,7 @@ fn spheres(lipschitz: f64, relaxation: f64, cells: &Arc<Cells>) -> Box<dyn Caste
     Box::new(Handover::new(SphereTracing { lipschitz, relaxation, any: false }, cells.clone()))
 }
 
-/// The caster that suits a field, by trial. Once `cancel` is set, any.
+/// The caster that suits a field, by trial unless it has many parts. Once `cancel` is set, any.
 fn auto(
     field: &Field,
     region: &Aabb,
@@ -369,18 +369,19 @@ fn auto(
     cancel: &AtomicBool,
 ) -> Box<dyn Caster> {
     let beams = || Box::new(Beams::new(cells.clone()));
-    if cells.tape().has_choices() && cells.tape().len() > MANY_PARTS {
+    let tape = cells.tape();
+    if tape.has_choices() && tape.census().carried == 0 && tape.len() > MANY_PARTS {
         return beams();
     }
     let lipschitz = lipschitz_until(field, region, &|| cancel.load(Ordering::Relaxed));
     let Some(lipschitz) = lipschitz.filter(|&bound| bound > 0.0 && bound < STEEP) else { return beams() };
-    let (at_points, along_pieces) = costs(cells.tape().census());
+    let (at_points, along_pieces) = costs(tape.census());
     let taken = |own: &Cells, spent: f64, each: f64| {
-        spent / cells.tape().work() as f64 * each + PRUNING * own.prunings().instructions as f64
+        spent / tape.work() as f64 * each + PRUNING * own.prunings().instructions as f64
     };
     let mut most = Vec::new();
     // Each prunes for itself what it needs: small steps need many tapes.
-    let (tape, whole) = (cells.tape(), region.intervals());
+    let whole = region.intervals();
     let own = Arc::new(cells.again(tape.clone(), &whole, Wanted::Sides));
     trial(&mut Beams::new(own.clone()), typical, cancel, |_, spent| {
         most.push(taken(&own, spent, along_pieces));
@@ -398,7 +399,7 @@ fn auto(
     }
     let balls = spheres(lipschitz, RELAXATION, &cells.of_values(&whole));
     // Balls that take so long to find are worth sharing.
-    let is_carried = cells.is_defined() && cells.tape().census().carried > 0;
+    let is_carried = cells.is_defined() && tape.census().carried > 0;
     let shared = if is_carried { octree(field, region, cells, cancel) } else { None };
     shared.filter(|cubes| cubes.lipschitz().is_some_and(|bound| bound < STEEP)).unwrap_or(balls)
 }
@@ -417,7 +418,7 @@ fn costs(census: Census) -> (f64, f64) {
 /// What it costs to prune a tape, for each instruction that is left; likewise, in scenes of some hundred parts.
 const PRUNING: f64 = 100.0;
 
-/// Instructions of tapes with parts above which nothing but beams is worth a trial: small steps need the tapes of many
+/// Instructions of tapes with choices above which nothing but beams is worth a trial: small steps need the tapes of many
 /// small cells. (Measured on fields of goblets and balls: ten to thirty parts are level, a hundred take beams a half to an
 /// eighth of the time, and with thousands finding a bound and a trial took longer than the picture.)
 const MANY_PARTS: usize = 1000;

@@ -66,8 +66,7 @@ fn describe(scene: &Scene, solid: &Field, bounds: &str, terminal: &Terminal) -> 
             ),
         ),
     ];
-    let steps: Vec<u32> = solid.tape().flows().into_iter().map(|flow| flow.steps()).collect();
-    lines.splice(2..2, flows(&steps).map(|text| ("flow", text)));
+    lines.splice(2..2, flows(&solid.tape().flow_steps()).map(|text| ("flow", text)));
     if scene.surface.color.is_some() {
         lines.insert(2, ("colour", "given by the script".into()));
     }

@@ -102,7 +102,7 @@ fn roundings<C: Code<N>, const N: usize>(code: &C, busy: &[[f64; 3]]) -> Roundin
     const SMALL: f64 = 1e-13;
     const ROOM: f64 = 16.0;
     let mut run = code.runner::<Taylors<BALLS>>();
-    let mut worst = Rounding::default();
+    let (mut value_off, mut grads) = (0.0, Vec::with_capacity(N * busy.len()));
     let mut numbers = [Taylors::<BALLS>::constant(0.0); 3];
     for batch in busy.chunks_exact(BALLS) {
         for (lane, at) in batch.iter().enumerate() {
@@ -110,16 +110,19 @@ fn roundings<C: Code<N>, const N: usize>(code: &C, busy: &[[f64; 3]]) -> Roundin
         }
         for value in run(&numbers) {
             for lane in 0..BALLS {
-                let value = value.lane(lane);
                 // Less what bends within the ball; at a crease, where that is not bounded, nothing is left.
-                let (larger, bent) = (|a: f64, b: f64| if b > a { b } else { a }, value.curvature());
-                worst.value = larger(worst.value, ROOM * (value.bow[0] - 0.5 * bent));
-                let share = (value.turn[0] - bent) / (SMALL + value.steepness());
-                worst.grad = larger(worst.grad, ROOM * share);
+                let value = value.lane(lane);
+                let bent = value.curvature();
+                value_off = f64::max(value_off, ROOM * (value.bow[0] - 0.5 * bent));
+                grads.push([ROOM * (value.turn[0] - bent), value.steepness()].map(|x| x / SMALL));
             }
         }
     }
-    worst
+    let mut steep: Vec<f64> = grads.iter().map(|[_, steep]| *steep).filter(|s| s.is_finite()).collect();
+    steep.sort_by(f64::total_cmp);
+    let mostly = steep.get(steep.len() / 2).copied().unwrap_or(0.0);
+    let share = grads.iter().map(|[off, steep]| off / (mostly + steep));
+    Rounding { value: value_off, grad: share.fold(0.0, f64::max), mostly }
 }
 
 impl<V: Code<3>, F: Code<1>> Kernel for Flowed<V, F> {

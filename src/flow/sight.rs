@@ -167,8 +167,7 @@ pub(super) fn seen_back(
     let Sight { p, turn, hess, bow, rest, bent, off } = sight;
     let (r, own) = (ball.start, length(&p));
     let rounded_back = 512.0 * ROUNDOFF * (f.steep * ball.steep);
-    let rounded = rounding.grad * (Pack::ONE + f.steep);
-    let off_grad = (rounded + (f.bent * ball.off).least(f.turn)) * ball.steep;
+    let off_grad = (rounding.of_grad(f.steep) + (f.bent * ball.off).least(f.turn)) * ball.steep;
     let off_grad = UP * (f.steep * ball.blur + off_grad + rounded_back);
     // By sums over the stages, or by norms all the way.
     let bent = bent.least(f.steep * ball.bent + f.bent * ball.steep * ball.steep);

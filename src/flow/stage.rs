@@ -15,25 +15,36 @@ use super::matrix::{Matrix, Symmetric, UP, Vector, length, norm, six, spread, ve
 use super::pack::{BALLS, Pack};
 use crate::num::{Bounds, Growing, Jets, Kernel, ROUNDOFF, Taylors, widest};
 
-/// What values that are computed at a point may be off by, and gradients as a share of 1 and how steep it is there.
+/// What values that are computed at a point may be off by, and gradients as a share of how steep it is there and mostly is
+/// together.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rounding {
     pub value: f64,
     pub grad: f64,
+    pub mostly: f64,
 }
 
 /// The same for many points.
 #[derive(Clone, Copy)]
 pub(super) struct Roundings {
     pub value: Pack,
-    pub grad: Pack,
+    grad: Pack,
+    mostly: Pack,
+}
+
+impl Roundings {
+    /// What gradients may be off by where it is so steep.
+    #[inline(always)]
+    pub fn of_grad(self, steep: Pack) -> Pack {
+        self.grad * (self.mostly + steep)
+    }
 }
 
 impl Rounding {
     /// From what it is at points not further than 1, for points not further than `size`.
     #[inline(always)]
     pub fn at(self, size: Pack) -> Roundings {
-        Roundings { value: self.value * size, grad: self.grad * size }
+        Roundings { value: self.value * size, grad: self.grad * size, mostly: self.mostly * Pack::ONE }
     }
 }
 
@@ -124,7 +135,7 @@ impl Stage {
         }
         out.hess = Some(hess);
         let (own, turn) = (norm(&out.slope), scale * all(&turn, is_gradient));
-        out.blur = 2.0 * UP * rounding.grad * (Pack::ONE + own + turn);
+        out.blur = 2.0 * UP * rounding.of_grad(own + turn);
         out.off = 2.0 * rounding.value;
         let rounded = out.off + out.blur * radius;
         out.bow = all(&bow, is_gradient) + rounded;

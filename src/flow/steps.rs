@@ -50,31 +50,33 @@ pub(super) fn probes<V: Code<3>>(velocity: &V) -> Vec<[f64; 3]> {
         |p: &[f64; 3], half: f64| run(&p.map(Interval::point)).iter().any(|u| u.mig() > STILL * half);
     let sets = HALVES.iter().map(|half| (*half, probes_within(velocity, *half)));
     let found = sets.into_iter().find(|(half, probes)| probes.iter().any(|p| moves(p, *half)));
-    let probes = found.map(|(_, probes)| probes).unwrap_or_else(|| probes_within(velocity, HALVES[0]));
-    ordinary(velocity, probes)
+    found.map(|(_, probes)| probes).unwrap_or_else(|| probes_within(velocity, HALVES[0]))
 }
 
-/// Without the points where a velocity is out of all proportion steeper than elsewhere, as in the middle of a field of
-/// directions: no step is short enough for these, so that they say nothing of how many there should be.
-fn ordinary<V: Code<3>>(velocity: &V, mut probes: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+/// Without the points where a velocity is out of all proportion steeper than it mostly is where it is fast, as in the middle of
+/// a field of directions: no step is short enough for these, so that they say nothing of how many there should be.
+fn ordinary<V: Code<3>>(velocity: &V, probes: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    const FAST: f64 = 0.125;
     const PROPORTION: f64 = 32.0;
-    let slopes = slopes(velocity, &probes);
-    let mut known: Vec<f64> = slopes.iter().copied().filter(|slope| *slope > 0.0).collect();
-    known.sort_by(f64::total_cmp);
-    let limit = known.get(known.len() / 2).map_or(f64::INFINITY, |median| PROPORTION * median);
-    let mut is_ordinary = slopes.iter().map(|slope| *slope <= limit || slope.is_nan());
-    probes.retain(|_| is_ordinary.next() == Some(true));
-    probes
+    let pace = pace(velocity, probes);
+    let fastest = pace.iter().map(|(speed, _)| *speed).filter(|speed| speed.is_finite()).fold(0.0, f64::max);
+    let is_fast = |(speed, slope): &&(f64, f64)| *speed >= FAST * fastest && slope.is_finite();
+    let mut slopes: Vec<f64> = pace.iter().filter(is_fast).map(|(_, slope)| *slope).collect();
+    slopes.sort_by(f64::total_cmp);
+    let limit = slopes.get(slopes.len() / 2).map_or(f64::INFINITY, |median| PROPORTION * median);
+    let both = probes.iter().zip(&pace);
+    both.filter(|(_, (_, slope))| *slope <= limit).map(|(probe, _)| *probe).collect()
 }
 
-/// How steep a velocity is at points.
-fn slopes<V: Code<3>>(velocity: &V, at: &[[f64; 3]]) -> Vec<f64> {
+/// How fast a velocity is at points, and how steep.
+fn pace<V: Code<3>>(velocity: &V, at: &[[f64; 3]]) -> Vec<(f64, f64)> {
     let mut run = velocity.runner::<Dual>();
-    let slope = |y: &[f64; 3]| {
+    let length = |parts: &mut dyn Iterator<Item = f64>| parts.map(|part| part * part).sum::<f64>().sqrt();
+    let pace = |y: &[f64; 3]| {
         let u = run(&std::array::from_fn(|axis| Dual::coordinate(y[axis], axis)));
-        u.iter().flat_map(|u| u.grad).map(|g| g * g).sum::<f64>().sqrt()
+        (length(&mut u.iter().map(|u| u.value)), length(&mut u.iter().flat_map(|u| u.grad)))
     };
-    at.iter().map(slope).collect()
+    at.iter().map(pace).collect()
 }
 
 /// Many points all over a cube, and some where the velocity is largest, as far as enclosures tell. These find what moves
@@ -96,6 +98,7 @@ fn probes_within<V: Code<3>>(velocity: &V, half: f64) -> Vec<[f64; 3]> {
 /// Steps that keep the mean error of a flow below a share of how far it carries points, as far as trajectories from
 /// probes tell.
 pub(super) fn choose<V: Code<3>>(velocity: &V, tolerance: f64, probes: &[[f64; 3]]) -> u32 {
+    let probes = &ordinary(velocity, probes)[..];
     let axis = |axis: usize| probes.iter().map(|p| p[axis]).collect::<Vec<f64>>();
     let (x, y, z) = (axis(0), axis(1), axis(2));
     let after = |steps: u32| ends(velocity, steps, [&x, &y, &z]);
@@ -122,7 +125,8 @@ fn moved(from: &[[f64; 3]], to: &[[f64; 3]]) -> f64 {
 
 /// Steps so short that none moves two points into one, as far as slopes at these points tell.
 fn one_to_one<V: Code<3>>(velocity: &V, probes: &[[f64; 3]]) -> u32 {
-    let steepest = slopes(velocity, probes).into_iter().filter(|s| s.is_finite()).fold(0.0, f64::max);
+    let slopes = pace(velocity, probes).into_iter().map(|(_, slope)| slope);
+    let steepest = slopes.filter(|s| s.is_finite()).fold(0.0, f64::max);
     ((steepest / LN_2).ceil() as u32).clamp(1, MOST).next_power_of_two()
 }
 

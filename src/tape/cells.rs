@@ -285,7 +285,7 @@ impl Cells {
             let bounded = own.tape.bound(&all.of(*index));
             self.is_free(&bounded) || own.gains(bounded.pruned(self.wanted).work())
         };
-        *own.is_sparse.get_or_init(|| (0..PARTS).filter(is_easier).count() >= EASIER)
+        *own.is_sparse.get_or_init(|| (0..PARTS).filter(is_easier).take(EASIER).count() == EASIER)
     }
 }
 

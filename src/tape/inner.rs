@@ -109,11 +109,13 @@ impl<const N: usize> Code<N> for Inner<N> {
 pub(super) fn is_defined(flowed: &Flowed, region: [Interval; 3]) -> bool {
     let (velocity, field) = (&flowed.velocity().tape, &flowed.field().tape);
     let (mut speeds, mut is_defined) = (flowed.velocity().runner::<Interval>(), true);
+    let still = Interval::point(0.0);
     let speed = |at: &[Interval; 3]| {
         is_defined = is_defined && velocity.is_defined(at);
-        speeds(at)
+        // What does not matter any more takes no time either.
+        if is_defined { speeds(at) } else { [still; 3] }
     };
-    let end = flow::advect(speed, flowed.steps(), &region, |v| *v == Interval::point(0.0));
+    let end = flow::advect(speed, flowed.steps(), &region, |v| *v == still);
     is_defined && field.is_defined(&end)
 }
 
@@ -153,17 +155,18 @@ impl Tape {
         self.is_point(p).then_some(flowed)
     }
 
-    /// All flows that there are, those within what others carry or are carried by before these.
-    pub fn flows(&self) -> Vec<&Arc<Flowed>> {
-        let mut flows = Vec::new();
+    /// In how many steps each flow carries that there is, also within what others carry or are carried by. (Each tape that has a
+    /// flow has its own.)
+    pub fn flow_steps(&self) -> Vec<u32> {
+        let mut steps = Vec::new();
         for instr in &self.code {
             if let Instr::Flow(flowed, _) = instr {
-                flows.extend(flowed.velocity().tape.flows());
-                flows.extend(flowed.field().tape.flows());
-                flows.push(flowed);
+                steps.extend(flowed.velocity().tape.flow_steps());
+                steps.extend(flowed.field().tape.flow_steps());
+                steps.push(flowed.steps());
             }
         }
-        flows
+        steps
     }
 
     /// Whether these are the coordinates themselves.

@@ -40,12 +40,6 @@ pub(super) fn register(lib: &mut Library<'_>) {
         let signature = format!("{}(low, high, x)", op.name());
         lib.def(&signature, doc(op), op.example(), move |c| {
             let [low, high, x] = [c.value(0)?, c.value(1)?, c.value(2)?];
-            if let [Value::Scalar(Scalar::Number(a), _), Value::Scalar(Scalar::Number(b), _)] = [&low, &high]
-                && a == b
-            {
-                return Err(Fault::new(format!("`{}` goes from {a} to {b}: it has no width", op.name()))
-                    .hint("step(edge, x) jumps from 0 to 1"));
-            }
             let sub = |a, b| apply(c.host, Op::Sub(op::Sub), &[a, b]);
             let t = apply(c.host, Op::Div(op::Div), &[sub(x, low.clone())?, sub(high, low)?])?;
             apply(c.host, op, &[t])?.into_dynamic(c.host)
