@@ -43,6 +43,9 @@ const HALVES: [f64; 4] = [1.5, 12.0, 96.0, 768.0];
 /// What moves by less than this share of half a cube, in the time that a flow takes, does not move in it.
 const STILL: f64 = 1e-6;
 
+/// Points that are spread over a cube, of those that are probed.
+const SPREAD: usize = 256;
+
 /// Points that are probed: those of the least cube in which anything is seen to move.
 pub(super) fn probes<V: Code<3>>(velocity: &V) -> Vec<[f64; 3]> {
     let mut run = velocity.runner::<Interval>();
@@ -53,19 +56,19 @@ pub(super) fn probes<V: Code<3>>(velocity: &V) -> Vec<[f64; 3]> {
     found.map(|(_, probes)| probes).unwrap_or_else(|| probes_within(velocity, HALVES[0]))
 }
 
-/// Without the points where a velocity is out of all proportion steeper than it mostly is where it is fast, as in the middle of
-/// a field of directions: no step is short enough for these, so that they say nothing of how many there should be.
+/// Without those of the points looked for where a velocity is out of all proportion steeper than at any of the others where it is
+/// fast, as in the middle of a field of directions: no step is short enough there, and so these say nothing of how many there
+/// should be.
 fn ordinary<V: Code<3>>(velocity: &V, probes: &[[f64; 3]]) -> Vec<[f64; 3]> {
     const FAST: f64 = 0.125;
-    const PROPORTION: f64 = 32.0;
+    const PROPORTION: f64 = 16.0;
     let pace = pace(velocity, probes);
     let fastest = pace.iter().map(|(speed, _)| *speed).filter(|speed| speed.is_finite()).fold(0.0, f64::max);
-    let is_fast = |(speed, slope): &&(f64, f64)| *speed >= FAST * fastest && slope.is_finite();
-    let mut slopes: Vec<f64> = pace.iter().filter(is_fast).map(|(_, slope)| *slope).collect();
-    slopes.sort_by(f64::total_cmp);
-    let limit = slopes.get(slopes.len() / 2).map_or(f64::INFINITY, |median| PROPORTION * median);
-    let both = probes.iter().zip(&pace);
-    both.filter(|(_, (_, slope))| *slope <= limit).map(|(probe, _)| *probe).collect()
+    let fast = pace.iter().take(SPREAD).filter(|(speed, _)| *speed >= FAST * fastest);
+    let steepest = fast.map(|(_, slope)| *slope).filter(|slope| slope.is_finite()).fold(0.0, f64::max);
+    let limit = if steepest > 0.0 { PROPORTION * steepest } else { f64::INFINITY };
+    let is_ordinary = |i: usize| i < SPREAD || pace[i].1 <= limit;
+    (0..probes.len()).filter(|i| is_ordinary(*i)).map(|i| probes[i]).collect()
 }
 
 /// How fast a velocity is at points, and how steep.
@@ -82,10 +85,9 @@ fn pace<V: Code<3>>(velocity: &V, at: &[[f64; 3]]) -> Vec<(f64, f64)> {
 /// Many points all over a cube, and some where the velocity is largest, as far as enclosures tell. These find what moves
 /// in a small part of the cube alone, such as a shell or the reach of a brush.
 fn probes_within<V: Code<3>>(velocity: &V, half: f64) -> Vec<[f64; 3]> {
-    const COUNT: u64 = 256;
     const CUTS: usize = 64;
     let spread = |i: u64| std::array::from_fn(|axis| half * (2.0 * uniform(mix(3 * i + axis as u64)) - 1.0));
-    let mut probes: Vec<[f64; 3]> = (0..COUNT).map(spread).collect();
+    let mut probes: Vec<[f64; 3]> = (0..SPREAD as u64).map(spread).collect();
     let mut run = velocity.runner::<Interval>();
     let mut cubes = Cubes::new(half, |at| speed(&run(&at)));
     for _ in 0..CUTS {
