@@ -120,7 +120,8 @@ fn roundings<C: Code<N>, const N: usize>(code: &C, busy: &[[f64; 3]]) -> Roundin
     }
     let mut steep: Vec<f64> = grads.iter().map(|[_, steep]| *steep).filter(|s| s.is_finite()).collect();
     steep.sort_by(f64::total_cmp);
-    let mostly = steep.get(steep.len() / 2).copied().unwrap_or(0.0);
+    // Where little of space moves, next to no slope is no measure.
+    let mostly = steep.get(steep.len() / 2).map_or(1.0, |median| median.max(1.0));
     let share = grads.iter().map(|[off, steep]| off / (mostly + steep));
     Rounding { value: value_off, grad: share.fold(0.0, f64::max), mostly }
 }
