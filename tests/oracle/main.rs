@@ -17,7 +17,7 @@ mod surfaces;
 mod truth;
 
 use common::Build;
-use orogen::cast::{CastStats, Caster, Hit, Kind, Ray, Roots, all_hits, caster};
+use orogen::cast::{CastStats, Caster, Hit, Kind, Ray, Root, Roots, all_hits, caster};
 use orogen::field::{Field, lipschitz_outside};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
@@ -230,6 +230,8 @@ fn no_hit_is_missed_or_late() {
 /// end is inside and one outside; and where the field has values, nearly all lists of roots are said to be complete.
 #[test]
 fn no_root_of_all_is_missed() {
+    // Of slabs thinner than the tolerance both sides are in one piece.
+    let mut of_all = [0, 0];
     for surface in surfaces::all().iter().filter(|surface| !surface.undefined) {
         let mut b = Build::default();
         let root = (surface.build)(&mut b);
@@ -239,10 +241,16 @@ fn no_root_of_all_is_missed() {
             (0..4).flat_map(|n| rays::tile(surface, &mut oracle, n).into_iter().step_by(11)).collect();
         let mut stats = CastStats::default();
         let found = all_hits(&field, &rays, &mut stats);
-        let (mut certified, mut all, mut crossed) = (0, 0, 0);
+        let (mut certified, mut met, mut all, mut crossed) = (0, 0, 0, 0);
         for (ray, Roots { roots, .. }) in rays.iter().zip(&found).filter(|(_, found)| found.certified) {
             certified += 1;
             all += roots.len();
+            if let Some(first) = oracle.ask(ray).first.filter(|first| *first > ray.near) {
+                let near = ray.tolerance.at(first);
+                let has = |root: &Root| root.from - near <= first && first <= root.to + near;
+                assert!(roots.iter().any(has), "{}, {ray:?}: the root at {first} is missing", surface.name);
+                met += 1;
+            }
             let samples = oracle.samples(ray);
             let mut after = ray.near;
             for (from, to) in roots.iter().map(|root| (root.from, root.to)).chain([(ray.far, ray.far)]) {
@@ -260,13 +268,14 @@ fn no_root_of_all_is_missed() {
             }
         }
         println!(
-            "{:34} {certified} of {} certified, {all} roots, {crossed} crossed",
+            "{:34} {certified} of {} certified, {met} meet it, {all} roots, {crossed} crossed",
             surface.name,
             rays.len()
         );
-        assert!(2 * crossed > all && crossed > 0, "{}: {crossed} of {all} roots are crossed", surface.name);
+        of_all = [of_all[0] + crossed, of_all[1] + all];
         assert!(10 * certified >= 9 * rays.len(), "{}: {certified} certified", surface.name);
     }
+    assert!(10 * of_all[0] > 9 * of_all[1], "{of_all:?} roots are crossed");
 }
 
 /// Marches by steps of a fiftieth, from the first of which that is inside it takes its answer.
