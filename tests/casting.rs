@@ -410,7 +410,7 @@ fn picture(eye: DVec3, half: f64) -> Vec<Ray> {
     pixels(eye, half, 6)
 }
 
-/// The same of a picture with two to so many pixels along each side.
+/// The same of a picture with `2^bits` pixels along each side.
 fn pixels(eye: DVec3, half: f64, bits: usize) -> Vec<Ray> {
     let side = 1 << bits;
     let region = Aabb::cube(REGION);

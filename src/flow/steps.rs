@@ -56,9 +56,9 @@ pub(super) fn probes<V: Code<3>>(velocity: &V) -> Vec<[f64; 3]> {
     found.map(|(_, probes)| probes).unwrap_or_else(|| probes_within(velocity, HALVES[0]))
 }
 
-/// Without those of the points looked for where a velocity is out of all proportion steeper than at any of the others where it is
-/// fast, as in the middle of a field of directions: no step is short enough there, and so these say nothing of how many there
-/// should be.
+/// The probes, without those in singular places, as the middle of a field of directions is. No step is short enough there, so
+/// that they say nothing of how many there should be. A probe that was looked for is in such a place if the velocity is out of
+/// all proportion steeper there than at any that was spread where the velocity is fast.
 fn ordinary<V: Code<3>>(velocity: &V, probes: &[[f64; 3]]) -> Vec<[f64; 3]> {
     const FAST: f64 = 0.125;
     const PROPORTION: f64 = 16.0;
