@@ -235,6 +235,46 @@ fn topology_is_found_once() {
     }
 }
 
+/// Grids that take long are made once, and pictures of them are the same to the byte.
+#[test]
+fn grids_are_found_where_they_were_kept() {
+    let bench = Bench::new(&[(
+        "land.rhai",
+        "let drops = param(\"drops\", 1.0, 0.1..4.0);
+        let land = eroded(spectral(7, #{ size: 256, deviation: 0.1 }), #{ rain: drops });
+        scene(#{ surface: (y - land).colored(param(\"colour\", rgb(\"#886644\"))), bounds: 1.0 })",
+    )]);
+    let picture = |name: &str, more: &str, cache: Option<&str>| {
+        let mut command =
+            bench.command(&format!("render land.rhai -o {name} --size 32x24 --samples 1 {more}"));
+        cache.map(|cache| command.env("OROGEN_CACHE", cache));
+        command.assert().success();
+        bench.read(name)
+    };
+    let kept = || {
+        let entries = fs::read_dir(bench.cache.path().join("grids")).map(Iterator::collect::<Vec<_>>);
+        let mut paths: Vec<_> = entries.unwrap_or_default().into_iter().map(|e| e.unwrap().path()).collect();
+        paths.sort();
+        paths
+    };
+    let without = picture("a.png", "", Some("off"));
+    assert!(kept().is_empty());
+    assert!(picture("b.png", "", None) == without);
+    let before = kept();
+    assert!(!before.is_empty());
+    assert!(picture("c.png", "", None) == without);
+    assert!(picture("d.png", "--set colour=#ff0000", None) != without);
+    assert_eq!(kept(), before, "another colour is no other land");
+    assert!(picture("e.png", "--set drops=0.9", None) != without);
+    assert!(kept().len() > before.len());
+    for path in kept() {
+        let mut bytes = fs::read(&path).unwrap();
+        *bytes.last_mut().unwrap() ^= 1;
+        fs::write(path, bytes).unwrap();
+    }
+    assert!(picture("f.png", "", None) == without, "a file that is damaged is as if it were not there");
+}
+
 /// A flow keeps what is connected where that is proven, and what is in sight nowhere.
 #[test]
 fn what_is_said_of_flowed_solids_is_kept_by_the_flow() {

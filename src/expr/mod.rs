@@ -8,6 +8,7 @@
 
 mod carried;
 mod derivative;
+mod fingerprint;
 mod fold;
 mod graph;
 mod linear;

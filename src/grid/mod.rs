@@ -27,7 +27,7 @@ pub mod weathering;
 
 pub use crate::num::Edge;
 
-use crate::num::{Order, interpolate_cubic, mix};
+use crate::num::{Digest, Order, interpolate_cubic, mix};
 use bound::Pyramid;
 use rayon::prelude::*;
 use std::hash::{Hash, Hasher};
@@ -378,6 +378,15 @@ impl Grid {
         }
         values.iter_mut().for_each(|v| *v += self.level);
         Samples { frame: self.frame, values }
+    }
+
+    /// What it is, in 16 bytes: the same grid has the same in every run of the program.
+    pub fn fingerprint(&self) -> Digest {
+        let mut digest = Digest::default();
+        digest.text(&format!("{:?}", self.frame));
+        digest.numbers([self.level]);
+        digest.numbers(self.coefficients.iter().copied());
+        digest
     }
 
     fn identity(&self) -> (u64, [usize; 3], [u64; 3], [u64; 3], Edge) {

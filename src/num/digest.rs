@@ -2,6 +2,7 @@
 
 use super::mix;
 use std::fmt::{self, Display};
+use std::hash::Hasher;
 
 /// A fingerprint of data, of 128 bits: as good as the data themselves, since two that meet by chance
 /// are not to be expected in the age of the universe. It is shown as 32 hexadecimal digits.
@@ -38,6 +39,26 @@ impl Digest {
     /// Takes a text in.
     pub fn text(&mut self, text: &str) {
         self.bytes(text.as_bytes());
+    }
+}
+
+/// Whatever can be hashed has a fingerprint.
+impl Hasher for Digest {
+    fn write(&mut self, bytes: &[u8]) {
+        self.bytes(bytes);
+    }
+
+    fn write_u64(&mut self, x: u64) {
+        self.whole(x);
+    }
+
+    fn write_usize(&mut self, x: usize) {
+        self.whole(x as u64);
+    }
+
+    /// Half of the fingerprint.
+    fn finish(&self) -> u64 {
+        self.0[0]
     }
 }
 

@@ -5,10 +5,11 @@ use super::engine::{Limits, Stop};
 use super::fault::{Fault, Outcome};
 use crate::diag::{Diagnostic, Place};
 use crate::expr::{Graph, Input, Node, NodeId};
-use crate::num::Number;
+use crate::num::{Digest, Number};
 use crate::op::Op;
 use crate::scene::{Param, Value};
 use crate::tape::{Evaluator, Tape};
+use crate::world::store::Store;
 use rhai::{Dynamic, EvalAltResult, Position};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, HashMap};
@@ -39,6 +40,8 @@ pub struct Host {
     pub deadline: Cell<Option<Instant>>,
     /// Stops the run when set.
     pub cancel: Option<Arc<AtomicBool>>,
+    /// Where grids are kept that took long.
+    pub store: Option<Store>,
     /// Samples that grids may still have.
     samples: Cell<usize>,
     /// Samples that all grids together may have.
@@ -68,6 +71,7 @@ impl Host {
             time,
             deadline: Cell::new(None),
             cancel: None,
+            store: None,
             samples: Cell::new(limits.samples),
             most_samples: limits.samples,
             tapes: RefCell::default(),
@@ -203,13 +207,24 @@ impl Host {
         Ok(move |p: [f64; 3]| *evaluator.eval(&p))
     }
 
+    /// The fingerprint of an expression at the time of the run.
+    pub fn fingerprint(&self, node: NodeId) -> Outcome<Digest> {
+        let still = self.still(node)?;
+        Ok(self.graph.borrow().fingerprint(still))
+    }
+
+    /// An expression at the time of the run.
+    fn still(&self, node: NodeId) -> Outcome<NodeId> {
+        let time = self.constant(self.time)?;
+        self.substitute(node, &[(Input::Time, time)])
+    }
+
     /// The code of an expression at the time of the run.
     pub fn tape(&self, node: NodeId) -> Outcome<Arc<Tape>> {
         if let Some(tape) = self.tapes.borrow().get(&node) {
             return Ok(tape.clone());
         }
-        let time = self.constant(self.time)?;
-        let still = self.substitute(node, &[(Input::Time, time)])?;
+        let still = self.still(node)?;
         let tape = Arc::new(Tape::new(&self.graph.borrow(), &[still]));
         let mut tapes = self.tapes.borrow_mut();
         if tapes.len() >= 64 {

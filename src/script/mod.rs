@@ -189,6 +189,7 @@ fn execute<T: Send>(request: &Request, make: impl Make<T>) -> Ran<T> {
 fn run<T>(request: &Request, make: impl Make<T>) -> Ran<T> {
     let mut host = Host::new(&request.limits, request.params.clone(), request.time);
     host.strict = request.strict;
+    host.store = request.world.store();
     host.deadline.set(Instant::now().checked_add(request.limits.time));
     let (name, root) = match &request.script {
         Script::File(path) => {

@@ -4,6 +4,7 @@
 //! that it read, or tried to read, still reads the same.
 
 use crate::world::World;
+use crate::world::store::Store;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -77,6 +78,10 @@ impl World for Recorder {
         let noted = outcome.as_ref().map(Arc::clone).map_err(io::Error::kind);
         self.lock().0.insert(path.to_owned(), noted);
         outcome
+    }
+
+    fn store(&self) -> Option<Store> {
+        self.world.store()
     }
 }
 

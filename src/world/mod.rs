@@ -6,6 +6,7 @@
 pub mod atomic;
 pub mod claim;
 pub mod scratch;
+pub mod store;
 pub mod watch;
 
 use std::collections::BTreeMap;
@@ -13,6 +14,7 @@ use std::fs::Metadata;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+use store::Store;
 
 /// A source of files.
 pub trait World {
@@ -32,6 +34,11 @@ pub trait World {
     /// # Errors
     /// As for reading a file.
     fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>>;
+
+    /// Where what took long to find is kept for the next run; nowhere, unless a world says otherwise.
+    fn store(&self) -> Option<Store> {
+        None
+    }
 }
 
 /// The file system.
@@ -44,6 +51,10 @@ impl World for Disk {
             Some(why) => Err(io::Error::new(io::ErrorKind::InvalidInput, why)),
             None => std::fs::read(path).map(Arc::from),
         }
+    }
+
+    fn store(&self) -> Option<Store> {
+        Store::of_user()
     }
 }
 
@@ -87,6 +98,10 @@ impl<W: World> World for Kept<W> {
             Err(_) => None,
         };
         found
+    }
+
+    fn store(&self) -> Option<Store> {
+        self.world.store()
     }
 }
 

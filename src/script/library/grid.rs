@@ -1,5 +1,6 @@
 //! Grids: what is computed once for many places at a time, and then is a field like any other.
 
+use super::grid_store::remembered;
 use super::{Call, Library};
 use crate::expr::NodeId;
 use crate::grid::additions;
@@ -276,14 +277,24 @@ fn spectral(c: &Call<'_>) -> Outcome<Dynamic> {
     o.finish()?;
     let seed = seed(c)?;
     let axes = if frame.is_heightfield() { 2 } else { 3 };
+    let job = |spectrum: String| format!("spectral {seed} {deviation:?} {spectrum}");
     match (own, name) {
-        (Some(field), _) => random_field(c, frame, seed, deviation, c.host.sampler(field.node)?),
-        (None, "markov") => random_field(c, frame, seed, deviation, spectrum::markov(alpha)),
-        (None, _) => random_field(c, frame, seed, deviation, spectrum::fbm(hurst, axes, largest)),
+        (Some(field), _) => {
+            let (density, of) = (c.host.sampler(field.node)?, c.host.fingerprint(field.node)?);
+            remembered(c, frame, &job("own".into()), &[of], || {
+                random_field(c, frame, seed, deviation, density)
+            })
+        }
+        (None, "markov") => remembered(c, frame, &job(format!("markov {alpha:?}")), &[], || {
+            random_field(c, frame, seed, deviation, spectrum::markov(alpha))
+        }),
+        (None, _) => remembered(c, frame, &job(format!("fbm {hurst:?} {largest:?}")), &[], || {
+            random_field(c, frame, seed, deviation, spectrum::fbm(hurst, axes, largest))
+        }),
     }
 }
 
-fn random_field<F>(c: &Call<'_>, frame: Frame, seed: u64, deviation: f64, density: F) -> Outcome<Dynamic>
+fn random_field<F>(c: &Call<'_>, frame: Frame, seed: u64, deviation: f64, density: F) -> Outcome<Samples>
 where
     F: FnMut([f64; 3]) -> f64 + Clone + Send + Sync,
 {
@@ -292,7 +303,7 @@ where
         return Err(failed(Failure::Silent("the spectrum")).key("spectrum"));
     }
     let samples = spectrum::synthesize(frame, seed, Motion::Still, density, &c.host.halt());
-    done(times(samples, deviation / usual))
+    times(samples, deviation / usual).map_err(failed)
 }
 
 fn sea(c: &Call<'_>) -> Outcome<Dynamic> {
@@ -331,7 +342,9 @@ fn random_additions(c: &Call<'_>) -> Outcome<Dynamic> {
     let recipe = additions::Recipe { seed: seed(c)?, hurst, levels };
     let size = recipe.size(edge);
     let frame = within(c, [size, 1, size], center - 0.5 * extent, center + 0.5 * extent, edge)?;
-    done(times(recipe.surface(frame, &c.host.halt()), deviation))
+    remembered(c, frame, &format!("random additions {recipe:?} {deviation:?}"), &[], || {
+        times(recipe.surface(frame, &c.host.halt()), deviation).map_err(failed)
+    })
 }
 
 fn spot_noise(c: &Call<'_>) -> Outcome<Dynamic> {
@@ -347,7 +360,11 @@ fn spot_noise(c: &Call<'_>) -> Outcome<Dynamic> {
             .hint("a radius is from a thousandth of the extent to a thousand times it"));
     }
     let recipe = spot::Recipe { seed: seed(c)?, radius, density };
-    done(recipe.texture(frame, c.host.sampler(c.field(1)?.node)?, &c.host.halt()))
+    let spot = c.field(1)?.node;
+    let (sampler, of) = (c.host.sampler(spot)?, c.host.fingerprint(spot)?);
+    remembered(c, frame, &format!("spot noise {recipe:?}"), &[of], || {
+        recipe.texture(frame, sampler, &c.host.halt()).map_err(failed)
+    })
 }
 
 fn bake(c: &Call<'_>) -> Outcome<Dynamic> {
@@ -372,14 +389,17 @@ fn bake(c: &Call<'_>) -> Outcome<Dynamic> {
             within(c, size, min, max, edge)?
         }
     };
-    let samples = Samples::of(frame, c.host.sampler(c.field(0)?.node)?, &c.host.halt()).map_err(failed)?;
-    if let Some(i) = samples.values.iter().position(|v| !v.is_finite()) {
-        let [x, y, z] = frame.place(i);
-        return Err(Fault::new(format!(
-            "the field has no finite value at ({x}, {y}, {z}), where it is sampled"
-        )));
-    }
-    done(Ok(samples))
+    let field = c.field(0)?.node;
+    let (sampler, of) = (c.host.sampler(field)?, c.host.fingerprint(field)?);
+    remembered(c, frame, "bake", &[of], || {
+        let samples = Samples::of(frame, sampler, &c.host.halt()).map_err(failed)?;
+        if let Some(i) = samples.values.iter().position(|v| !v.is_finite()) {
+            let [x, y, z] = frame.place(i);
+            let message = format!("the field has no finite value at ({x}, {y}, {z}), where it is sampled");
+            return Err(Fault::new(message));
+        }
+        Ok(samples)
+    })
 }
 
 /// One number of samples for all axes, or one for each.
@@ -412,7 +432,9 @@ fn eroded(c: &Call<'_>) -> Outcome<Dynamic> {
     };
     o.finish()?;
     c.host.take_samples(grid.0.frame().count())?;
-    done(rain.erode(grid.0.samples(), &c.host.halt()))
+    remembered(c, *grid.0.frame(), &format!("eroded {rain:?}"), &[grid.0.fingerprint()], || {
+        rain.erode(grid.0.samples(), &c.host.halt()).map_err(failed)
+    })
 }
 
 fn weathered(c: &Call<'_>) -> Outcome<Dynamic> {
@@ -423,7 +445,10 @@ fn weathered(c: &Call<'_>) -> Outcome<Dynamic> {
     let steps = o.integer("steps", 1..=100_000, 60)? as u32;
     o.finish()?;
     c.host.take_samples(grid.0.frame().count())?;
-    done(Weathering { talus, rate, steps }.weather(grid.0.samples(), &c.host.halt()))
+    let weather = Weathering { talus, rate, steps };
+    remembered(c, *grid.0.frame(), &format!("weathered {weather:?}"), &[grid.0.fingerprint()], || {
+        weather.weather(grid.0.samples(), &c.host.halt()).map_err(failed)
+    })
 }
 
 fn steepness(c: &Call<'_>) -> Outcome<Dynamic> {

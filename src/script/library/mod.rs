@@ -15,6 +15,7 @@ mod film;
 mod flow;
 mod grid;
 mod grid_files;
+mod grid_store;
 mod keyframes;
 mod light;
 mod material;

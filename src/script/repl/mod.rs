@@ -73,7 +73,8 @@ impl Interpreter {
         limits: Limits,
         cancel: Option<Arc<AtomicBool>>,
     ) -> Result<Self, Box<Diagnostic>> {
-        let host = Host::new(&limits, BTreeMap::new(), 0.0);
+        let mut host = Host::new(&limits, BTreeMap::new(), 0.0);
+        host.store = world.store();
         let files = world.clone();
         let setup =
             engine::setup(host, |loaded| modules::Resolver { world: files, loaded }, &limits, cancel)?;

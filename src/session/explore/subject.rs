@@ -7,6 +7,7 @@ use crate::script::{Request, rewrite};
 use crate::session::reads::Recorder;
 use crate::session::{Loaded, Order, Session};
 use crate::world::World;
+use crate::world::store::Store;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -32,6 +33,10 @@ struct Edited {
 impl World for Edited {
     fn bytes(&self, path: &Path) -> io::Result<Arc<[u8]>> {
         if path == self.file { Ok(Arc::from(self.text.as_bytes())) } else { self.world.bytes(path) }
+    }
+
+    fn store(&self) -> Option<Store> {
+        self.world.store()
     }
 }
 
