@@ -34,8 +34,8 @@
 //! ```
 //!
 //! Pictures, meshes, components and maps of whole scenes are made by [`session`]; what it calls is there too, for parts of
-//! that. Finished parts of an analysis of components are kept in a folder of the user's, `OROGEN_CACHE` if that is set, or
-//! nowhere if it is `off`.
+//! that. Finished parts of an analysis of components, and grids that take long, are kept in a [folder](world::store) of the
+//! user's, `OROGEN_CACHE` if that is set, or nowhere if it is `off`.
 //!
 //! `examples/` has whole programs: a script to a picture and a mesh (`render.rs`), a scene built in Rust
 //! (`planet.rs`), the proof of the constants of gradient noise (`certify_noise.rs`).

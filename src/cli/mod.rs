@@ -67,6 +67,9 @@ Exit codes:
   1  an error in the script, or in making or writing the picture
   2  an error in the command line
 
+What took long to find out of a script (components, eroded land) is kept in ~/.cache/orogen, or in the folder that
+OROGEN_CACHE names; nowhere if that is off. It may be removed at any time.
+
 `orogen COMMAND --help` says more about a command.";
 
 #[derive(Parser)]

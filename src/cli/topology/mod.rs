@@ -46,8 +46,7 @@ use std::time::Instant;
   orogen topology rock.rhai -o rock.png --show triptych
 
 In networks minima are yellow, 1-saddles blue; lines that join components are pale yellow, lines that only close
-rings blue. What was found is kept in the folder OROGEN_CACHE, else in ~/.cache/orogen; nowhere if
-OROGEN_CACHE is off.")]
+rings blue. What was found is kept on disk; `orogen --help` says where.")]
 pub struct Args {
     /// Script of the solid
     #[arg(value_name = "SCRIPT")]
