@@ -16,17 +16,57 @@
 use super::blocks::Block;
 use super::contour::Contour;
 use super::lattice::{Lattice, Place, SIDE};
-use super::tips::slopes_along;
-use crate::num::{Interval, Slope};
-use crate::tape::Evaluator;
+use super::tips::towards;
+use crate::num::{Interval, Many, Slope};
+use crate::tape::{Evaluator, Tape};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Times that a cell is cut for the sake of the proof.
-const CUTS: u32 = 1;
-
 /// Parts of blocks of so many cells along an edge or more have tapes of their own, where the block's has so much work or more.
 const PRUNED: (u32, u64) = (4, 64);
+
+/// Parts of space that are looked at together: what is cut has so many parts.
+const PARTS: usize = 8;
+
+/// So few are looked at one by one.
+const FEW: usize = 2;
+
+/// A part of space.
+type Region = [Interval; 3];
+
+/// What looks at parts of space.
+pub(super) struct Prover {
+    one: Evaluator<Slope>,
+    many: Evaluator<Many<Slope, PARTS>>,
+}
+
+impl Prover {
+    pub fn new(tape: &Arc<Tape>) -> Prover {
+        Prover { one: Evaluator::new(tape.clone()), many: Evaluator::new(tape.clone()) }
+    }
+
+    /// The field where the coordinates are in so many parts of space, and its slopes along what theirs are taken along.
+    fn slopes(&mut self, tape: &Arc<Tape>, parts: &[[Slope; 3]]) -> Vec<Slope> {
+        if parts.len() <= FEW {
+            let one = self.one.turn_to(tape);
+            return parts.iter().map(|part| *one.eval(part)).collect();
+        }
+        let many = self.many.turn_to(tape);
+        let mut found = Vec::with_capacity(parts.len());
+        for parts in parts.chunks(PARTS) {
+            let lanes =
+                [0, 1, 2].map(|axis| Many(std::array::from_fn(|i| parts[i.min(parts.len() - 1)][axis])));
+            found.extend(&many.eval(&lanes).0[..parts.len()]);
+        }
+        found
+    }
+
+    /// The same with slopes along the axes.
+    fn over(&mut self, tape: &Arc<Tape>, regions: &[Region]) -> Vec<Slope> {
+        let along_axes = |region: &Region| std::array::from_fn(|axis| Slope::coordinate(region[axis], axis));
+        self.slopes(tape, &regions.iter().map(along_axes).collect::<Vec<_>>())
+    }
+}
 
 /// What a part of space is known not to have.
 enum Known {
@@ -39,108 +79,119 @@ enum Known {
     Nothing,
 }
 
+impl Known {
+    fn of(slope: &Slope) -> Known {
+        let excludes_zero = |i: &Interval| i.lo > 0.0 || i.hi < 0.0;
+        if excludes_zero(&slope.value) {
+            Known::Same { inside: slope.value.hi < 0.0 }
+        } else if slope.grad.iter().any(excludes_zero) {
+            Known::Regular
+        } else {
+            Known::Nothing
+        }
+    }
+}
+
 /// A cell of a block of which nothing is proven.
 pub(super) fn doubt(
     block: &Block,
     contour: &Contour,
     lattice: &Lattice,
-    slopes: &mut Evaluator<Slope>,
+    prover: &mut Prover,
 ) -> Option<Place> {
-    let mut pending = vec![(block.at, SIDE, block.tape.clone())];
+    let is_open = |slope: &Slope| matches!(Known::of(slope), Known::Nothing);
+    let whole = prover.over(&block.tape, &[lattice.region(block.at, SIDE)]);
+    let mut pending = Vec::new();
+    pending.extend(whole.iter().any(is_open).then(|| (block.at, SIDE, block.tape.clone())));
     while let Some((at, cells, tape)) = pending.pop() {
-        let region = lattice.region(at, cells);
-        match known(region, slopes.turn_to(&tape)) {
-            Known::Same { .. } | Known::Regular => {}
-            Known::Nothing if cells > 1 => {
-                let is_long = (PRUNED.0..SIDE).contains(&cells) && tape.work() >= PRUNED.1;
-                let tape = if is_long { Arc::new(tape.prune(&region)) } else { tape };
-                pending.extend(eighths(at, cells / 2).map(|(at, cells)| (at, cells, tape.clone())));
+        let (parts, cells) = (eighths(at, cells / 2), cells / 2);
+        let found = prover.over(&tape, &parts.map(|at| lattice.region(at, cells)));
+        let open = parts.into_iter().zip(found).filter(|(_, slope)| is_open(slope));
+        if cells == 1 {
+            let mut leaves = Leaves { contour, lattice, tape: &tape, prover };
+            match leaves.unproven(open.collect()) {
+                None => continue,
+                unproven => return unproven,
             }
-            Known::Nothing if is_proven(at, contour, lattice, slopes) => {}
-            Known::Nothing => return Some(at),
         }
+        let is_long = cells >= PRUNED.0 && tape.work() >= PRUNED.1;
+        let own = |at| if is_long { Arc::new(tape.prune(&lattice.region(at, cells))) } else { tape.clone() };
+        pending.extend(open.map(|(at, _)| (at, cells, own(at))));
     }
     None
 }
 
-/// Whether nothing is missed in a cell, by more than the derivatives along the axes.
-fn is_proven(at: Place, contour: &Contour, lattice: &Lattice, slopes: &mut Evaluator<Slope>) -> bool {
-    let region = lattice.region(at, 1);
-    let is_regular = match contour.cell(at) {
-        Some(cell) => rises_along(region, contour.vertices[cell.first as usize].normal, slopes),
-        None => {
-            let inside = side(at, lattice, slopes);
-            inside.is_some_and(|inside| is_same(region, inside, CUTS, slopes))
-                || rises_along(region, mean_gradient(at, lattice, slopes), slopes)
+/// Cells of which values and slopes along the axes say nothing.
+struct Leaves<'a> {
+    contour: &'a Contour,
+    lattice: &'a Lattice,
+    tape: &'a Arc<Tape>,
+    prover: &'a mut Prover,
+}
+
+impl Leaves<'_> {
+    /// One of them of which nothing is proven by anything else.
+    fn unproven(&mut self, cells: Vec<(Place, Slope)>) -> Option<Place> {
+        // Two directions for each in which the field may rise everywhere in it.
+        let mut ways = Vec::with_capacity(2 * cells.len());
+        for (at, slope) in cells {
+            let passed = self.contour.cell(at);
+            let normal = passed.map(|cell| self.contour.vertices[cell.first as usize].normal);
+            if let Some(way) = normal.or_else(|| self.beside(at)) {
+                // At a corner of the solid all faces that meet there have a part in the middle of what the gradient may
+                // be, those too that no corner of the cell is nearest to.
+                ways.extend([way, gradient(&slope).normalize_or(DVec3::Y)].map(|way| (at, way)));
+            }
         }
-    };
-    is_regular || rises_along(region, middle_gradient(region, slopes), slopes)
+        let along = |(at, way): &(Place, DVec3)| towards(self.lattice.region(*at, 1), *way);
+        let found = self.prover.slopes(self.tape, &ways.iter().map(along).collect::<Vec<_>>());
+        let rises = |found: &[Slope]| found.iter().any(|slope| slope.grad[0].lo > 0.0);
+        let unproven = ways.chunks(2).zip(found.chunks(2)).find(|(_, found)| !rises(found));
+        unproven.map(|(ways, _)| ways[0].0)
+    }
+
+    /// The mean of the gradients at the corners of a cell that the surface does not pass, which is that of both sides of a crease;
+    /// none if what has extreme values in the cell is proven to be on the same side as its corners.
+    fn beside(&mut self, at: Place) -> Option<DVec3> {
+        let points = eighths(at, 1).map(|at| self.lattice.corner(at).to_array().map(Interval::point));
+        let corners = self.prover.over(self.tape, &points);
+        let is_same = side(&corners).is_some_and(|inside| {
+            let parts = self.prover.over(self.tape, &halves(self.lattice.region(at, 1)));
+            parts.iter().map(Known::of).all(|known| match known {
+                Known::Same { inside: here } => here == inside,
+                Known::Regular => true,
+                Known::Nothing => false,
+            })
+        });
+        (!is_same).then(|| corners.iter().map(gradient).sum::<DVec3>().normalize_or(DVec3::Y))
+    }
 }
 
-/// The middle of what the gradient may be in a region: at a corner of the solid all faces that meet there
-/// have a part in it, those too that no corner of the cell is nearest to.
-fn middle_gradient(region: [Interval; 3], slopes: &mut Evaluator<Slope>) -> DVec3 {
-    DVec3::from_array(value(region, slopes).grad.map(Interval::mid)).normalize_or(DVec3::Y)
+/// The middle of what a gradient may be.
+fn gradient(slope: &Slope) -> DVec3 {
+    DVec3::from_array(slope.grad.map(Interval::mid))
 }
 
-/// The mean of the gradients at the corners of a cell, which is that of both sides of a crease.
-fn mean_gradient(at: Place, lattice: &Lattice, slopes: &mut Evaluator<Slope>) -> DVec3 {
-    let corners = eighths(at, 1).map(|(corner, _)| {
-        let point = lattice.corner(corner).to_array().map(Interval::point);
-        DVec3::from_array(value(point, slopes).grad.map(Interval::mid))
-    });
-    corners.sum::<DVec3>().normalize_or(DVec3::Y)
-}
-
-/// Whether the field rises along a direction everywhere in a region.
-fn rises_along(region: [Interval; 3], direction: DVec3, slopes: &mut Evaluator<Slope>) -> bool {
-    slopes_along(region, direction, slopes).grad[0].lo > 0.0
-}
-
-fn eighths(at: Place, cells: u32) -> impl Iterator<Item = (Place, u32)> {
-    (0..8_u32).map(move |i| (std::array::from_fn(|axis| at[axis] + (i >> axis & 1) * cells), cells))
-}
-
-/// On which side all corners of a cell lie that the surface does not pass; none if one of them is a tip that was cut off.
-fn side(at: Place, lattice: &Lattice, slopes: &mut Evaluator<Slope>) -> Option<bool> {
-    let mut sides = eighths(at, 1).map(|(corner, _)| {
-        let corner = lattice.corner(corner).to_array().map(Interval::point);
-        let Interval { lo, hi } = value(corner, slopes).value;
-        if lo > 0.0 { Some(false) } else { (hi < 0.0).then_some(true) }
+/// On which side all corners of a cell lie; none if one of them is a tip that was cut off.
+fn side(corners: &[Slope]) -> Option<bool> {
+    let mut sides = corners.iter().map(|corner| match corner.value {
+        Interval { lo, .. } if lo > 0.0 => Some(false),
+        Interval { hi, .. } => (hi < 0.0).then_some(true),
     });
     let first = sides.next()??;
     sides.all(|side| side == Some(first)).then_some(first)
 }
 
-fn value(region: [Interval; 3], slopes: &mut Evaluator<Slope>) -> Slope {
-    *slopes.eval(&std::array::from_fn(|axis| Slope::coordinate(region[axis], axis)))
+fn eighths(at: Place, cells: u32) -> [Place; PARTS] {
+    std::array::from_fn(|i| std::array::from_fn(|axis| at[axis] + (i as u32 >> axis & 1) * cells))
 }
 
-fn known(region: [Interval; 3], slopes: &mut Evaluator<Slope>) -> Known {
-    let slope = value(region, slopes);
-    let excludes_zero = |i: &Interval| i.lo > 0.0 || i.hi < 0.0;
-    if excludes_zero(&slope.value) {
-        Known::Same { inside: slope.value.hi < 0.0 }
-    } else if slope.grad.iter().any(excludes_zero) {
-        Known::Regular
-    } else {
-        Known::Nothing
-    }
-}
-
-/// Whether what has extreme values in a part of a cell is on the same side as the cell's corners.
-fn is_same(region: [Interval; 3], inside: bool, cuts: u32, slopes: &mut Evaluator<Slope>) -> bool {
-    match known(region, slopes) {
-        Known::Same { inside: here } => here == inside,
-        Known::Regular => true,
-        Known::Nothing if cuts == 0 => false,
-        Known::Nothing => (0..8_u32).all(|i| {
-            let half = std::array::from_fn(|axis| {
-                let Interval { lo, hi } = region[axis];
-                let mid = region[axis].mid();
-                if i >> axis & 1 == 0 { Interval::new(lo, mid) } else { Interval::new(mid, hi) }
-            });
-            is_same(half, inside, cuts - 1, slopes)
-        }),
-    }
+/// A region, cut along all axes.
+fn halves(region: Region) -> [Region; PARTS] {
+    std::array::from_fn(|i| {
+        std::array::from_fn(|axis| {
+            let (Interval { lo, hi }, mid) = (region[axis], region[axis].mid());
+            if i >> axis & 1 == 0 { Interval::new(lo, mid) } else { Interval::new(mid, hi) }
+        })
+    })
 }

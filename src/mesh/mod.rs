@@ -33,11 +33,12 @@ mod weld;
 pub use weld::rounded;
 
 use crate::field::{Stopped, Watch};
-use crate::num::{Slope, srgb};
+use crate::num::srgb;
 use crate::scene::Aabb;
 use crate::shape::Mesh;
 use crate::tape::{Cells, Evaluator, Tape};
 use blocks::Block;
+use certificate::Prover;
 use contour::{Choices, Contour, Tracer, Vertex};
 use glam::DVec3;
 use lattice::{Lattice, Place, block_of};
@@ -227,10 +228,10 @@ impl Sketch {
     /// A cell of each block of which it is not proven that nothing is missed there, and in how many cells of the block
     /// samples say that something is; not all of them when stopped.
     fn doubts(&self, solid: &Solid, watch: &Watch<'_>) -> Vec<(Place, u64)> {
-        let evaluators = || (Evaluator::new(solid.tape.clone()), Evaluator::new(solid.tape.clone()));
-        let doubts = |(slopes, values): &mut (Evaluator<Slope>, _), (block, contour): (&Block, &Contour)| {
+        let evaluators = || (Prover::new(&solid.tape), Evaluator::new(solid.tape.clone()));
+        let doubts = |(prover, values): &mut (Prover, _), (block, contour): (&Block, &Contour)| {
             watch.check().ok()?;
-            let at = certificate::doubt(block, contour, &self.lattice, slopes)?;
+            let at = certificate::doubt(block, contour, &self.lattice, prover)?;
             Some((at, missed::hidden(block, contour, &self.lattice, values)))
         };
         self.blocks.par_iter().zip(&self.contours).map_init(evaluators, doubts).flatten().collect()

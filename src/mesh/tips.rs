@@ -106,11 +106,11 @@ fn holds(tape: &Arc<Tape>, [from, to]: [DVec3; 2], slopes: &mut Evaluator<Slope>
 }
 
 fn is_inside(from: DVec3, to: DVec3, halvings: u32, slopes: &mut Evaluator<Slope>) -> bool {
-    let along = slopes_along(hull(from, to), (to - from).normalize_or(DVec3::Y), slopes);
+    let along = *slopes.eval(&towards(hull(from, to), (to - from).normalize_or(DVec3::Y)));
     if along.value.hi < 0.0 {
         return true;
     }
-    let mut is_negative = |p: DVec3| slopes_along(hull(p, p), DVec3::Y, slopes).value.hi < 0.0;
+    let mut is_negative = |p: DVec3| slopes.eval(&towards(hull(p, p), DVec3::Y)).value.hi < 0.0;
     if !(is_negative(from) && is_negative(to)) {
         return false;
     }
@@ -127,13 +127,12 @@ fn hull(a: DVec3, b: DVec3) -> [Interval; 3] {
     std::array::from_fn(|axis| Interval::new(a[axis].min(b[axis]), a[axis].max(b[axis])))
 }
 
-/// The field over a region, with the derivative along a direction as the first.
-pub(super) fn slopes_along(region: [Interval; 3], direction: DVec3, slopes: &mut Evaluator<Slope>) -> Slope {
+/// The coordinates of a region, with a direction as the first that slopes are taken along.
+pub(super) fn towards(region: [Interval; 3], direction: DVec3) -> [Slope; 3] {
     let (a, b) = direction.any_orthonormal_pair();
-    let p = std::array::from_fn(|axis| Slope {
+    std::array::from_fn(|axis| Slope {
         value: region[axis],
         grad: [direction, a, b].map(|d| Interval::point(d[axis])),
         norm: f64::INFINITY,
-    });
-    *slopes.eval(&p)
+    })
 }

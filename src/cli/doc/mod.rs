@@ -24,7 +24,7 @@ use thumbnail::Thumbnail;
   orogen doc fbm                 what fractal::fbm does, here
   orogen doc                     docs/reference.md and its pictures
   orogen doc -o site --text      only the text, in seconds
-  orogen doc --only cellular     the text, and the pictures of one name")]
+  orogen doc --only cellular     only the pictures of one name")]
 pub struct Args {
     /// What to explain; nothing is written then
     #[arg(value_name = "NAME", conflicts_with_all = ["output", "text", "only"])]
@@ -49,14 +49,16 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
     if let Some(name) = &args.name {
         return explain(&entries, name);
     }
-    let thumbnails = thumbnail::all(&entries);
-    let only = args.only.as_deref().map(|name| pictured(&thumbnails, name)).transpose()?;
+    let folder = args.output.join("reference");
+    if let Some(name) = &args.only {
+        let pictures = draw_all(&pictured(&entries, name)?, &folder, terminal)?;
+        err(format_args!("{}: {}", folder.display(), plural(pictures, "picture")));
+        return Ok(());
+    }
+    let thumbnails = thumbnail::all(entries.iter());
     let text = args.output.join("reference.md");
     write(&text, page(&entries, &thumbnails).as_bytes())?;
-    let mut pictures = 0;
-    if !args.text {
-        pictures = draw_all(&thumbnails, args, only.as_deref(), terminal)?;
-    }
+    let pictures = if args.text { 0 } else { draw_all(&thumbnails, &folder, terminal)? };
     err(format_args!(
         "{}: {}, {}",
         text.display(),
@@ -76,14 +78,14 @@ fn explain(entries: &[Entry], name: &str) -> Outcome {
     Ok(())
 }
 
-/// The full name of what has a picture, which may be given without its module.
-fn pictured(thumbnails: &[Thumbnail<'_>], name: &str) -> Result<String, Failure> {
-    let seen = || thumbnails.iter().map(|t| t.entry);
-    let found = seen().find(|e| e.name == name).or_else(|| seen().find(|e| help::short(e) == name));
-    found.map(|entry| entry.name.clone()).ok_or_else(|| {
-        let seen: Vec<Entry> = seen().cloned().collect();
-        unknown(&seen, name, &format!("the reference has no picture of `{name}`"))
-    })
+/// The pictures of a name, which may be given without its module.
+fn pictured<'a>(entries: &'a [Entry], name: &str) -> Result<Vec<Thumbnail<'a>>, Failure> {
+    let exact = entries.iter().find(|e| e.name == name);
+    let found = exact.or_else(|| entries.iter().find(|e| help::short(e) == name));
+    let thumbnails = found.map(|found| thumbnail::all(entries.iter().filter(|e| e.name == found.name)));
+    thumbnails
+        .filter(|thumbnails| !thumbnails.is_empty())
+        .ok_or_else(|| unknown(entries, name, &format!("the reference has no picture of `{name}`")))
 }
 
 fn unknown(entries: &[Entry], name: &str, message: &str) -> Failure {
@@ -101,26 +103,18 @@ fn write(path: &Path, bytes: &[u8]) -> Outcome {
     Ok(())
 }
 
-fn draw_all(
-    thumbnails: &[Thumbnail<'_>],
-    args: &Args,
-    only: Option<&str>,
-    terminal: &Terminal,
-) -> Result<u64, Failure> {
-    let folder = args.output.join("reference");
-    std::fs::create_dir_all(&folder).map_err(|e| {
+fn draw_all(thumbnails: &[Thumbnail<'_>], folder: &Path, terminal: &Terminal) -> Result<u64, Failure> {
+    std::fs::create_dir_all(folder).map_err(|e| {
         Failure::error(
             format!("cannot create the folder {} ({e})", folder.display()),
             "choose another with -o",
         )
     })?;
-    let wanted = |t: &&Thumbnail<'_>| only.is_none_or(|only| only == t.entry.name);
-    let seen: Vec<&Thumbnail<'_>> = thumbnails.iter().filter(wanted).collect();
     let progress = Progress::new(terminal, &folder.display().to_string());
     let interrupt = Interrupt::stopping(&progress);
     let flag = interrupt.flag();
-    for (i, thumbnail) in seen.iter().enumerate() {
-        progress.set(i as f64 / seen.len() as f64);
+    for (i, thumbnail) in thumbnails.iter().enumerate() {
+        progress.set(i as f64 / thumbnails.len() as f64);
         if !thumbnail.draw(&folder.join(thumbnail.file_name()), &Job::unwatched(&flag))? {
             progress.finish();
             let message = format!("stopped after {}", plural(i as u64, "picture"));
@@ -128,7 +122,7 @@ fn draw_all(
         }
     }
     progress.finish();
-    Ok(seen.len() as u64)
+    Ok(thumbnails.len() as u64)
 }
 
 /// The whole reference.

@@ -11,6 +11,7 @@ use crate::render::{self, Job, Metadata};
 use crate::scene::{Aabb, Camera, Scene};
 use crate::script::{self, Entry, Request, STD};
 use crate::session::{self, Order};
+use rayon::prelude::*;
 use std::path::Path;
 
 /// Width and height in pixels.
@@ -25,8 +26,8 @@ pub(super) struct Thumbnail<'a> {
 }
 
 /// The pictures of those entries that have one.
-pub(super) fn all(entries: &[Entry]) -> Vec<Thumbnail<'_>> {
-    entries.iter().filter_map(Thumbnail::of).collect()
+pub(super) fn all<'a>(entries: impl Iterator<Item = &'a Entry>) -> Vec<Thumbnail<'a>> {
+    entries.collect::<Vec<_>>().into_par_iter().filter_map(Thumbnail::of).collect()
 }
 
 impl<'a> Thumbnail<'a> {
@@ -139,7 +140,7 @@ mod tests {
     #[test]
     fn what_can_be_seen_has_a_picture_of_its_own() {
         let entries = script::reference();
-        let thumbnails = all(&entries);
+        let thumbnails = all(entries.iter());
         let names: BTreeSet<String> = thumbnails.iter().map(Thumbnail::file_name).collect();
         assert_eq!(names.len(), thumbnails.len());
         let seen: BTreeSet<&str> = thumbnails.iter().map(|t| t.entry.name.as_str()).collect();
