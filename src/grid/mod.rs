@@ -27,7 +27,7 @@ pub mod weathering;
 
 pub use crate::num::Edge;
 
-use crate::num::{Digest, Order, interpolate_cubic, mix};
+use crate::num::{Digest, Order, interpolate_cubic};
 use bound::Pyramid;
 use rayon::prelude::*;
 use std::hash::{Hash, Hasher};
@@ -278,7 +278,7 @@ pub struct Grid {
     coefficients: Arc<[f64]>,
     /// Made when it is first asked for: grids that only others are made of never are.
     bounds: Arc<OnceLock<Pyramid>>,
-    digest: u64,
+    digest: Digest,
 }
 
 impl Grid {
@@ -319,7 +319,9 @@ impl Grid {
         let level = 0.5 * (lo + hi);
         coefficients.iter_mut().for_each(|c| *c -= level);
         let scale = frame.spacing.map(|s| 1.0 / s);
-        let digest = coefficients.iter().fold(mix(level.to_bits()), |hash, c| mix(hash ^ c.to_bits()));
+        let mut digest = Digest::default();
+        digest.numbers([level]);
+        digest.numbers(coefficients.iter().copied());
         Ok(Grid { frame, scale, level, coefficients: coefficients.into(), bounds: Arc::default(), digest })
     }
 
@@ -383,13 +385,11 @@ impl Grid {
     /// What it is, in 16 bytes: the same grid has the same in every run of the program.
     pub fn fingerprint(&self) -> Digest {
         let mut digest = Digest::default();
-        digest.text(&format!("{:?}", self.frame));
-        digest.numbers([self.level]);
-        digest.numbers(self.coefficients.iter().copied());
+        self.hash(&mut digest);
         digest
     }
 
-    fn identity(&self) -> (u64, [usize; 3], [u64; 3], [u64; 3], Edge) {
+    fn identity(&self) -> (Digest, [usize; 3], [u64; 3], [u64; 3], Edge) {
         let Frame { size, origin, spacing, edge } = self.frame;
         (self.digest, size, origin.map(f64::to_bits), spacing.map(f64::to_bits), edge)
     }

@@ -2,7 +2,7 @@
 //! bound, and every enclosure holds what it encloses.
 
 use super::*;
-use crate::num::{Affine, Bounds, Interval, Jet, Jets, Kernel, Many, Number, Reduced, Slope, uniform};
+use crate::num::{Affine, Bounds, Interval, Jet, Jets, Kernel, Many, Number, Reduced, Slope, mix, uniform};
 
 fn random(i: u64) -> f64 {
     2.0 * uniform(mix(i)) - 1.0

@@ -5,7 +5,7 @@ use super::engine::{Limits, Stop};
 use super::fault::{Fault, Outcome};
 use crate::diag::{Diagnostic, Place};
 use crate::expr::{Graph, Input, Node, NodeId};
-use crate::num::{Digest, Number};
+use crate::num::Number;
 use crate::op::Op;
 use crate::scene::{Param, Value};
 use crate::tape::{Evaluator, Tape};
@@ -207,24 +207,13 @@ impl Host {
         Ok(move |p: [f64; 3]| *evaluator.eval(&p))
     }
 
-    /// The fingerprint of an expression at the time of the run.
-    pub fn fingerprint(&self, node: NodeId) -> Outcome<Digest> {
-        let still = self.still(node)?;
-        Ok(self.graph.borrow().fingerprint(still))
-    }
-
-    /// An expression at the time of the run.
-    fn still(&self, node: NodeId) -> Outcome<NodeId> {
-        let time = self.constant(self.time)?;
-        self.substitute(node, &[(Input::Time, time)])
-    }
-
     /// The code of an expression at the time of the run.
     pub fn tape(&self, node: NodeId) -> Outcome<Arc<Tape>> {
         if let Some(tape) = self.tapes.borrow().get(&node) {
             return Ok(tape.clone());
         }
-        let still = self.still(node)?;
+        let time = self.constant(self.time)?;
+        let still = self.substitute(node, &[(Input::Time, time)])?;
         let tape = Arc::new(Tape::new(&self.graph.borrow(), &[still]));
         let mut tapes = self.tapes.borrow_mut();
         if tapes.len() >= 64 {

@@ -47,6 +47,15 @@ pub enum WriteError {
     },
 }
 
+/// How names of files begin and end that are not finished.
+const BEGUN: [&str; 2] = [".orogen-", ".tmp"];
+
+/// Whether a path is that of a file that is not finished, by its name.
+pub fn is_begun(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str());
+    name.is_some_and(|name| name.starts_with(BEGUN[0]) && name.ends_with(BEGUN[1]))
+}
+
 /// Writes a file through `fill`, atomically. Symbolic links are followed, and a file that is
 /// replaced passes its permissions on.
 ///
@@ -192,7 +201,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 fn create(path: &Path) -> Result<NamedTempFile, WriteError> {
     let folder = folder_of(path);
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".orogen-").suffix(".tmp");
+    builder.prefix(BEGUN[0]).suffix(BEGUN[1]);
     // Temporary files are private by default; this one becomes a file like any other (less umask).
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));

@@ -2,9 +2,10 @@
 //!
 //! A [`Store`] is a folder: `OROGEN_CACHE` if that is set, else `orogen` in `XDG_CACHE_HOME` or in `.cache` at home;
 //! nowhere if it is set to `off`. Each kind of finding has a [`Shelf`] in it, a folder of files that are named after what they
-//! are the findings of. The first line of a file holds that name, the version of the program, and a digest of the rest: a
-//! file that does not match, or cannot be read, is as if it were not there. Files may be removed at any time; those that
-//! were not used for longest are when there are too many.
+//! are the findings of. The first line of a file holds that name, a fingerprint of all that the program was compiled of, and
+//! a digest of the rest: a file that does not match, or cannot be read, is as if it were not there. So what another version
+//! has found is found anew. Files may be removed at any time; those that were not used for longest are when there are too
+//! many.
 
 use super::atomic;
 use crate::num::Digest;
@@ -14,7 +15,7 @@ use std::env::var_os;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 /// A folder of findings.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -27,13 +28,21 @@ pub struct Store {
 pub struct Shelf {
     /// The name of its folder.
     pub name: &'static str,
-    /// How names of its files end.
-    pub kind: &'static str,
-    /// Raised when findings of old must not be taken for those of now.
-    pub revision: u32,
     /// Bytes that its files may take.
     pub most: u64,
 }
+
+/// How names of files end.
+const KIND: &str = "kept";
+
+/// One file may take this share of what all may: it should not drive out all others.
+const SHARE: u64 = 3;
+
+/// What the program is made of.
+const SOURCES: &str = env!("OROGEN_SOURCES");
+
+/// Nobody takes so long to write a file.
+const ABANDONED: Duration = Duration::from_secs(3600);
 
 impl Store {
     /// The folder of the user, if there is to be one.
@@ -54,13 +63,15 @@ impl Store {
     }
 
     fn file(&self, shelf: &Shelf, key: Digest) -> PathBuf {
-        self.folder.join(shelf.name).join(format!("{key}.{}", shelf.kind))
+        self.folder.join(shelf.name).join(format!("{key}.{KIND}"))
     }
 
     /// What was found of something before, if it is still there.
     pub fn load<T: DeserializeOwned>(&self, shelf: &Shelf, key: Digest) -> Option<T> {
         let path = self.file(shelf, key);
-        let found = read(shelf, key, &std::fs::read(&path).ok()?)?;
+        // Who reads from something else than a file may wait for ever.
+        std::fs::metadata(&path).ok().filter(|about| about.is_file())?;
+        let found = read(key, &std::fs::read(&path).ok()?)?;
         touch(&path);
         Some(found)
     }
@@ -68,17 +79,15 @@ impl Store {
     /// Keeps what was found of something, where that is possible; that it is not is no harm.
     pub fn save(&self, shelf: &Shelf, key: Digest, found: &impl Serialize) {
         let path = self.file(shelf, key);
-        let Some(bytes) = bytes(shelf, key, found) else { return };
-        // One so large would drive out all others, and itself.
-        if bytes.len() as u64 > shelf.most {
+        let Some(bytes) = bytes(key, found).filter(|bytes| bytes.len() as u64 <= shelf.most / SHARE) else {
             return;
-        }
+        };
         if let Some(folder) = path.parent()
             && std::fs::create_dir_all(folder).is_ok()
         {
             // Next time it is found anew.
             let _ = atomic::write(&path, |f| f.write_all(&bytes));
-            trim(folder, shelf.kind, shelf.most);
+            trim(folder, shelf.most);
         }
     }
 }
@@ -86,35 +95,33 @@ impl Store {
 /// What is on the first line of a file; the finding follows.
 #[derive(Serialize, Deserialize, PartialEq)]
 struct Head {
-    revision: u32,
-    version: String,
+    sources: String,
     key: String,
     digest: String,
 }
 
 impl Head {
-    fn new(shelf: &Shelf, key: Digest, found: &[u8]) -> Head {
+    fn new(key: Digest, found: &[u8]) -> Head {
         let mut digest = Digest::default();
         digest.bytes(found);
-        let version = env!("CARGO_PKG_VERSION").to_owned();
-        Head { revision: shelf.revision, version, key: key.to_string(), digest: digest.to_string() }
+        Head { sources: SOURCES.to_owned(), key: key.to_string(), digest: digest.to_string() }
     }
 }
 
 /// The bytes of a file.
-fn bytes(shelf: &Shelf, key: Digest, found: &impl Serialize) -> Option<Vec<u8>> {
+fn bytes(key: Digest, found: &impl Serialize) -> Option<Vec<u8>> {
     let found = postcard::to_allocvec(found).ok()?;
-    let mut bytes = serde_json::to_vec(&Head::new(shelf, key, &found)).ok()?;
+    let mut bytes = serde_json::to_vec(&Head::new(key, &found)).ok()?;
     bytes.push(b'\n');
     bytes.extend(found);
     Some(bytes)
 }
 
 /// The finding in the bytes of a file, if it is whole and of this.
-fn read<T: DeserializeOwned>(shelf: &Shelf, key: Digest, bytes: &[u8]) -> Option<T> {
+fn read<T: DeserializeOwned>(key: Digest, bytes: &[u8]) -> Option<T> {
     let (head, found) = bytes.split_at(bytes.iter().position(|byte| *byte == b'\n')?);
     let found = &found[1..];
-    let is_whole = serde_json::from_slice::<Head>(head).ok()? == Head::new(shelf, key, found);
+    let is_whole = serde_json::from_slice::<Head>(head).ok()? == Head::new(key, found);
     if is_whole { postcard::from_bytes(found).ok() } else { None }
 }
 
@@ -126,23 +133,29 @@ fn touch(path: &Path) {
     }
 }
 
-/// Removes the files of a kind that were not used for longest until the others take no more than so many bytes.
-fn trim(folder: &Path, kind: &str, most: u64) {
+/// Removes the files that were not used for longest until the others take no more than so many bytes, and those that somebody who
+/// was killed has begun.
+fn trim(folder: &Path, most: u64) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     let file = |entry: std::fs::DirEntry| {
         let about = entry.metadata().ok().filter(std::fs::Metadata::is_file)?;
-        let is_ours = entry.path().extension().is_some_and(|e| e == kind);
-        is_ours.then_some((about.modified().ok()?, about.len(), entry.path()))
+        Some((about.modified().ok()?, about.len(), entry.path()))
     };
-    let mut files: Vec<_> = entries.flatten().filter_map(file).collect();
-    files.sort_by(|a, b| b.cmp(a));
+    let (mut kept, others): (Vec<_>, Vec<_>) = entries
+        .flatten()
+        .filter_map(file)
+        .partition(|(_, _, path)| path.extension().is_some_and(|e| e == KIND));
+    kept.sort_by(|a, b| b.cmp(a));
     let mut total = 0;
-    for (_, size, path) in files {
+    let too_many = kept.into_iter().filter(|(_, size, _)| {
         total += size;
-        if total > most {
-            // One that another process has removed is gone as well.
-            let _ = std::fs::remove_file(path);
-        }
+        total > most
+    });
+    let is_old = |time: &SystemTime| time.elapsed().is_ok_and(|age| age > ABANDONED);
+    let begun = others.into_iter().filter(|(time, _, path)| atomic::is_begun(path) && is_old(time));
+    for (_, _, path) in too_many.chain(begun) {
+        // One that another process has removed is gone as well.
+        let _ = std::fs::remove_file(path);
     }
 }
 
@@ -151,7 +164,7 @@ mod tests {
     use super::*;
     use std::time::Duration;
 
-    const SHELF: Shelf = Shelf { name: "numbers", kind: "list", revision: 1, most: 1000 };
+    const SHELF: Shelf = Shelf { name: "numbers", most: 3000 };
 
     fn key(x: u64) -> Digest {
         let mut key = Digest::default();
@@ -169,17 +182,18 @@ mod tests {
         let bits = |found: Option<Vec<f64>>| found.map(|v| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>());
         assert_eq!(bits(load(&SHELF, 7)), bits(Some(vec![0.5, -0.0])));
         assert_eq!(load(&SHELF, 8), None);
-        assert_eq!(load(&Shelf { revision: 2, ..SHELF }, 7), None);
         assert_eq!(load(&Shelf { name: "others", ..SHELF }, 7), None);
-        store.save(&SHELF, key(8), &vec![1.0; 1000]);
-        assert_eq!(load(&SHELF, 8), None, "one so large would drive out all others");
+        store.save(&SHELF, key(8), &vec![1.0; 200]);
+        assert_eq!(load(&SHELF, 8), None, "one so large drives out others");
+        let text = std::fs::read_to_string(store.file(&SHELF, key(7))).unwrap_or_default();
+        assert!(text.is_empty() || text.contains(SOURCES), "{text}");
     }
 
     #[test]
     fn a_file_with_a_byte_that_is_wrong_is_none() {
         let found = (3.5, vec![1_u32, 2, 3], "a text".to_owned());
-        let whole = |bytes: &[u8]| read::<(f64, Vec<u32>, String)>(&SHELF, key(7), bytes);
-        let bytes = bytes(&SHELF, key(7), &found).unwrap();
+        let whole = |bytes: &[u8]| read::<(f64, Vec<u32>, String)>(key(7), bytes);
+        let bytes = bytes(key(7), &found).unwrap();
         assert_eq!(whole(&bytes), Some(found));
         for i in 0..bytes.len() {
             let mut damaged = bytes.clone();
@@ -192,7 +206,8 @@ mod tests {
     #[test]
     fn what_was_not_used_for_longest_makes_room() {
         let folder = tempfile::tempdir().unwrap();
-        for (i, name) in ["0.list", "1.list", "2.list", "3.txt"].into_iter().enumerate() {
+        let names = ["0.kept", "1.kept", "2.kept", "3.txt", ".orogen-4.tmp"];
+        for (i, name) in names.into_iter().enumerate() {
             let path = folder.path().join(name);
             std::fs::write(&path, [0; 100]).unwrap();
             let age = Duration::from_secs(1000 * i as u64);
@@ -205,10 +220,11 @@ mod tests {
             names.sort();
             names
         };
-        trim(folder.path(), "list", 300);
-        assert_eq!(left().len(), 4);
-        touch(&folder.path().join("2.list"));
-        trim(folder.path(), "list", 250);
-        assert_eq!(left(), ["0.list", "2.list", "3.txt"]);
+        trim(folder.path(), 300);
+        assert_eq!(left(), ["0.kept", "1.kept", "2.kept", "3.txt"], "what was begun an hour ago is gone");
+        std::fs::write(folder.path().join(".orogen-5.tmp"), "").unwrap();
+        touch(&folder.path().join("2.kept"));
+        trim(folder.path(), 250);
+        assert_eq!(left(), [".orogen-5.tmp", "0.kept", "2.kept", "3.txt"]);
     }
 }

@@ -1,6 +1,6 @@
 //! Grids: what is computed once for many places at a time, and then is a field like any other.
 
-use super::grid_store::remembered;
+use super::grid_store::{Of, remembered};
 use super::{Call, Library};
 use crate::expr::NodeId;
 use crate::grid::additions;
@@ -280,15 +280,15 @@ fn spectral(c: &Call<'_>) -> Outcome<Dynamic> {
     let job = |spectrum: String| format!("spectral {seed} {deviation:?} {spectrum}");
     match (own, name) {
         (Some(field), _) => {
-            let (density, of) = (c.host.sampler(field.node)?, c.host.fingerprint(field.node)?);
-            remembered(c, frame, &job("own".into()), &[of], || {
+            let density = c.host.sampler(field.node)?;
+            remembered(c, frame, &job("own".into()), Of::Field(field.node), || {
                 random_field(c, frame, seed, deviation, density)
             })
         }
-        (None, "markov") => remembered(c, frame, &job(format!("markov {alpha:?}")), &[], || {
+        (None, "markov") => remembered(c, frame, &job(format!("markov {alpha:?}")), Of::Numbers, || {
             random_field(c, frame, seed, deviation, spectrum::markov(alpha))
         }),
-        (None, _) => remembered(c, frame, &job(format!("fbm {hurst:?} {largest:?}")), &[], || {
+        (None, _) => remembered(c, frame, &job(format!("fbm {hurst:?} {largest:?}")), Of::Numbers, || {
             random_field(c, frame, seed, deviation, spectrum::fbm(hurst, axes, largest))
         }),
     }
@@ -342,7 +342,7 @@ fn random_additions(c: &Call<'_>) -> Outcome<Dynamic> {
     let recipe = additions::Recipe { seed: seed(c)?, hurst, levels };
     let size = recipe.size(edge);
     let frame = within(c, [size, 1, size], center - 0.5 * extent, center + 0.5 * extent, edge)?;
-    remembered(c, frame, &format!("random additions {recipe:?} {deviation:?}"), &[], || {
+    remembered(c, frame, &format!("random additions {recipe:?} {deviation:?}"), Of::Numbers, || {
         times(recipe.surface(frame, &c.host.halt()), deviation).map_err(failed)
     })
 }
@@ -361,8 +361,8 @@ fn spot_noise(c: &Call<'_>) -> Outcome<Dynamic> {
     }
     let recipe = spot::Recipe { seed: seed(c)?, radius, density };
     let spot = c.field(1)?.node;
-    let (sampler, of) = (c.host.sampler(spot)?, c.host.fingerprint(spot)?);
-    remembered(c, frame, &format!("spot noise {recipe:?}"), &[of], || {
+    let sampler = c.host.sampler(spot)?;
+    remembered(c, frame, &format!("spot noise {recipe:?}"), Of::Field(spot), || {
         recipe.texture(frame, sampler, &c.host.halt()).map_err(failed)
     })
 }
@@ -390,8 +390,8 @@ fn bake(c: &Call<'_>) -> Outcome<Dynamic> {
         }
     };
     let field = c.field(0)?.node;
-    let (sampler, of) = (c.host.sampler(field)?, c.host.fingerprint(field)?);
-    remembered(c, frame, "bake", &[of], || {
+    let sampler = c.host.sampler(field)?;
+    remembered(c, frame, "bake", Of::Field(field), || {
         let samples = Samples::of(frame, sampler, &c.host.halt()).map_err(failed)?;
         if let Some(i) = samples.values.iter().position(|v| !v.is_finite()) {
             let [x, y, z] = frame.place(i);
@@ -432,7 +432,7 @@ fn eroded(c: &Call<'_>) -> Outcome<Dynamic> {
     };
     o.finish()?;
     c.host.take_samples(grid.0.frame().count())?;
-    remembered(c, *grid.0.frame(), &format!("eroded {rain:?}"), &[grid.0.fingerprint()], || {
+    remembered(c, *grid.0.frame(), &format!("eroded {rain:?}"), Of::Grid(&grid.0), || {
         rain.erode(grid.0.samples(), &c.host.halt()).map_err(failed)
     })
 }
@@ -446,7 +446,7 @@ fn weathered(c: &Call<'_>) -> Outcome<Dynamic> {
     o.finish()?;
     c.host.take_samples(grid.0.frame().count())?;
     let weather = Weathering { talus, rate, steps };
-    remembered(c, *grid.0.frame(), &format!("weathered {weather:?}"), &[grid.0.fingerprint()], || {
+    remembered(c, *grid.0.frame(), &format!("weathered {weather:?}"), Of::Grid(&grid.0), || {
         weather.weather(grid.0.samples(), &c.host.halt()).map_err(failed)
     })
 }

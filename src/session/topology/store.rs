@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use std::hash::Hash;
 
 /// Where they are kept.
-const SHELF: Shelf = Shelf { name: "topology", kind: "analysis", revision: 8, most: 256 << 20 };
+const SHELF: Shelf = Shelf { name: "topology", most: 256 << 20 };
 
 /// What an analysis is of.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

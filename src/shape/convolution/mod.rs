@@ -273,14 +273,14 @@ impl Body for Convolution {
         digest.numbers([s, self.threshold]);
         for (primitive, weight) in &self.parts {
             digest.numbers([*weight]);
-            match primitive {
-                Primitive::Point(p) => digest.numbers(p.to_array()),
-                Primitive::Segment(p) => digest.numbers(p.iter().flat_map(|p| p.to_array())),
-                Primitive::Triangle(p) => digest.numbers(p.iter().flat_map(|p| p.to_array())),
-                Primitive::Arc(arc) => {
-                    digest.numbers([0.0, 0.5, 1.0].iter().flat_map(|t| arc.at(*t).to_array()))
-                }
-            }
+            let (kind, points) = match primitive {
+                Primitive::Point(p) => (0, vec![*p]),
+                Primitive::Segment(p) => (1, p.to_vec()),
+                Primitive::Triangle(p) => (2, p.to_vec()),
+                Primitive::Arc(arc) => (3, [0.0, 0.5, 1.0].map(|t| arc.at(t)).to_vec()),
+            };
+            digest.whole(kind);
+            digest.numbers(points.iter().flat_map(DVec3::to_array));
         }
     }
 }

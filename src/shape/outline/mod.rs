@@ -250,5 +250,8 @@ impl Body for Outline {
     fn digest(&self, digest: &mut Digest) {
         self.strand.digest(digest);
         digest.numbers(self.outside.iter().copied());
+        // What is covered by something else has no piece in the outline, but says where its inside is.
+        digest.whole(u64::from(self.is_whole));
+        self.winding.digest(digest);
     }
 }

@@ -4,9 +4,10 @@
 //! Pieces are cut where they turn, so that each crosses a level once. It does so if it begins
 //! on or below the level and ends above it, or the other way round: no end is counted twice.
 
+use crate::num::Digest;
 use crate::shape::boxes::{Boxes, Extent};
 use crate::shape::strand::Piece;
-use glam::{DVec2, Vec4Swizzles};
+use glam::{DVec2, DVec4, Vec4Swizzles};
 
 /// What is covered of what a drawing winds around.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -36,6 +37,16 @@ pub(super) struct Winding {
 }
 
 impl Winding {
+    /// Takes all drawings in.
+    pub fn digest(&self, digest: &mut Digest) {
+        digest.whole(self.rules.len() as u64);
+        self.rules.iter().for_each(|rule| digest.whole(*rule as u64));
+        for (piece, drawing) in &self.pieces {
+            digest.numbers(piece.0.iter().flat_map(DVec4::to_array));
+            digest.whole(*drawing as u64);
+        }
+    }
+
     /// The winding of drawings, each of pieces none of which turns up or down within.
     pub fn new(layers: Vec<(Rule, Vec<Piece>)>) -> Winding {
         let rules = layers.iter().map(|(rule, _)| *rule).collect();

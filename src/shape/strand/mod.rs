@@ -141,7 +141,10 @@ impl Strand {
     /// Takes all pieces in.
     pub fn digest(&self, digest: &mut Digest) {
         digest.whole(self.pieces.len() as u64);
-        self.pieces.iter().for_each(|p| digest.numbers(p.0.iter().flat_map(DVec4::to_array)));
+        for (piece, straight) in self.pieces.iter().zip(&self.straight) {
+            digest.numbers(piece.0.iter().flat_map(DVec4::to_array));
+            digest.whole(u64::from(*straight));
+        }
     }
 
     /// The pieces.

@@ -147,7 +147,7 @@ fn several_turns_agree(air: &Air, places: impl IntoIterator<Item = (f64, f64)>) 
     let psi = atmosphere.tables.multiple.as_ref().unwrap();
     for (h, elevation) in places {
         let (r, sun): (f64, DVec3) = (1.0 + h, one_sun(elevation)[0].0);
-        let (mut back, mut second, n) = (DVec3::ZERO, DVec3::ZERO, 60);
+        let (mut back, mut second, n) = (DVec3::ZERO, DVec3::ZERO, 40);
         let horizon = -(1.0 - (1.0 / r).powi(2)).sqrt();
         for i in 0..2 * n * n {
             // Above and below in turn, and dense towards the horizon.
@@ -158,7 +158,7 @@ fn several_turns_agree(air: &Air, places: impl IntoIterator<Item = (f64, f64)>) 
             let direction = DVec3::new(flat * (PI * around).cos(), mu, flat * (PI * around).sin());
             let ground = to_ground(1.0, r * DVec3::Y, direction);
             let mut depth = DVec3::ZERO;
-            for (p, ds) in pieces(r * DVec3::Y, direction, ground.min(0.8), 300) {
+            for (p, ds) in pieces(r * DVec3::Y, direction, ground.min(0.8), 200) {
                 let (scattering, extinction) = coefficients(air, p.length() - 1.0);
                 let weight = share * ds * scattering * (-(depth + 0.5 * ds * extinction)).exp();
                 back += weight;
@@ -204,7 +204,7 @@ fn ambient_light_is_the_mean(air: &Air, places: impl IntoIterator<Item = (f64, f
     let atmosphere = made(air).unwrap();
     for (h, elevation) in places {
         let (p, suns) = ((1.0 + h) * DVec3::Y, one_sun(elevation));
-        let (mut above, mut below, n) = (DVec3::ZERO, DVec3::ZERO, 60);
+        let (mut above, mut below, n) = (DVec3::ZERO, DVec3::ZERO, 40);
         for i in 0..n * n {
             let [up, around] = [i / n, i % n].map(|i| (i as f64 + 0.5) / n as f64);
             // Squared towards the horizon, where the light changes most.
@@ -214,7 +214,7 @@ fn ambient_light_is_the_mean(air: &Air, places: impl IntoIterator<Item = (f64, f
                 let direction = DVec3::new(flat * around.cos(), up, flat * around.sin());
                 let distance = to_ground(1.0, p, direction);
                 let length = distance.min(0.8);
-                let (light, through) = direct_light(&atmosphere, air, p, direction, length, suns[0].0, 300);
+                let (light, through) = direct_light(&atmosphere, air, p, direction, length, suns[0].0, 200);
                 if distance == f64::INFINITY {
                     return light;
                 }
