@@ -108,8 +108,11 @@ pub(super) fn doubt(
         let found = prover.over(&tape, &parts.map(|at| lattice.region(at, cells)));
         let open = parts.into_iter().zip(found).filter(|(_, slope)| is_open(slope));
         if cells == 1 {
+            let open: Vec<_> = open.collect();
+            // Where nothing is proven of one, mostly nothing is of the others.
+            let (first, others) = open.split_at(open.len().min(1));
             let mut leaves = Leaves { contour, lattice, tape: &tape, prover };
-            match leaves.unproven(open.collect()) {
+            match leaves.unproven(first).or_else(|| leaves.unproven(others)) {
                 None => continue,
                 unproven => return unproven,
             }
@@ -131,10 +134,10 @@ struct Leaves<'a> {
 
 impl Leaves<'_> {
     /// One of them of which nothing is proven by anything else.
-    fn unproven(&mut self, cells: Vec<(Place, Slope)>) -> Option<Place> {
+    fn unproven(&mut self, cells: &[(Place, Slope)]) -> Option<Place> {
         // Two directions for each in which the field may rise everywhere in it.
         let mut ways = Vec::with_capacity(2 * cells.len());
-        for (at, slope) in cells {
+        for &(at, slope) in cells {
             let passed = self.contour.cell(at);
             let normal = passed.map(|cell| self.contour.vertices[cell.first as usize].normal);
             if let Some(way) = normal.or_else(|| self.beside(at)) {
