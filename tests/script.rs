@@ -288,6 +288,48 @@ fn every_entry_of_the_reference_is_documented_and_its_example_runs() {
     }
 }
 
+/// Equal expressions have one fingerprint, whatever else was made before them; others have others.
+#[test]
+fn expressions_are_known_by_their_fingerprints() {
+    let print = |script: &str| {
+        let scene = compile(&Request::text(script)).scene.unwrap_or_else(|| panic!("{script}"));
+        scene.graph.fingerprint(scene.surface.field)
+    };
+    let scripts = [
+        "x - y",
+        "y - x",
+        "min(x, y)",
+        "max(x, y)",
+        "(x + y) * z",
+        "x + y * z",
+        "x * time",
+        "sphere(1.0)",
+        "sphere(1.5)",
+        "gradient(7).field()",
+        "gradient(8).field()",
+        "sparse(7).field()",
+        "gradient(7).scaled(2.0).field()",
+        "gradient(7, #{ period: 4 }).field()",
+        "sphere(1.0).flow(vec3(0.1 * y, 0, 0))",
+        "sphere(1.0).flow(vec3(0.2 * y, 0, 0))",
+        "sphere(1.0).flow(vec3(0.1 * y, 0, 0), #{ steps: 3 })",
+        "sphere(1.5).flow(vec3(0.1 * y, 0, 0))",
+        "curve([[0, 0, 0], [1, 0, 0]], #{ kind: \"bspline\", degree: 1 })",
+        "curve([[0, 0, 0], [1, 0, 0]], #{ kind: \"bspline\", degree: 2 })",
+        "curve([[0, 0, 0], [1, 0, 1]])",
+        "spectral(7, #{ size: 8 }).field()",
+        "spectral(8, #{ size: 8 }).field()",
+        "spectral(7, #{ size: 8, extent: 3.0 }).field()",
+    ];
+    let prints = scripts.map(print);
+    for (i, script) in scripts.iter().enumerate() {
+        let earlier = format!("let other = z * 3.0 - torus(1.0, 0.3).flow(vec3(0, y, 0));\n{script}");
+        assert_eq!(print(&earlier), prints[i], "{script}");
+        let same = (0..i).find(|&other| prints[other] == prints[i]);
+        assert_eq!(same.map(|other| scripts[other]), None, "{script}");
+    }
+}
+
 #[test]
 fn a_run_stops_when_asked() {
     let mut request = Request::text("let n = 0; loop { n += 1; }");

@@ -3,17 +3,32 @@
 use super::{Flow, Graph, Node, NodeId};
 use crate::num::Digest;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::hash::Hash;
 
 impl Graph {
     /// The fingerprint of an expression, which is the same in every run of the program.
     pub fn fingerprint(&self, root: NodeId) -> Digest {
-        let nodes = self.reachable(&[root]);
-        let place: HashMap<NodeId, u32> = nodes.iter().copied().zip(0..).collect();
-        let number = |id: &NodeId| NodeId(place.get(id).copied().unwrap_or(u32::MAX));
         let mut digest = Digest::default();
-        for id in &nodes {
-            renumbered(self.node(*id), number).hash(&mut digest);
+        // Numbers of nodes in the order in which they are first come to, arguments before their users.
+        let mut places = HashMap::new();
+        let mut pending = vec![root];
+        while let Some(&id) = pending.last() {
+            let before = pending.len();
+            if !places.contains_key(&id) {
+                let args = self.node(id).args();
+                pending.extend(args.into_iter().rev().filter(|arg| !places.contains_key(arg)));
+            }
+            if pending.len() > before {
+                continue;
+            }
+            pending.pop();
+            let count = places.len() as u32;
+            if let Entry::Vacant(place) = places.entry(id) {
+                place.insert(count);
+                let number = |id: &NodeId| NodeId(places.get(id).copied().unwrap_or(u32::MAX));
+                renumbered(self.node(id), number).hash(&mut digest);
+            }
         }
         digest
     }

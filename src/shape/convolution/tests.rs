@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::num::Number;
+use crate::shape::Shape;
 use crate::shape::laws::{anywhere, check, seeded};
 use rand::{RngExt, rngs::StdRng};
 use std::f64::consts::PI;
@@ -201,4 +202,30 @@ fn what_is_no_skeleton_says_so() {
     let c = Convolution::new(&nothing, Density::Cauchy(0.1), 0.5).unwrap();
     assert_eq!(dense(&c, DVec3::X), 0.0);
     check(&c, &mut seeded(5), 5, anywhere);
+}
+
+/// Four segments have as many numbers as seven points.
+#[test]
+fn the_same_numbers_in_another_order_are_another_shape() {
+    let density = Density::Compact(0.2);
+    let segments: Vec<(Primitive, f64)> = (0..4)
+        .map(|i| {
+            let [a, b] = [0.1, 0.2].map(|x| DVec3::new(x, 0.3 * f64::from(i), 0.5));
+            (Primitive::Segment([a, b]), 1.0)
+        })
+        .collect();
+    let segments = Convolution::new(&segments, density, 0.5).unwrap();
+    let numbers: Vec<f64> = segments
+        .parts
+        .iter()
+        .flat_map(|(p, weight)| match p {
+            Primitive::Segment([a, b]) => [&[*weight][..], &a.to_array(), &b.to_array()].concat(),
+            _ => Vec::new(),
+        })
+        .collect();
+    let points: Vec<(Primitive, f64)> =
+        numbers.chunks(4).map(|n| (Primitive::Point(DVec3::new(n[1], n[2], n[3])), n[0])).collect();
+    let points = Convolution::new(&points, density, 0.5).unwrap();
+    assert_eq!((numbers.len(), points.parts.len()), (28, 7));
+    assert_ne!(Shape::new(segments), Shape::new(points));
 }

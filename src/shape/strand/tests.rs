@@ -143,3 +143,16 @@ fn curves_without_length_and_of_many_points_work() {
         assert!((value(&spiral, many[777]) + 0.01).abs() < 1e-4);
     }
 }
+
+/// The bits of what is known to be straight are others.
+#[test]
+fn what_is_known_to_be_straight_is_another_strand() {
+    let piece = Piece::straight(DVec4::ZERO, DVec4::new(1.0, 0.0, 0.0, 0.2));
+    let digest = |plain: bool| {
+        let mut digest = Digest::default();
+        Strand::new([(piece, plain)]).digest(&mut digest);
+        digest
+    };
+    assert_eq!(digest(true), digest(true));
+    assert_ne!(digest(true), digest(false));
+}
