@@ -1,54 +1,48 @@
-//! What expressions are, in 16 bytes: equal ones have equal fingerprints, whatever graphs they are nodes of.
+//! What expressions are, in 16 bytes: equal ones have equal fingerprints, whatever graphs they are nodes of and whatever was
+//! made before them. That of a node is made of its own data and the fingerprints of its arguments (Merkle 1987).
 
 use super::{Flow, Graph, Node, NodeId};
 use crate::num::Digest;
+use crate::op::Op;
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::hash::Hash;
 
 impl Graph {
     /// The fingerprint of an expression, which is the same in every run of the program.
     pub fn fingerprint(&self, root: NodeId) -> Digest {
-        let mut digest = Digest::default();
-        // Numbers of nodes in the order in which they are first come to, arguments before their users.
-        let mut places = HashMap::new();
-        let mut pending = vec![root];
-        while let Some(&id) = pending.last() {
-            let before = pending.len();
-            if !places.contains_key(&id) {
-                let args = self.node(id).args();
-                pending.extend(args.into_iter().rev().filter(|arg| !places.contains_key(arg)));
+        let mut known: HashMap<NodeId, Digest> = HashMap::new();
+        // Arguments come before their users.
+        for id in self.reachable(&[root]) {
+            let node = self.node(id);
+            let mut args: Vec<Digest> =
+                node.args().iter().filter_map(|arg| known.get(arg).copied()).collect();
+            // Their order is that in which they were made, and means nothing.
+            if matches!(node, Node::Op(Op::Add(_) | Op::Mul(_), _)) {
+                args.sort();
             }
-            if pending.len() > before {
-                continue;
-            }
-            pending.pop();
-            let count = places.len() as u32;
-            if let Entry::Vacant(place) = places.entry(id) {
-                place.insert(count);
-                let number = |id: &NodeId| NodeId(places.get(id).copied().unwrap_or(u32::MAX));
-                renumbered(self.node(id), number).hash(&mut digest);
-            }
+            let mut digest = Digest::default();
+            alone(node).hash(&mut digest);
+            args.into_iter().for_each(|arg| digest.join(arg));
+            known.insert(id, digest);
         }
-        digest
+        known.remove(&root).unwrap_or_default()
     }
 }
 
-/// A node whose arguments have other names.
-fn renumbered(node: &Node, name: impl Fn(&NodeId) -> NodeId) -> Node {
-    let point = |p: &[NodeId; 3]| p.each_ref().map(&name);
+/// A node without the names of its arguments.
+fn alone(node: &Node) -> Node {
+    const NONE: NodeId = NodeId(0);
     match node {
         Node::Const(_) | Node::Input(_) => node.clone(),
-        Node::Op(op, args) => Node::Op(*op, args.iter().map(&name).collect()),
-        Node::Noise(noise, p) => Node::Noise(*noise, point(p)),
-        Node::Fractal(f, p, footprint, hurst) => {
-            Node::Fractal(f.clone(), point(p), name(footprint), hurst.as_ref().map(&name))
+        Node::Op(op, args) => Node::Op(*op, vec![NONE; args.len()]),
+        Node::Noise(noise, _) => Node::Noise(*noise, [NONE; 3]),
+        Node::Fractal(fractal, _, _, hurst) => {
+            Node::Fractal(fractal.clone(), [NONE; 3], NONE, hurst.map(|_| NONE))
         }
-        Node::Grid(grid, p) => Node::Grid(grid.clone(), point(p)),
-        Node::Shape(shape, p) => Node::Shape(shape.clone(), point(p)),
-        Node::Flow(flow, p) => {
-            let carried = Flow { field: name(&flow.field), velocity: point(&flow.velocity), ..**flow };
-            Node::Flow(carried.into(), point(p))
+        Node::Grid(grid, _) => Node::Grid(grid.clone(), [NONE; 3]),
+        Node::Shape(shape, _) => Node::Shape(shape.clone(), [NONE; 3]),
+        Node::Flow(flow, _) => {
+            Node::Flow(Flow { field: NONE, velocity: [NONE; 3], ..**flow }.into(), [NONE; 3])
         }
     }
 }

@@ -6,7 +6,7 @@ use std::hash::Hasher;
 
 /// A fingerprint of data, of 128 bits: as good as the data themselves, since two that meet by chance
 /// are not to be expected in the age of the universe. It is shown as 32 hexadecimal digits.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct Digest([u64; 2]);
 
 impl Digest {
