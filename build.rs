@@ -5,8 +5,11 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
-/// What programs are made of; the last is not there where orogen is a part of another program.
-const SOURCES: [&str; 4] = ["src", "stdlib", "Cargo.toml", "Cargo.lock"];
+/// What programs are made of, as far as it is there.
+const SOURCES: [&str; 5] = ["src", "stdlib", "scripts/planet.rhai", "Cargo.toml", "Cargo.lock"];
+
+/// How names of files end that are compiled: editors have others beside them.
+const KINDS: [&str; 7] = ["rs", "rhai", "html", "css", "js", "toml", "lock"];
 
 fn main() -> io::Result<()> {
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
@@ -14,7 +17,6 @@ fn main() -> io::Result<()> {
     for source in SOURCES {
         let path = root.join(source);
         if path.exists() {
-            println!("cargo::rerun-if-changed={source}");
             take(&path, source, &mut hasher)?;
         }
     }
@@ -25,7 +27,11 @@ fn main() -> io::Result<()> {
 /// Takes in the name and the bytes of a file, or of all in a folder.
 fn take(path: &Path, name: &str, hasher: &mut DefaultHasher) -> io::Result<()> {
     if !path.is_dir() {
-        (name, fs::read(path)?).hash(hasher);
+        let is_compiled = path.extension().is_some_and(|kind| KINDS.iter().any(|own| kind == *own));
+        if is_compiled && !name.contains("/.") {
+            println!("cargo::rerun-if-changed={name}");
+            (name, fs::read(path)?).hash(hasher);
+        }
         return Ok(());
     }
     let mut names: Vec<_> =

@@ -137,6 +137,17 @@ fn lanes_equal_points_bit_for_bit() {
                 assert_eq!(f.value(*p).to_bits(), value.to_bits(), "{velocity} at {p}");
             }
         }
+        let mut boxes = Evaluator::<Many<Slope, 8>>::new(f.tape().clone());
+        for batch in points(6, 16).chunks(8) {
+            let side = |i: usize, axis: usize| Interval::around(batch[i][axis], [0.01, 0.1, 0.5][i % 3]);
+            let at = std::array::from_fn(|axis| {
+                Many(std::array::from_fn(|i| Slope::coordinate(side(i, axis), axis)))
+            });
+            for (i, slope) in boxes.eval(&at).0.into_iter().enumerate() {
+                let one = f.slope(&[0, 1, 2].map(|axis| side(i, axis)));
+                assert_eq!(slope, one, "{velocity} around {}", batch[i]);
+            }
+        }
     }
 }
 

@@ -104,6 +104,8 @@ pub(super) fn doubt(
     let mut pending = Vec::new();
     pending.extend(whole.iter().any(is_open).then(|| (block.at, SIDE, block.tape.clone())));
     while let Some((at, cells, tape)) = pending.pop() {
+        let is_long = (PRUNED.0..SIDE).contains(&cells) && tape.work() >= PRUNED.1;
+        let tape = if is_long { Arc::new(tape.prune(&lattice.region(at, cells))) } else { tape };
         let (parts, cells) = (eighths(at, cells / 2), cells / 2);
         let found = prover.over(&tape, &parts.map(|at| lattice.region(at, cells)));
         let open = parts.into_iter().zip(found).filter(|(_, slope)| is_open(slope));
@@ -117,9 +119,7 @@ pub(super) fn doubt(
                 unproven => return unproven,
             }
         }
-        let is_long = cells >= PRUNED.0 && tape.work() >= PRUNED.1;
-        let own = |at| if is_long { Arc::new(tape.prune(&lattice.region(at, cells))) } else { tape.clone() };
-        pending.extend(open.map(|(at, _)| (at, cells, own(at))));
+        pending.extend(open.map(|(at, _)| (at, cells, tape.clone())));
     }
     None
 }
