@@ -242,7 +242,7 @@ fn grids_are_found_where_they_were_kept() {
         "land.rhai",
         "let drops = param(\"drops\", 1.0, 0.1..4.0);
         let land = eroded(spectral(7, #{ size: 256, deviation: 0.1 }), #{ rain: drops });
-        scene(#{ surface: (y - land).colored(param(\"colour\", rgb(\"#886644\"))), bounds: 1.0 })",
+        scene(#{ surface: (y - land).colored(param(\"colour\", \"#886644\")), bounds: 1.0 })",
     )]);
     let picture = |name: &str, more: &str, cache: Option<&str>| {
         let mut command =

@@ -55,8 +55,10 @@ pub fn run(args: &Args, terminal: &Terminal) -> Outcome {
         err(format_args!("{}: {}", folder.display(), plural(pictures, "picture")));
         return Ok(());
     }
-    let thumbnails = thumbnail::all(entries.iter());
     let text = args.output.join("reference.md");
+    // Before it takes its time to find out what can be seen.
+    atomic::check(&text).map_err(|e| Diagnostic::error(e.to_string()))?;
+    let thumbnails = thumbnail::all(entries.iter());
     write(&text, page(&entries, &thumbnails).as_bytes())?;
     let pictures = if args.text { 0 } else { draw_all(&thumbnails, &folder, terminal)? };
     err(format_args!(

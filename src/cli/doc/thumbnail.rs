@@ -11,7 +11,6 @@ use crate::render::{self, Job, Metadata};
 use crate::scene::{Aabb, Camera, Scene};
 use crate::script::{self, Entry, Request, STD};
 use crate::session::{self, Order};
-use rayon::prelude::*;
 use std::path::Path;
 
 /// Width and height in pixels.
@@ -27,7 +26,7 @@ pub(super) struct Thumbnail<'a> {
 
 /// The pictures of those entries that have one.
 pub(super) fn all<'a>(entries: impl Iterator<Item = &'a Entry>) -> Vec<Thumbnail<'a>> {
-    entries.collect::<Vec<_>>().into_par_iter().filter_map(Thumbnail::of).collect()
+    entries.filter_map(Thumbnail::of).collect()
 }
 
 impl<'a> Thumbnail<'a> {
