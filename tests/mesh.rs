@@ -5,12 +5,14 @@ use orogen::exchange::mesh::{self as file, Format, Stl};
 use orogen::field::Field;
 use orogen::field::Watch;
 use orogen::mesh::{self, Fineness, Meshed, rounded};
+use orogen::num::Many;
 use orogen::scene::Aabb;
 use orogen::script::{Request, compile};
 use orogen::session::topology::LeftOut;
 use orogen::session::{Solidified, polygonise};
 use orogen::shape::{Census, Mesh, Parts};
-use orogen::tape::Tape;
+use orogen::tape::{Evaluator, Tape};
+use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -147,12 +149,16 @@ fn planets_have_no_void_at_their_centres() {
 /// around those points of a lattice that are inside.
 fn counted(script: &str, half: f64, n: usize) -> i64 {
     let scene = compile(&Request::text(script)).scene.expect("a scene");
-    let mut field = Field::new(&scene.graph, scene.surface.field);
+    let tape = Arc::new(Tape::new(&scene.graph, &[scene.surface.field]));
     let place = |i: usize| half * (2.0 * (i as f64 + 0.5) / n as f64 - 1.0);
-    let mut inside = vec![false; n * n * n];
-    for i in 0..inside.len() {
-        inside[i] = field.value([i % n, i / n % n, i / n / n].map(place).into()) < 0.0;
-    }
+    let plane = |field: &mut Evaluator<Many<f64, 32>>, k: usize| {
+        let axis = |of: fn(usize, usize) -> usize| (0..n * n).map(|i| place(of(i, n))).collect::<Vec<f64>>();
+        let mut values = vec![0.0; n * n];
+        field.eval_all([&axis(|i, n| i % n), &axis(|i, n| i / n), &vec![place(k); n * n]], &mut values);
+        values.into_iter().map(|value| value < 0.0).collect::<Vec<bool>>()
+    };
+    let planes = (0..n).into_par_iter().map_init(|| Evaluator::new(tape.clone()), plane);
+    let inside = planes.collect::<Vec<_>>().concat();
     // Corners, edges, faces and cubes of the lattice are at half steps; each is there if a cube beside it is.
     let cubes = |i: usize| [i.checked_sub(1).map(|i| i / 2), Some(i / 2).filter(|i| *i < n)];
     let sides: Vec<_> = (0..=2 * n).map(cubes).collect();

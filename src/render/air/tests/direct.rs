@@ -204,7 +204,7 @@ fn ambient_light_is_the_mean(air: &Air, places: impl IntoIterator<Item = (f64, f
     let atmosphere = made(air).unwrap();
     for (h, elevation) in places {
         let (p, suns) = ((1.0 + h) * DVec3::Y, one_sun(elevation));
-        let (mut above, mut below, n) = (DVec3::ZERO, DVec3::ZERO, 40);
+        let (mut above, mut below, n) = (DVec3::ZERO, DVec3::ZERO, 60);
         for i in 0..n * n {
             let [up, around] = [i / n, i % n].map(|i| (i as f64 + 0.5) / n as f64);
             // Squared towards the horizon, where the light changes most.
@@ -214,7 +214,7 @@ fn ambient_light_is_the_mean(air: &Air, places: impl IntoIterator<Item = (f64, f
                 let direction = DVec3::new(flat * around.cos(), up, flat * around.sin());
                 let distance = to_ground(1.0, p, direction);
                 let length = distance.min(0.8);
-                let (light, through) = direct_light(&atmosphere, air, p, direction, length, suns[0].0, 200);
+                let (light, through) = direct_light(&atmosphere, air, p, direction, length, suns[0].0, 300);
                 if distance == f64::INFINITY {
                     return light;
                 }
