@@ -33,7 +33,12 @@ impl Tape {
 
     /// Whether there is anything that pruning might decide.
     pub fn has_choices(&self) -> bool {
-        self.code.iter().any(|instr| match instr {
+        self.choices().next().is_some()
+    }
+
+    /// The instructions that pruning might decide.
+    pub fn choices(&self) -> impl Iterator<Item = &Instr> {
+        self.code.iter().filter(|instr| match instr {
             Instr::Op(op, _) => selects(op) || settles(op) || ends(op),
             Instr::Flow(flowed, _) => inner::may_rest(flowed),
             _ => false,

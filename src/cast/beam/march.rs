@@ -34,6 +34,8 @@ pub(super) struct Answer {
     pub root: Option<f64>,
     /// Whether the field is known to have finite values all over it, and no jumps.
     pub whole: bool,
+    /// Whether all of it is inside for certain.
+    pub solid: bool,
 }
 
 impl Answer {
@@ -44,7 +46,7 @@ impl Answer {
         halves: [Half; 2],
     ) -> Answer {
         let root = Fall::of(f).map(|fall| mid + fall.at * half);
-        Answer { halves, root, whole: f.range.is_finite() }
+        Answer { halves, root, whole: f.range.is_finite(), solid: f.range.hi < 0.0 }
     }
 }
 
@@ -204,6 +206,10 @@ impl March {
         let place = |t: f64| mid + t * half;
         let [back, fore] = answer.halves;
         self.root = answer.root;
+        if answer.solid && (mid - half..=mid + half).contains(&self.free) && self.free <= self.far {
+            // The line begins inside.
+            self.inside = self.free;
+        }
         for t in [-back.below, fore.below] {
             // A piece may reach back beyond the frontier, and out of the line at either end.
             if t.abs() < 1.0 && (self.free..=self.far).contains(&place(t)) {

@@ -126,6 +126,7 @@ impl Thin {
                 side.below = 1.0;
             }
         }
+        answer.solid = false;
         answer
     }
 
