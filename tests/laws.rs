@@ -7,7 +7,7 @@
 #![allow(clippy::disallowed_methods)] // boxes of random size need not be the same on every platform
 
 use orogen::num::{Affine, Dual, Function, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Slope};
-use orogen::op::{Corner, Melt, Op, Ramp, Visitor};
+use orogen::op::{Abs, Corner, Max, Melt, Min, Op, Ramp, Visitor};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 /// Boxes tried per operation.
@@ -178,6 +178,50 @@ fn signs_do_not_matter_to_what_is_even() {
         }
     }
     run(Signs);
+}
+
+#[test]
+fn chords_of_what_bows_are_no_steeper_than_those_to_its_ends() {
+    struct Bow;
+    impl Law for Bow {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
+            for _ in 0..BOXES {
+                let wide = radius(rng);
+                let all = Interval::around(coordinate(rng), wide);
+                let Some(x) = f.bows(all) else { continue };
+                assert_eq!(N, 1, "{name}");
+                let value = |x: f64| f.range([Interval::point(x); N]);
+                let from = inside(rng, x);
+                let slope =
+                    |to: f64| (value(to) - value(from)) / (Interval::point(to) - Interval::point(from));
+                let ends = slope(x.lo).hull(slope(x.hi));
+                for to in (0..POINTS).map(|_| inside(rng, x)).filter(|to| *to != from) {
+                    assert!(
+                        ends.lo <= slope(to).hi && slope(to).lo <= ends.hi,
+                        "{name} from {from} to {to} in {x:?}"
+                    );
+                }
+            }
+        }
+    }
+    run(Bow);
+}
+
+/// What is far from a corner hardly knows of it: the larger of two that change places near the end of a piece.
+#[test]
+fn corners_near_the_end_of_a_piece_blur_its_middle_little() {
+    let line = |mid, slope| Parabola::<0>::coordinate(mid, slope, [], 0.0, 0.0);
+    for (is_least, sign) in [(false, 1.0), (true, -1.0)] {
+        // They meet at nine tenths.
+        let x = [line(sign, -sign), line(sign * 0.1, 0.0)].map(Parabolas::<8, 0>::all);
+        let z =
+            if is_least { Parabolas::lift(&Min, x.each_ref()) } else { Parabolas::lift(&Max, x.each_ref()) };
+        let rest = z.lane(0).rest;
+        assert!(rest[1] + rest[2] < 0.06 && rest[0] < 1e-9, "{rest:?}");
+        let x = [Parabolas::<8, 0>::all(line(sign * 0.9, -sign))];
+        let rest = Parabolas::lift(&Abs, x.each_ref()).lane(0).rest;
+        assert!(rest[1] + rest[2] < 0.11 && rest[0] < 1e-9, "{rest:?}");
+    }
 }
 
 /// Points of meshes lie exactly on edges.

@@ -176,6 +176,14 @@ pub trait Function<const N: usize> {
         false
     }
 
+    /// The part of a range that has values, for functions of one number that are convex on it, or concave, and whose second
+    /// derivative is not bounded there: chords from a point in it are no steeper on either side than those to its ends.
+    #[inline(always)]
+    fn bows(&self, x: Interval) -> Option<Interval> {
+        let _ = x;
+        None
+    }
+
     /// The range of the sum of the partial derivatives, where none of these is ever negative: then the gradient of the
     /// function of fields is so many times a mean of theirs, which keeps signs that they share.
     fn shares(&self) -> Option<Interval> {

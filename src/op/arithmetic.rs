@@ -205,6 +205,10 @@ impl Function<1> for Sqrt {
     fn is_undefined(&self, [x]: &[Interval; 1]) -> bool {
         x.hi < 0.0
     }
+    #[inline(always)]
+    fn bows(&self, x: Interval) -> Option<Interval> {
+        (x.hi > 0.0).then(|| Interval::new(x.lo.max(0.0), x.hi))
+    }
     /// A root, and what divides by it.
     #[inline(always)]
     fn roundoffs(&self) -> Option<f64> {

@@ -10,6 +10,10 @@ impl Function<1> for Abs {
     fn is_even(&self) -> bool {
         true
     }
+    #[inline(always)]
+    fn bows(&self, x: Interval) -> Option<Interval> {
+        Some(x)
+    }
     fn class(&self) -> Class {
         Class::C0
     }

@@ -9,10 +9,11 @@
 //! range       [-A, A]
 //! ```
 //!
-//! The tightest at the ends of the piece becomes the form; the range is in all of them.
+//! The tightest at the ends of the piece becomes the form, or the first where it is not much wider there, since it is so in
+//! the middle; the range is in all of them.
 
 use super::batch::Parabolas;
-use super::{CHARGE, Parabola, ROUND_UP, TINY, choose, pick};
+use super::{CHARGE, Parabola, ROUND_UP, TINY, VAGUE, choose, pick};
 use crate::num::number::{Growing, Jets};
 use crate::num::simd::widest;
 use crate::num::{Interval, Kernel, Local, Order, Point};
@@ -170,7 +171,8 @@ impl<const K: usize> Parabola<K> {
         let own_bow = bow.mag() < choose(sag < f64::INFINITY, OWN, 1.0) * bent;
         let is_value = jet.value.is_finite();
         let is_jet = is_value & tilted.is_finite() & (jet.grad[0] + jet.grad[1] + jet.grad[2]).is_finite();
-        let taylor = is_jet & (choose(own_bow, bow.mag(), bent) <= choose(cone < b.range, cone, b.range));
+        let others = VAGUE * choose(cone < b.range, cone, b.range);
+        let taylor = is_jet & (choose(own_bow, bow.mag(), bent) <= others);
         let lipschitz = is_value & !taylor & (cone <= b.range) & (cone < f64::INFINITY);
 
         let all = Interval::radius(b.range);

@@ -18,6 +18,7 @@ use super::batch::Parabolas;
 use super::seam::Corners;
 use super::{CHARGE, Parabola, ROUND_UP, TINY, choose};
 use crate::num::ROUNDOFF;
+use crate::num::interval::pick;
 use crate::num::simd::widest;
 use crate::num::{Function, Interval};
 
@@ -28,7 +29,7 @@ pub(super) enum Expansion {
     Second,
     /// The same where some may be unbounded, which zeros silence.
     Careful,
-    /// First ones everywhere.
+    /// First ones everywhere, or chords where these say more.
     First,
 }
 
@@ -100,6 +101,9 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                 || Self::selected(f, x, out),
             );
         }
+        // Of a broken line chords say all there is.
+        let is_broken = f.bows(ZERO).is_some() && f.hess([1.0; N]) == [[0.0; N]; N];
+        let by = if is_broken { Expansion::First } else { Expansion::Second };
         let corners = f.seam(&[0.0; N], ZERO).map(|_| Corners::new(f, x));
         if let Some(sole) = corners.as_ref().and_then(Corners::sole) {
             *out = *x[sole];
@@ -110,7 +114,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             || {
                 match &corners {
                     Some(corners) => corners.expand(f, x, out),
-                    None => Self::expanded(f, x, Expansion::Second, out),
+                    None => Self::expanded(f, x, by, out),
                 }
                 out.are_finite()
             },
@@ -214,7 +218,10 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                         #[inline(always)]
                         |x, l| x.lane(l).reached(),
                     );
-                    let ranges = f.grad(if by == Expansion::First { reached } else { points(m) });
+                    let mut ranges = f.grad(if by == Expansion::First { reached } else { points(m) });
+                    if by == Expansion::First && N == 1 {
+                        ranges[0] = chords(f, m, reached[0], ranges[0]);
+                    }
                     for i in 0..N {
                         grad[i] = split(ranges[i]);
                     }
@@ -378,12 +385,14 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         self.rest[power][l] += half + SUMS * (choose(-lo > hi, -lo, hi) + half);
     }
 
-    /// A function that selects one of its arguments departs from the middle as one of them does that
-    /// may be selected.
+    /// A function that selects one of two arguments departs from the middle as a mixture of both does. The one that is
+    /// selected there has all of it, but for as far as the other one may come to be selected (`shares`).
     #[inline(always)]
     fn selected<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N], out: &mut Self) {
         // Positive where an argument may be selected.
         let mut chance = [[0.0; B]; N];
+        // And the share that the first one has then.
+        let mut share = [[0.0; B]; 2];
         for l in 0..B {
             // Which one it is depends on how far they are apart, which may be known better than they are.
             let first = x[0].lane(l);
@@ -396,6 +405,9 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             for i in 0..N {
                 chance[i][l] = grad[i].hi;
             }
+            let middle = first.mid[0] - x[N - 1].mid[0][l];
+            let [least, most] = shares(f, middle, -apart[N - 1]);
+            (share[0][l], share[1][l]) = (least, most);
         }
         // The others have none.
         let is_sole = |i: usize, l: usize| {
@@ -427,33 +439,21 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                 let known = f.range(ranges);
                 let value = f.range(middles).mid();
                 let mut out = Parabola::constant(known);
-                let mut low = Departure { mid: [f64::INFINITY; 3], side: [f64::INFINITY; K] };
-                let mut high = Departure { mid: [f64::NEG_INFINITY; 3], side: [f64::NEG_INFINITY; K] };
-                for i in 0..N {
-                    let lane = x[i].lane(l);
-                    let may = chance[i][l] > 0.0;
-                    for j in 0..3 {
-                        let m = choose(j == 0, 0.0, lane.mid[j]);
-                        let (least, most) = (m - lane.rest[j], m + lane.rest[j]);
-                        low.mid[j] = choose(may & replaces(least < low.mid[j], least), least, low.mid[j]);
-                        high.mid[j] = choose(may & replaces(most > high.mid[j], most), most, high.mid[j]);
-                    }
-                    for k in 0..K {
-                        let s = lane.side[k];
-                        low.side[k] = choose(may & replaces(s < low.side[k], s), s, low.side[k]);
-                        high.side[k] = choose(may & replaces(s > high.side[k], s), s, high.side[k]);
-                    }
-                }
+                let (a, b) = (x[0].lane(l), x[N - 1].lane(l));
                 for j in 0..3 {
-                    let (lo, hi) = (low.mid[j], high.mid[j]);
-                    let (m, half) = (0.5 * lo + 0.5 * hi, 0.5 * hi - 0.5 * lo);
-                    out.mid[j] = m;
-                    out.rest[j] = half + CHARGE * (choose(-lo > hi, -lo, hi) + half);
+                    let part = |p: &Parabola<K>| (choose(j == 0, 0.0, p.mid[j]), p.rest[j]);
+                    let ((m, r), (n, s)) = (part(&a), part(&b));
+                    let [lo, _] = mixed(share[0][l], share[1][l], m - r, n - s);
+                    let [_, hi] = mixed(share[0][l], share[1][l], m + r, n + s);
+                    let size = m.abs() + r + n.abs() + s;
+                    out.mid[j] = 0.5 * lo + 0.5 * hi;
+                    out.rest[j] = 0.5 * hi - 0.5 * lo + 2.0 * CHARGE * size;
                 }
                 for k in 0..K {
-                    let (lo, hi) = (low.side[k], high.side[k]);
+                    let [lo, hi] = mixed(share[0][l], share[1][l], a.side[k], b.side[k]);
+                    let size = a.side[k].abs() + b.side[k].abs();
                     out.side[k] = 0.5 * lo + 0.5 * hi;
-                    out.rest[0] += 0.5 * hi - 0.5 * lo + CHARGE * choose(-lo > hi, -lo, hi);
+                    out.rest[0] += 0.5 * hi - 0.5 * lo + 2.0 * CHARGE * size;
                 }
                 let m = out.mid[0] + value;
                 out.rest[0] = (out.rest[0] + CHARGE * (value.abs() + m.abs())) * ROUND_UP + TINY;
@@ -468,14 +468,52 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
     }
 }
 
-/// Whether a number takes the place of another: if it is beyond it, or is none, which must not be lost.
+/// The slopes of the chords from a point to all others of a range, of a function that has these derivatives there: of one
+/// that bows they are between those to its ends.
 #[inline(always)]
-fn replaces(beyond: bool, number: f64) -> bool {
-    beyond | number.is_nan()
+fn chords<F: Function<N>, const N: usize>(
+    f: &F,
+    m: [f64; N],
+    x: Interval,
+    derivatives: Interval,
+) -> Interval {
+    let Some(x) = f.bows(x) else { return derivatives };
+    let to = |e: f64| {
+        let mut end = m;
+        end[0] = e;
+        let rise = f.range(points(end)) - f.range(points(m));
+        // To where the chord has no length there are no others.
+        pick(e == m[0], derivatives, rise / (point(e) - point(m[0])))
+    };
+    let all = to(x.lo).hull(to(x.hi));
+    pick(all.lo.is_finite() & all.hi.is_finite(), all.meet(derivatives), derivatives)
 }
 
-/// One end of what the arguments of a selecting function do away from the middle.
-struct Departure<const K: usize> {
-    mid: [f64; 3],
-    side: [f64; K],
+/// Between which shares of its first argument's departure, the rest being the second's, one of two that are `apart` departs
+/// that selects one of them, and is `y + g(x - y)`: the slopes of the chords of `g`, which bows, from where it is in the
+/// middle to both ends.
+#[inline(always)]
+fn shares<F: Function<N>, const N: usize>(f: &F, middle: f64, apart: Interval) -> [f64; 2] {
+    let g = |d: f64| {
+        let mut at = [0.0; N];
+        at[0] = d;
+        f.value(at)
+    };
+    let start = g(middle);
+    let (mut least, mut most) = (1.0, 0.0);
+    for e in [apart.lo, apart.hi] {
+        let share = (g(e) - start) / (e - middle);
+        // Of what is no number nothing is known.
+        let (low, high) = (share * (1.0 - CHARGE), share * (1.0 + CHARGE));
+        least = choose(low >= least, least, choose(low >= 0.0, low, 0.0));
+        most = choose(high <= most, most, choose(high <= 1.0, high, 1.0));
+    }
+    [least, most]
+}
+
+/// Between which numbers a mixture of two is, of which the first has a share between two others.
+#[inline(always)]
+fn mixed(least: f64, most: f64, a: f64, b: f64) -> [f64; 2] {
+    let (x, y) = (least * a + (1.0 - least) * b, most * a + (1.0 - most) * b);
+    [choose(x < y, x, y), choose(x < y, y, x)]
 }

@@ -52,6 +52,12 @@ pub struct Parabola<const K: usize> {
     pub range: Interval,
 }
 
+/// How far a form may be from a straight line before it is dropped, in widths of the range: it says more of the middle
+/// than the range does, even where it says less of the ends. Likewise, how far an expansion of a kernel is from its slope.
+/// (Measured: with 1 instead of 2 the canyon takes a fifth longer, the shore and the vine a seventh, and with 8 or without
+/// end half of that; smooth surfaces are indifferent. For kernels ground takes a twentieth more evaluations.)
+const VAGUE: f64 = 2.0;
+
 /// More than the relative rounding of two operations, and of the sum that charges it.
 const CHARGE: f64 = 4.0 * ROUNDOFF;
 
@@ -130,7 +136,7 @@ impl<const K: usize> Parabola<K> {
         self
     }
 
-    /// Likewise; and where the form has nothing to add, drops it.
+    /// Likewise; and where the form has next to nothing to add, drops it.
     #[inline(always)]
     fn settled(self, known: Interval) -> Self {
         let own = self.hull();
@@ -138,7 +144,7 @@ impl<const K: usize> Parabola<K> {
         let range = pick(whole, own.meet(known), known);
         // How far the quantity may be from a straight line.
         let doubt = 2.0 * (self.rest[0] + self.rest[1] + self.rest[2]) + self.mid[2].abs();
-        let idle = !(whole & (doubt <= range.width()));
+        let idle = !(whole & (doubt <= VAGUE * range.width()));
         let flat = Self::constant(range);
         let mut out = Parabola { range, ..flat };
         for j in 0..3 {
