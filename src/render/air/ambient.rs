@@ -5,11 +5,10 @@ use super::line::Count;
 use super::march::{Step, mean_through};
 use super::medium::Medium;
 use super::phase::Phases;
-use super::shell::{Light, SunTable};
+use super::shell::{Light, SunRows, SunTable};
 use super::sunlight::{SLANT, Sunlight, through};
 use glam::DVec3;
 use std::ops::{Add, Mul};
-use std::sync::atomic::AtomicBool;
 
 /// Heights of the sun, and of places.
 const SIZE: [usize; 2] = [34, 32];
@@ -69,49 +68,48 @@ impl Light for Ambient {
     }
 }
 
-/// The light of the sky at all heights for suns at all heights.
-#[derive(Clone, Debug)]
+/// The light of the sky at all heights for suns at all heights. Few heights are asked for as a rule, and each takes some ten
+/// milliseconds, so they are made as they are.
+#[derive(Debug)]
 pub(super) struct Table {
     /// Shares of what [`scale`] says, which hardly depend on the height.
-    shares: SunTable<Ambient>,
-    medium: Medium,
+    shares: SunRows<Ambient>,
 }
 
 impl Table {
-    /// The table for a sun of irradiance 1, with the light that is scattered more than once; `None` if that was cancelled.
-    pub fn new(
-        sunlight: Sunlight<'_>,
-        multiple: Option<&SunTable<DVec3>>,
-        cancel: &AtomicBool,
-    ) -> Option<Table> {
-        let shell = sunlight.medium.shell;
-        let shares = SunTable::new(sunlight.medium, SIZE, cancel, |r| {
-            // Where there is nothing above, or below, the share of nothing is what it tends to.
-            let r = r.clamp(shell.radius_at(NEAR), shell.radius_at(1.0 - NEAR));
-            let rays = rays(sunlight.medium, r, RAYS, STEPS);
-            let scale = scale(sunlight.medium, r);
-            move |mu| {
-                let from = |ray: &Ray| {
-                    let side = |(sun, weight)| radiance(ray, sunlight, multiple, sun) * weight;
-                    let mean = suns(mu, SIDES).map(side).sum::<DVec3>();
-                    // int L cos dOmega / pi, with dOmega = 4 pi share.
-                    let light = mean * (4.0 * ray.share * ray.direction.y.abs());
-                    if ray.direction.y > 0.0 {
-                        Ambient { above: light, ..Ambient::NONE }
-                    } else {
-                        Ambient { below: light, ..Ambient::NONE }
-                    }
-                };
-                let all = rays.iter().map(from).fold(Ambient::NONE, Ambient::add);
-                all.zip(scale, |light, most| light / most.max(DVec3::splat(f64::MIN_POSITIVE)))
-            }
-        })?;
-        Some(Table { shares, medium: *sunlight.medium })
+    /// The table for the air of a medium.
+    pub fn new(medium: &Medium) -> Table {
+        Table { shares: SunRows::new(medium, SIZE) }
     }
 
-    /// The light at a radius for a sun at the cosine `mu` to the vertical.
-    pub fn at(&self, r: f64, mu: f64) -> Ambient {
-        self.shares.at(r, mu).zip(scale(&self.medium, r), DVec3::mul)
+    /// The light at a radius, of a sun of irradiance 1 at the cosine `mu` to the vertical, in that air and with the light that
+    /// is scattered more than once.
+    pub fn at(&self, r: f64, mu: f64, sunlight: Sunlight<'_>, multiple: Option<&SunTable<DVec3>>) -> Ambient {
+        self.shares.at(r, mu, |r| shares(r, sunlight, multiple)).zip(scale(sunlight.medium, r), DVec3::mul)
+    }
+}
+
+/// The shares at a radius, for cosines of the sun.
+fn shares(r: f64, sunlight: Sunlight<'_>, multiple: Option<&SunTable<DVec3>>) -> impl Fn(f64) -> Ambient {
+    // Where there is nothing above, or below, the share of nothing is what it tends to.
+    let shell = sunlight.medium.shell;
+    let r = r.clamp(shell.radius_at(NEAR), shell.radius_at(1.0 - NEAR));
+    let rays = rays(sunlight.medium, r, RAYS, STEPS);
+    let scale = scale(sunlight.medium, r);
+    move |mu| {
+        let from = |ray: &Ray| {
+            let side = |(sun, weight)| radiance(ray, sunlight, multiple, sun) * weight;
+            let mean = suns(mu, SIDES).map(side).sum::<DVec3>();
+            // int L cos dOmega / pi, with dOmega = 4 pi share.
+            let light = mean * (4.0 * ray.share * ray.direction.y.abs());
+            if ray.direction.y > 0.0 {
+                Ambient { above: light, ..Ambient::NONE }
+            } else {
+                Ambient { below: light, ..Ambient::NONE }
+            }
+        };
+        let all = rays.iter().map(from).fold(Ambient::NONE, Ambient::add);
+        all.zip(scale, |light, most| light / most.max(DVec3::splat(f64::MIN_POSITIVE)))
     }
 }
 

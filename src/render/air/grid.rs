@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use std::ops::{Add, Mul};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Values at the nodes of a grid over the unit square.
@@ -40,12 +41,40 @@ impl<T: Copy + Send + Add<Output = T> + Mul<f64, Output = T>> Grid<T> {
 
     /// The sum of values from a column and a row on, with weights across and up.
     fn mean<const N: usize>(&self, [i, j]: [usize; 2], across: [f64; N], up: [f64; N]) -> T {
-        let sum = |values: [T; N]| values.into_iter().reduce(T::add).unwrap_or(self.values[0]);
-        sum(std::array::from_fn(|row| {
-            let first = (j + row) * self.columns + i;
-            sum(std::array::from_fn(|k| self.values[first + k] * across[k])) * up[row]
-        }))
+        mean(std::array::from_fn(|row| &self.values[(j + row) * self.columns + i..]), across, up)
     }
+}
+
+/// A grid of which rows are made when something is first asked of them.
+#[derive(Debug)]
+pub(super) struct Rows<T> {
+    columns: usize,
+    rows: Box<[OnceLock<Box<[T]>>]>,
+}
+
+impl<T: Copy + Send + Add<Output = T> + Mul<f64, Output = T>> Rows<T> {
+    /// None of them yet.
+    pub fn new([columns, rows]: [usize; 2]) -> Rows<T> {
+        Rows { columns, rows: (0..rows).map(|_| OnceLock::new()).collect() }
+    }
+
+    /// What [`Grid::cubic`] says of a grid whose rows are made by `row`, which must give the same for the same height.
+    pub fn cubic<R: Iterator<Item = T>>(&self, u: f64, v: f64, row: impl Fn(f64) -> R) -> T {
+        let (i, across) = four(u, self.columns);
+        let (j, up) = four(v, self.rows.len());
+        let made = |j: usize| self.rows[j].get_or_init(|| row(share(j, self.rows.len())).collect());
+        mean(std::array::from_fn(|k| &made(j + k)[i..]), across, up)
+    }
+}
+
+/// The sum of the first values of rows, with weights across and up.
+fn mean<T: Copy + Add<Output = T> + Mul<f64, Output = T>, const N: usize>(
+    rows: [&[T]; N],
+    across: [f64; N],
+    up: [f64; N],
+) -> T {
+    let sum = |values: [T; N]| values.into_iter().reduce(T::add).unwrap_or(rows[0][0]);
+    sum(std::array::from_fn(|row| sum(std::array::from_fn(|k| rows[row][k] * across[k])) * up[row]))
 }
 
 /// Coordinate of the `i`-th of `count` nodes.
@@ -82,9 +111,12 @@ mod tests {
             grid.unwrap()
         };
         let (lines, curves) = (grid(&f), grid(&g));
+        let row = |v: f64| (0..5).map(move |i| g(share(i, 5), v));
+        let rows = Rows::new([5, 6]);
         for (u, v) in [(0.0, 0.0), (1.0, 1.0), (0.3, 0.9), (0.25, 0.5), (0.6, 0.05), (0.9, 0.99)] {
             assert!((lines.linear(u, v) - f(u, v)).abs() < 1e-12);
             assert!((curves.cubic(u, v) - g(u, v)).abs() < 1e-12);
+            assert_eq!(rows.cubic(u, v, row), curves.cubic(u, v));
         }
         for at in [Grid::linear, Grid::cubic] {
             assert_eq!((at(&lines, -1.0, 2.0), at(&lines, f64::NAN, 0.0).is_nan()), (f(0.0, 1.0), true));

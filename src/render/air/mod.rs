@@ -80,7 +80,7 @@ impl Atmosphere {
     /// The atmosphere of some air; `None` for air that takes no room, does nothing, or has coefficients
     /// and heights that make no sense, and where `cancel` was set in time.
     pub fn new(air: &Air, cancel: &AtomicBool) -> Option<Atmosphere> {
-        /// Tables take some 150 ms.
+        /// Tables take some 50 ms.
         static KEPT: Recent<Air, Atmosphere> = Recent::new();
         let medium = Medium::new(air)?;
         KEPT.get_or(air, || Atmosphere::make(medium, air, cancel))
@@ -95,7 +95,7 @@ impl Atmosphere {
             true => Some(multiple::table(sunlight, albedo, cancel)?),
             false => None,
         };
-        let ambient = ambient::Table::new(sunlight, multiple.as_ref(), cancel)?;
+        let ambient = ambient::Table::new(&medium);
         Some(Atmosphere { medium, tables: Arc::new(Tables { columns, multiple, ambient, albedo }) })
     }
 
@@ -147,8 +147,7 @@ impl Atmosphere {
         let radius = self.medium.shell.radius;
         let light = |&(towards, irradiance): &(DVec3, DVec3)| {
             let mu = up.dot(towards).clamp(-1.0, 1.0);
-            irradiance
-                * (mu.max(0.0) / PI * self.rays().at(radius, mu) + self.tables.ambient.at(radius, mu).above)
+            irradiance * (mu.max(0.0) / PI * self.rays().at(radius, mu) + self.mean_sky(radius, mu).above)
         };
         self.tables.albedo * suns.iter().map(light).sum::<DVec3>()
     }
@@ -165,12 +164,17 @@ impl Atmosphere {
     pub fn ambient(&self, p: DVec3, up: DVec3, suns: &[(DVec3, DVec3)]) -> [DVec3; 2] {
         let (radius, r) = (self.medium.shell.radius, p.length());
         let air = suns.iter().fold(Ambient::NONE, |sum, &(towards, irradiance)| {
-            sum + self.tables.ambient.at(r, up.dot(towards).clamp(-1.0, 1.0)).times(irradiance)
+            sum + self.mean_sky(r, up.dot(towards).clamp(-1.0, 1.0)).times(irradiance)
         });
         // Far up the ground takes less than the half of all directions.
         let nearness = radius / r.max(radius);
         let below = self.ground(up, suns) * (nearness * nearness * self.rays().up_from_ground(r));
         [air.above, air.below + below]
+    }
+
+    /// The light of the sky at a radius, of a sun of irradiance 1 at the cosine `mu` to the vertical.
+    fn mean_sky(&self, radius: f64, mu: f64) -> Ambient {
+        self.tables.ambient.at(radius, mu, self.rays(), self.tables.multiple.as_ref())
     }
 
     fn rays(&self) -> Sunlight<'_> {

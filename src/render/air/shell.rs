@@ -1,7 +1,7 @@
 //! Tables over the height of a point and the height of the sun.
 
 use super::exp::exp;
-use super::grid::{Grid, share};
+use super::grid::{Grid, Rows, share};
 use super::medium::{Medium, TOP};
 use glam::DVec3;
 use std::ops::{Add, Mul};
@@ -80,6 +80,13 @@ impl Heights {
         let sine = libm::sinh(self.k * u);
         (radius + self.unit * (sine * sine)).min(top)
     }
+
+    /// Logarithms of the light for suns at so many heights.
+    fn logarithms<T: Light>(&self, suns: usize, light: impl Fn(f64) -> T) -> impl Iterator<Item = T> {
+        let (shell, logarithm) =
+            (self.shell, |light: DVec3| (light + LEAST).to_array().map(libm::log).into());
+        (0..suns).map(move |i| light(shell.cosine_at(share(i, suns))).map(logarithm))
+    }
 }
 
 /// Light by channel, of one or several kinds.
@@ -117,12 +124,9 @@ impl<T: Light> SunTable<T> {
         cancel: &AtomicBool,
         at: impl Fn(f64) -> F + Sync,
     ) -> Option<SunTable<T>> {
-        let logarithm = |light: DVec3| DVec3::from_array((light + LEAST).to_array().map(libm::log));
         let heights = Heights::of(medium);
-        let logarithms = Grid::new([suns, places], cancel, |u| {
-            let value = at(heights.radius(u));
-            (0..suns).map(move |i| value(heights.shell.cosine_at(share(i, suns))).map(logarithm))
-        });
+        let logarithms =
+            Grid::new([suns, places], cancel, |u| heights.logarithms(suns, at(heights.radius(u))));
         Some(SunTable { heights, logarithms: logarithms? })
     }
 
@@ -134,7 +138,33 @@ impl<T: Light> SunTable<T> {
 
     /// The light at a radius for a sun at the cosine `mu` to the vertical.
     pub fn at(&self, r: f64, mu: f64) -> T {
-        let logarithm = self.logarithms.cubic(self.heights.shell.height_of_sun(mu), self.heights.at(r));
-        logarithm.map(|x| (DVec3::from_array(exp(x.to_array())) - LEAST).max(DVec3::ZERO))
+        light(self.logarithms.cubic(self.heights.shell.height_of_sun(mu), self.heights.at(r)))
     }
+}
+
+/// Such a table of which only those heights of places are made that are asked for.
+#[derive(Debug)]
+pub(super) struct SunRows<T> {
+    heights: Heights,
+    suns: usize,
+    logarithms: Rows<T>,
+}
+
+impl<T: Light> SunRows<T> {
+    /// A table of some heights of the sun by some of places in the air of a medium, with nothing in it yet.
+    pub fn new(medium: &Medium, size: [usize; 2]) -> SunRows<T> {
+        SunRows { heights: Heights::of(medium), suns: size[0], logarithms: Rows::new(size) }
+    }
+
+    /// The light at a radius for a sun at the cosine `mu` to the vertical; `at` as for [`SunTable::new`], always the same.
+    pub fn at<F: Fn(f64) -> T>(&self, r: f64, mu: f64, at: impl Fn(f64) -> F) -> T {
+        let SunRows { heights, suns, logarithms } = self;
+        let row = |u| heights.logarithms(*suns, at(heights.radius(u)));
+        light(logarithms.cubic(heights.shell.height_of_sun(mu), heights.at(r), row))
+    }
+}
+
+/// What has these logarithms.
+fn light<T: Light>(logarithms: T) -> T {
+    logarithms.map(|x| (DVec3::from_array(exp(x.to_array())) - LEAST).max(DVec3::ZERO))
 }

@@ -87,7 +87,8 @@ fn a_lamp_fades_with_the_square_of_its_distance() {
         let position = DVec3::new(0.0, height, 0.0);
         let lamp = Lamp { position, radius, intensity: DVec3::splat(PI), shadows: true };
         scene.lights = vec![Light::Lamp(lamp)];
-        scene.film.samples = 256;
+        // A point leaves nothing to chance.
+        scene.film.samples = if radius > 0.0 { 256 } else { 16 };
         let seen = mean(&shoot(&scene));
         // A ball lights what faces it as its middle would.
         let expected = 0.6 / (height * height);
