@@ -6,7 +6,9 @@
 
 #![allow(clippy::disallowed_methods)] // boxes of random size need not be the same on every platform
 
-use orogen::num::{Affine, Dual, Function, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Slope};
+use orogen::num::{
+    Affine, Class, Dual, Function, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Slope,
+};
 use orogen::op::{Abs, Corner, Max, Melt, Min, Op, Ramp, Visitor};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
@@ -181,7 +183,7 @@ fn signs_do_not_matter_to_what_is_even() {
 }
 
 #[test]
-fn chords_of_what_bows_are_no_steeper_than_those_to_its_ends() {
+fn chords_of_what_bows_are_between_those_to_its_ends() {
     struct Bow;
     impl Law for Bow {
         fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, rng: &mut StdRng) {
@@ -191,7 +193,10 @@ fn chords_of_what_bows_are_no_steeper_than_those_to_its_ends() {
                 let Some(x) = f.bows(all) else { continue };
                 assert_eq!(N, 1, "{name}");
                 let value = |x: f64| f.range([Interval::point(x); N]);
-                let from = inside(rng, x);
+                for p in (0..POINTS).map(|_| inside(rng, all)) {
+                    assert!(f.value([p; N]).is_nan() || x.contains(p), "{name} at {p} outside {x:?}");
+                }
+                let from = x.mid();
                 let slope =
                     |to: f64| (value(to) - value(from)) / (Interval::point(to) - Interval::point(from));
                 let ends = slope(x.lo).hull(slope(x.hi));
@@ -234,6 +239,17 @@ fn corners_have_a_slope_on_their_edge() {
         assert!([a, b].iter().zip(all).all(|(g, all)| all.lo <= *g && *g <= all.hi), "{all:?}");
         assert_eq!(Corner.hess(x).as_flattened().iter().filter(|h| h.abs() > 1e3).count(), 0);
     }
+}
+
+#[test]
+fn what_selects_does_so_among_two() {
+    struct Select;
+    impl Law for Select {
+        fn check<F: Function<N>, const N: usize>(&self, name: &str, f: &F, _: &mut StdRng) {
+            assert!(!f.selects() || (N == 2 && f.class() == Class::C0), "{name}");
+        }
+    }
+    run(Select);
 }
 
 #[test]

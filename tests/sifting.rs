@@ -396,6 +396,39 @@ fn rays_that_begin_inside() {
     }
 }
 
+/// A ball that is cut by all faces of the region: nothing is known beyond these, where rays that are clipped to it begin by as
+/// little as is rounded.
+#[test]
+fn rays_that_begin_where_the_region_cuts_a_solid() {
+    const CUT: f64 = 0.4;
+    let mut build = Build::default();
+    let whole = build.sphere([0.0; 3], 0.5);
+    let (field, region) = (build.field(whole), Aabb::cube(CUT));
+    let mut rng = StdRng::seed_from_u64(14);
+    let mut rays = Vec::new();
+    while rays.len() < 400 {
+        let (origin, at) = (2.0 * unit(&mut rng), 0.3 * unit(&mut rng));
+        let direction = (at - origin).normalize();
+        let Some((near, far)) = region.clip(origin, direction).filter(|ends| ends.0 <= ends.1) else {
+            continue;
+        };
+        if (origin + near * direction).length() < 0.45 {
+            rays.push(Ray { origin, direction, near, far, tolerance: Tolerance::fixed(TOLERANCE) });
+        }
+    }
+    for kind in [Kind::Beam, Kind::Auto] {
+        let cells = Arc::new(Cells::of_sides(field.tape().clone(), &region.intervals()));
+        let solid =
+            caster_in(kind, &field, &region, &cells, &[rays[..200].to_vec()], &AtomicBool::new(false))
+                .expect("a caster");
+        let judge = By(|p: DVec3| p.abs().max_element() <= CUT);
+        let (hits, stats) = first(&mut Sifted::new(solid, &cells, &region, Box::new(judge)), &rays);
+        let begins = |(hit, ray): (&Hit, &Ray)| (hit.t - ray.near).abs() <= TOLERANCE;
+        assert!(hits.iter().zip(&rays).all(begins), "{kind:?}");
+        assert_eq!((stats.rejected, stats.uncertified), (0, 0), "{kind:?}");
+    }
+}
+
 #[test]
 fn what_is_cancelled_is_left_alone() {
     let sieve = hollow();

@@ -360,7 +360,7 @@ fn spheres(lipschitz: f64, relaxation: f64, cells: &Arc<Cells>) -> Box<dyn Caste
     Box::new(Handover::new(SphereTracing { lipschitz, relaxation, any: false }, cells.clone()))
 }
 
-/// The caster that suits a field, by trial unless it has many parts. Once `cancel` is set, any.
+/// The caster that suits a field, by trial unless it has many choices. Once `cancel` is set, any.
 fn auto(
     field: &Field,
     region: &Aabb,

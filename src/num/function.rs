@@ -170,14 +170,14 @@ pub trait Function<const N: usize> {
         false
     }
 
-    /// Whether the value is always that of one of the arguments, as a minimum's is, and always that of
-    /// the same one when all have moved by the same.
+    /// Whether the value is always that of one of two arguments, as a minimum's is, and always that of the same one when both
+    /// have moved by the same; continuous functions only.
     fn selects(&self) -> bool {
         false
     }
 
-    /// The part of a range that has values, for functions of one number that are convex on it, or concave, and whose second
-    /// derivative is not bounded there: chords from a point in it are no steeper on either side than those to its ends.
+    /// All of a range that has values, for functions of one number that are convex there, or concave, and whose second
+    /// derivative need not be bounded: the slopes of chords from a point of it are between those of the chords to its ends.
     #[inline(always)]
     fn bows(&self, x: Interval) -> Option<Interval> {
         let _ = x;

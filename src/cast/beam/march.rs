@@ -207,8 +207,8 @@ impl March {
         let [back, fore] = answer.halves;
         self.root = answer.root;
         if answer.solid && (mid - half..=mid + half).contains(&self.free) && self.free <= self.far {
-            // The line begins inside.
-            self.inside = self.free;
+            // The line begins inside, and is so just behind, too, which is not on the edge of where anything is known.
+            self.inside = (self.free + 0.5 * tolerance).min(mid + half).min(self.far);
         }
         for t in [-back.below, fore.below] {
             // A piece may reach back beyond the frontier, and out of the line at either end.

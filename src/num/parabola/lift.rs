@@ -386,7 +386,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
     }
 
     /// A function that selects one of two arguments departs from the middle as a mixture of both does. The one that is
-    /// selected there has all of it, but for as far as the other one may come to be selected (`shares`).
+    /// selected there has all of it, but for as far as the other one may come to be selected (`mixture`).
     #[inline(always)]
     fn selected<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N], out: &mut Self) {
         // Positive where an argument may be selected.
@@ -406,7 +406,7 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                 chance[i][l] = grad[i].hi;
             }
             let middle = first.mid[0] - x[N - 1].mid[0][l];
-            let [least, most] = shares(f, middle, -apart[N - 1]);
+            let [least, most] = mixture(f, middle, -apart[N - 1]);
             (share[0][l], share[1][l]) = (least, most);
         }
         // The others have none.
@@ -493,7 +493,7 @@ fn chords<F: Function<N>, const N: usize>(
 /// that selects one of them, and is `y + g(x - y)`: the slopes of the chords of `g`, which bows, from where it is in the
 /// middle to both ends.
 #[inline(always)]
-fn shares<F: Function<N>, const N: usize>(f: &F, middle: f64, apart: Interval) -> [f64; 2] {
+fn mixture<F: Function<N>, const N: usize>(f: &F, middle: f64, apart: Interval) -> [f64; 2] {
     let g = |d: f64| {
         let mut at = [0.0; N];
         at[0] = d;
@@ -502,7 +502,8 @@ fn shares<F: Function<N>, const N: usize>(f: &F, middle: f64, apart: Interval) -
     let start = g(middle);
     let (mut least, mut most) = (1.0, 0.0);
     for e in [apart.lo, apart.hi] {
-        let share = (g(e) - start) / (e - middle);
+        let run = e - middle;
+        let share = choose(run.is_finite(), (g(e) - start) / run, f64::NAN);
         // Of what is no number nothing is known.
         let (low, high) = (share * (1.0 - CHARGE), share * (1.0 + CHARGE));
         least = choose(low >= least, least, choose(low >= 0.0, low, 0.0));
