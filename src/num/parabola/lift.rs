@@ -391,23 +391,18 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
     fn selected<F: Function<N>, const N: usize>(f: &F, x: &[&Self; N], out: &mut Self) {
         // Positive where an argument may be selected.
         let mut chance = [[0.0; B]; N];
-        // And the share that the first one has then.
-        let mut share = [[0.0; B]; 2];
+        // Which one it is depends on how far they are apart, which may be known better than they are.
+        let mut apart = Band::<B>::all(ZERO);
         for l in 0..B {
-            // Which one it is depends on how far they are apart, which may be known better than they are.
-            let first = x[0].lane(l);
-            let mut apart = [ZERO; N];
-            for i in 1..N {
-                let difference = x[i].lane(l).plus(&first.negated());
-                apart[i] = difference.narrowed(difference.range).range;
-            }
-            let grad = f.grad(apart);
+            let difference = x[0].lane(l).plus(&x[N - 1].lane(l).negated());
+            let difference = difference.narrowed(difference.range).range;
+            let mut at = [ZERO; N];
+            at[0] = difference;
+            let grad = f.grad(at);
             for i in 0..N {
                 chance[i][l] = grad[i].hi;
             }
-            let middle = first.mid[0] - x[N - 1].mid[0][l];
-            let [least, most] = mixture(f, middle, -apart[N - 1]);
-            (share[0][l], share[1][l]) = (least, most);
+            apart.set(l, difference);
         }
         // The others have none.
         let is_sole = |i: usize, l: usize| {
@@ -426,6 +421,11 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
                 *out = *x[i];
                 return;
             }
+        }
+        let mut share = [[0.0; B]; 2];
+        for l in 0..B {
+            let [least, most] = mixture(f, x[0].mid[0][l] - x[N - 1].mid[0][l], apart.lane(l));
+            (share[0][l], share[1][l]) = (least, most);
         }
         out.fill(
             #[inline(always)]

@@ -74,7 +74,7 @@ pub(super) fn suns(mu: f64, count: usize) -> impl Iterator<Item = (DVec3, f64)> 
 }
 
 /// Nodes and weights of Gauss's rule on [0, 1]: the roots of Legendre's polynomial, by Newton's method.
-pub(super) fn gauss(count: usize) -> Vec<(f64, f64)> {
+fn gauss(count: usize) -> Vec<(f64, f64)> {
     let n = count as f64;
     (0..count)
         .map(|i| {

@@ -1,7 +1,6 @@
 //! The air against direct integration.
 
 use super::*;
-use crate::render::air::dome::gauss;
 
 /// How far off light may be.
 const OFF: f64 = 0.02;
@@ -206,11 +205,11 @@ fn ambient_light_is_the_mean(air: &Air, places: impl IntoIterator<Item = (f64, f
     for (h, elevation) in places {
         let (p, suns) = ((1.0 + h) * DVec3::Y, one_sun(elevation));
         let (mut above, mut below, n) = (DVec3::ZERO, DVec3::ZERO, 60);
-        let heights = gauss(30);
-        for (i, (x, share)) in (0..n).flat_map(|i| heights.iter().map(move |height| (i, *height))) {
+        for i in 0..n * n {
+            let [up, around] = [i / n, i % n].map(|i| (i as f64 + 0.5) / n as f64);
             // Squared towards the horizon, where the light changes most.
-            let (up, weight) = (x * x, 2.0 * x * share / n as f64);
-            let (flat, around) = ((1.0 - up * up).sqrt(), PI * (i as f64 + 0.5) / n as f64);
+            let (up, weight) = (up * up, 2.0 * up);
+            let (flat, around) = ((1.0 - up * up).sqrt(), PI * around);
             let light = |up: f64| {
                 let direction = DVec3::new(flat * around.cos(), up, flat * around.sin());
                 let distance = to_ground(1.0, p, direction);
@@ -222,7 +221,7 @@ fn ambient_light_is_the_mean(air: &Air, places: impl IntoIterator<Item = (f64, f
                 let foot = (p + distance * direction).normalize();
                 through * ground_light(&atmosphere, air, foot, &suns) + light
             };
-            let weight = 2.0 * up * weight;
+            let weight = 2.0 * up * weight / (n * n) as f64;
             above += weight * light(up);
             below += weight * light(-up);
         }
