@@ -193,8 +193,10 @@ impl Sifted {
         let known: Vec<usize> = (0..rejected.len()).filter(is_known).collect();
         let places: Vec<(usize, f64)> = known.iter().map(|&i| (rejected[i].0.ray, rejected[i].1.t)).collect();
         let ahead = self.passage.look(Side::Inside, &places, &mut looks);
+        let mut moved = vec![false; rejected.len()];
         for (i, ahead) in known.into_iter().zip(ahead) {
             if let Ahead::Crossed(at) = ahead {
+                moved[i] = at > rejected[i].1.at;
                 rejected[i].1.at = rejected[i].1.at.max(at);
             }
         }
@@ -206,8 +208,13 @@ impl Sifted {
             .collect();
         let mut once = self.passage.cross_once(Side::Inside, &entries, &mut looks).into_iter();
         let mut next = Vec::new();
-        for (ray, Met { t, at, how }) in rejected {
+        for ((ray, Met { t, at, how }), moved) in rejected.into_iter().zip(moved) {
             let (place, proven) = match how {
+                // Behind something that is thinner than the tolerance there may be something else.
+                How::Known if moved => match once.next() {
+                    Some(true) => (Place::Rejected(at), true),
+                    _ => (Place::Met(Met { t, at, how: How::Entered }), false),
+                },
                 How::Entered | How::Known => (Place::Rejected(at), once.next() == Some(true)),
                 How::Grazed { end } => {
                     let stays_off = self.passage.stays_off(Side::Inside, (ray.ray, (t, end)), &mut looks);

@@ -15,10 +15,10 @@
 
 use super::band::Band;
 use super::batch::Parabolas;
+use super::crease::{chords, mixed, mixture};
 use super::seam::Corners;
 use super::{CHARGE, Parabola, ROUND_UP, TINY, choose};
 use crate::num::ROUNDOFF;
-use crate::num::interval::pick;
 use crate::num::simd::widest;
 use crate::num::{Function, Interval};
 
@@ -62,7 +62,7 @@ pub(super) fn point(x: f64) -> Interval {
 }
 
 #[inline(always)]
-fn points<const N: usize>(m: [f64; N]) -> [Interval; N] {
+pub(super) fn points<const N: usize>(m: [f64; N]) -> [Interval; N] {
     let mut out = [ZERO; N];
     for i in 0..N {
         out[i] = point(m[i]);
@@ -466,55 +466,4 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
             },
         );
     }
-}
-
-/// The slopes of the chords from a point to all others of a range, of a function that has these derivatives there: of one
-/// that bows they are between those to its ends.
-#[inline(always)]
-fn chords<F: Function<N>, const N: usize>(
-    f: &F,
-    m: [f64; N],
-    x: Interval,
-    derivatives: Interval,
-) -> Interval {
-    let Some(x) = f.bows(x) else { return derivatives };
-    let to = |e: f64| {
-        let mut end = m;
-        end[0] = e;
-        let rise = f.range(points(end)) - f.range(points(m));
-        // To where the chord has no length there are no others.
-        pick(e == m[0], derivatives, rise / (point(e) - point(m[0])))
-    };
-    let all = to(x.lo).hull(to(x.hi));
-    pick(all.lo.is_finite() & all.hi.is_finite(), all.meet(derivatives), derivatives)
-}
-
-/// Between which shares of its first argument's departure, the rest being the second's, one of two that are `apart` departs
-/// that selects one of them, and is `y + g(x - y)`: the slopes of the chords of `g`, which bows, from where it is in the
-/// middle to both ends.
-#[inline(always)]
-fn mixture<F: Function<N>, const N: usize>(f: &F, middle: f64, apart: Interval) -> [f64; 2] {
-    let g = |d: f64| {
-        let mut at = [0.0; N];
-        at[0] = d;
-        f.value(at)
-    };
-    let start = g(middle);
-    let (mut least, mut most) = (1.0, 0.0);
-    for e in [apart.lo, apart.hi] {
-        let run = e - middle;
-        let share = choose(run.is_finite(), (g(e) - start) / run, f64::NAN);
-        // Of what is no number nothing is known.
-        let (low, high) = (share * (1.0 - CHARGE), share * (1.0 + CHARGE));
-        least = choose(low >= least, least, choose(low >= 0.0, low, 0.0));
-        most = choose(high <= most, most, choose(high <= 1.0, high, 1.0));
-    }
-    [least, most]
-}
-
-/// Between which numbers a mixture of two is, of which the first has a share between two others.
-#[inline(always)]
-fn mixed(least: f64, most: f64, a: f64, b: f64) -> [f64; 2] {
-    let (x, y) = (least * a + (1.0 - least) * b, most * a + (1.0 - most) * b);
-    [choose(x < y, x, y), choose(x < y, y, x)]
 }

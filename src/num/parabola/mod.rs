@@ -17,7 +17,7 @@
 //! **Functions** (`lift.rs`) are expanded to second order about `mid_0`, with second derivatives
 //! enclosed over the whole piece. Where those are unbounded, because a crease may be crossed, first
 //! derivatives over the piece serve as slopes, or chords of what is convex; and a minimum or maximum departs as a mixture of
-//! its arguments does. Smooth corners (`seam.rs`) bend along the difference of their arguments.
+//! its arguments does (`crease.rs`). Smooth corners (`seam.rs`) bend along the difference of their arguments.
 //! **Kernels** (`kernel.rs`) have the best of three bounds: their jet's Taylor form, their
 //! Lipschitz bound, or their range.
 //!
@@ -28,6 +28,7 @@
 
 mod band;
 mod batch;
+mod crease;
 mod kernel;
 mod lift;
 mod seam;
