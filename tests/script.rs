@@ -347,10 +347,8 @@ fn nesting_of_any_depth_is_an_error_and_no_crash() {
             let _ = compile(&Request::text(text));
         }
     }
-    // What looks through all of a list at every step is stopped before it gets as far.
-    let mut deep = Request::text("let a = []; for i in 0..100000 { a = [a]; } x");
-    deep.limits.time = Duration::from_secs(4);
-    let _ = compile(&deep);
+    let deep = "let a = []; for i in 0..100000 { a = [a]; } x";
+    let _ = compile(&Request::text(deep));
     let chain = "let f = x; for i in 0..200000 { f = sin(f); } print(f); f.at([1, 2, 3]); f";
     assert!(compile(&Request::text(chain)).scene.is_some());
 }

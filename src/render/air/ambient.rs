@@ -68,8 +68,8 @@ impl Light for Ambient {
     }
 }
 
-/// The light of the sky at all heights for suns at all heights. Few heights are asked for as a rule, and each takes some ten
-/// milliseconds, so they are made as they are.
+/// The light of the sky at all heights for suns at all heights. Few heights are asked for as a rule, and all of them took half of
+/// the time of a first picture of the shore, so they are made as they are.
 #[derive(Debug)]
 pub(super) struct Table {
     /// Shares of what [`scale`] says, which hardly depend on the height.

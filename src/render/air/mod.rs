@@ -80,7 +80,7 @@ impl Atmosphere {
     /// The atmosphere of some air; `None` for air that takes no room, does nothing, or has coefficients
     /// and heights that make no sense, and where `cancel` was set in time.
     pub fn new(air: &Air, cancel: &AtomicBool) -> Option<Atmosphere> {
-        /// Tables take some 50 ms.
+        /// Tables take longer than a first rough picture may.
         static KEPT: Recent<Air, Atmosphere> = Recent::new();
         let medium = Medium::new(air)?;
         KEPT.get_or(air, || Atmosphere::make(medium, air, cancel))
