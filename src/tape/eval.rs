@@ -24,9 +24,14 @@ pub struct Evaluator<T> {
 impl<T: Number> Evaluator<T> {
     /// Memory for a tape; its constants are set once, here.
     pub fn new(tape: Arc<Tape>) -> Self {
-        let home = tape.registers().home.clone();
+        Evaluator::with(tape.clone(), tape.registers())
+    }
+
+    /// The same with values in other registers.
+    pub(super) fn with(tape: Arc<Tape>, registers: &Registers) -> Self {
+        let home = registers.home.clone();
         let mut evaluator = Evaluator { tape: tape.clone(), home, registers: Vec::new(), pause: 0 };
-        evaluator.load(tape);
+        evaluator.load_with(tape, registers);
         evaluator
     }
 
@@ -41,7 +46,11 @@ impl<T: Number> Evaluator<T> {
 
     /// Evaluates another tape from now on, in the same memory as far as that suffices.
     pub fn load(&mut self, tape: Arc<Tape>) {
-        let Registers { home, count } = tape.registers();
+        self.load_with(tape.clone(), tape.registers());
+    }
+
+    /// The same with values in other registers.
+    pub(super) fn load_with(&mut self, tape: Arc<Tape>, Registers { home, count }: &Registers) {
         if self.registers.len() < *count {
             self.registers.resize(*count, T::constant(0.0));
         }
@@ -86,6 +95,13 @@ impl<T: Number> Evaluator<T> {
             interpret(&self.tape.code[i], &self.home, i, &mut self.registers, &coordinate);
         }
         self.output(0)
+    }
+
+    /// Evaluates the instructions that have a register; see [`value`](Self::value).
+    pub(super) fn run(&mut self, p: &[T; 3]) {
+        for i in (0..self.tape.code.len()).filter(|&i| self.home[i] != NOWHERE) {
+            interpret(&self.tape.code[i], &self.home, i, &mut self.registers, &coordinates(p));
+        }
     }
 
     /// The same by machine code, if there is some and it can tell.
@@ -233,6 +249,9 @@ fn interpret<T: Number>(
     }
 }
 
+/// The register of what is not evaluated.
+const NOWHERE: u32 = u32::MAX;
+
 /// Which register holds the value of each instruction.
 #[derive(Clone, Debug)]
 pub(super) struct Registers {
@@ -242,8 +261,8 @@ pub(super) struct Registers {
 
 impl Tape {
     /// The registers of the tape's values.
-    fn registers(&self) -> &Registers {
-        self.registers.get_or_init(|| allocate(self))
+    pub(super) fn registers(&self) -> &Registers {
+        self.registers.get_or_init(|| allocate(self, &self.outputs, &vec![false; self.code.len()]))
     }
 
     /// Has machine code made for the vectors in use now, rather than when evaluations in bulk have become
@@ -254,20 +273,24 @@ impl Tape {
 }
 
 /// Chooses a register for each value. Registers whose values were read for the last time are taken
-/// again, the latest first, but never for the very instruction that reads them; constants and outputs
-/// keep theirs.
-fn allocate(tape: &Tape) -> Registers {
+/// again, the latest first, but never for the very instruction that reads them; constants and what is kept
+/// have theirs for good, and instructions that are skipped have none.
+pub(super) fn allocate(tape: &Tape, kept: &[u32], skipped: &[bool]) -> Registers {
     let code = &tape.code;
     // The instruction that reads a value last; none does where that is the value's own.
     let mut last: Vec<u32> = (0..code.len() as u32).collect();
-    for (i, instr) in code.iter().enumerate() {
+    for (i, instr) in code.iter().enumerate().filter(|(i, _)| !skipped[*i]) {
         instr.each_arg(|a| last[a as usize] = i as u32);
     }
     let constants = (0..code.len() as u32).filter(|&i| matches!(code[i as usize], Instr::Const(_)));
-    constants.chain(tape.outputs.iter().copied()).for_each(|kept| last[kept as usize] = u32::MAX);
+    constants.chain(kept.iter().copied()).for_each(|kept| last[kept as usize] = u32::MAX);
     let (mut free, mut count) = (Vec::new(), 0);
     let mut home: Vec<u32> = Vec::with_capacity(code.len());
     for (i, instr) in code.iter().enumerate() {
+        if skipped[i] {
+            home.push(NOWHERE);
+            continue;
+        }
         // Constants are written before all others, so their registers must be new.
         let again = if matches!(instr, Instr::Const(_)) { None } else { free.pop() };
         home.push(again.unwrap_or_else(|| {

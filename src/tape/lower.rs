@@ -1,5 +1,6 @@
 //! From graph to straight-line code.
 
+use super::crown::Crown;
 use super::eval::Registers;
 use super::inner::{Flowed, Inner};
 use super::native::Native;
@@ -84,6 +85,8 @@ pub struct Tape {
     work: OnceLock<u64>,
     /// Chosen when the tape is first evaluated.
     pub(super) registers: OnceLock<Registers>,
+    /// Found when signs are first asked for.
+    pub(super) crown: OnceLock<Box<Crown>>,
     /// Made when the tape has been evaluated often.
     pub(super) native: Native,
 }
@@ -141,8 +144,8 @@ impl Tape {
     }
 
     pub(super) fn of(code: Vec<Instr>, outputs: Vec<u32>, origins: Vec<NodeId>, class: Class) -> Tape {
-        let (work, registers, native) = Default::default();
-        Tape { code, outputs, origins, class, work, registers, native }
+        let (work, registers, crown, native) = Default::default();
+        Tape { code, outputs, origins, class, work, registers, crown, native }
     }
 
     /// Continuity class, of the roughest output where there are several.

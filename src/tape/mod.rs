@@ -9,6 +9,7 @@
 
 mod cells;
 mod clock;
+mod crown;
 mod defined;
 mod direction;
 mod eval;
@@ -23,6 +24,7 @@ mod prune;
 
 pub use cells::{Cells, Prunings};
 pub use clock::{duration, seconds};
+pub use crown::Signer;
 pub use defined::Defined;
 pub use eval::Evaluator;
 pub use inner::{Flowed, Inner};

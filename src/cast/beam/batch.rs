@@ -2,7 +2,7 @@
 
 use super::march::{Answer, Piece};
 use crate::num::{Parabola, Parabolas};
-use crate::tape::{Cells, Evaluator, Tape};
+use crate::tape::{Cells, Signer, Tape};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,22 +13,19 @@ const FEW: usize = 4;
 
 /// Evaluators for as many pieces at once.
 pub(in crate::cast) struct Batches<const K: usize> {
-    many: Evaluator<Parabolas<MANY, K>>,
-    few: Evaluator<Parabolas<FEW, K>>,
-    one: Evaluator<Parabolas<1, K>>,
+    many: Signer<MANY, K>,
+    few: Signer<FEW, K>,
+    one: Signer<1, K>,
 }
 
 impl<const K: usize> Batches<K> {
     pub(in crate::cast) fn new(tape: &Arc<Tape>) -> Self {
-        Batches {
-            many: Evaluator::new(tape.clone()),
-            few: Evaluator::new(tape.clone()),
-            one: Evaluator::new(tape.clone()),
-        }
+        Batches { many: Signer::new(tape), few: Signer::new(tape), one: Signer::new(tape) }
     }
 
     /// Asks about a piece of each of the `active` entries of a list. `around` is a place and how far the
-    /// piece reaches from it, `ask` the piece and its coordinates, `tell` gets the answer. Returns the work. Once `cancel`
+    /// piece reaches from it, `ask` the piece and its coordinates, `tell` gets the answer, and the form of what is expected
+    /// to fall to zero there. Returns the work. Once `cancel`
     /// is set, no more are answered.
     pub(super) fn answer<I>(
         &mut self,
@@ -83,7 +80,7 @@ impl<const K: usize> Batches<K> {
 
 /// Asks about at most `B` entries at once, and returns the work.
 fn answer<I, const B: usize, const K: usize>(
-    evaluator: &mut Evaluator<Parabolas<B, K>>,
+    signer: &mut Signer<B, K>,
     items: &mut [I],
     batch: impl Iterator<Item = usize> + Clone,
     ask: &impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
@@ -100,11 +97,12 @@ fn answer<I, const B: usize, const K: usize>(
             p[axis].set(lane, &place[axis]);
         }
     }
-    let f = evaluator.eval(&p);
-    let halves = f.halves();
+    let signs = signer.eval(&p);
     for (lane, i) in batch.enumerate() {
-        let x = f.lane(lane);
-        tell(&mut items[i], &x, Answer::new(&x, pieces[lane], halves[lane]));
+        let sign = signs.lane(lane);
+        let leaf = signer.leaf(sign.leaf).lane(lane);
+        let leaf = if sign.is_turned { leaf.negated() } else { leaf };
+        tell(&mut items[i], &leaf, Answer::of(&sign, pieces[lane]));
     }
-    evaluator.tape().work() * B as u64
+    signer.tape().work() * B as u64
 }

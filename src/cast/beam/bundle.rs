@@ -198,7 +198,8 @@ impl Bundle {
         let wanted = self.tolerance.at(self.march.free);
         let radius = self.section.radius(self.march.free);
         let bracket = if self.rays <= FEW { wanted.max(radius) } else { wanted };
-        let may_close = self.closes && self.state != State::Free && closes(f, self.piece, bracket);
+        let may_close =
+            self.closes && answer.alone && self.state != State::Free && closes(f, self.piece, bracket);
         if may_close && self.is_defined(cells) {
             (self.state, self.closed) = (State::Ended, Some(*f));
         }

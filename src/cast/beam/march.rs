@@ -8,8 +8,8 @@
 //! ray casting, 9.4 and 9.5). One answer there closes the gap to what the curvature of the field leaves
 //! open, which is the square of what it was.
 
-use super::sketch::Fall;
-use crate::num::{Half, Parabola};
+use super::sketch::{FARTHEST, Fall};
+use crate::num::{Half, Parabola, Sign};
 
 /// A piece of the line: its middle and half of its length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,17 +36,26 @@ pub(super) struct Answer {
     pub whole: bool,
     /// Whether all of it is inside for certain.
     pub solid: bool,
+    /// Whether the form that comes with it has the sign of the field all over it.
+    pub alone: bool,
 }
 
 impl Answer {
-    /// By what is known over the piece, and what that makes certain.
+    /// By a form over the piece, and what that makes certain.
     pub(super) fn new<const K: usize>(
         f: &Parabola<K>,
         Piece { mid, half }: Piece,
         halves: [Half; 2],
     ) -> Answer {
         let root = Fall::of(f).map(|fall| mid + fall.at * half);
-        Answer { halves, root, whole: f.range.is_finite(), solid: f.range.hi < 0.0 }
+        Answer { halves, root, whole: f.range.is_finite(), solid: f.range.hi < 0.0, alone: true }
+    }
+
+    /// By what is known of signs over the piece.
+    pub(super) fn of(sign: &Sign, Piece { mid, half }: Piece) -> Answer {
+        let &Sign { halves, fall, range, is_alone, .. } = sign;
+        let root = fall.filter(|at| at.abs() < FARTHEST).map(|at| mid + at * half);
+        Answer { halves, root, whole: range.is_finite(), solid: range.hi < 0.0, alone: is_alone }
     }
 }
 

@@ -4,6 +4,9 @@
 use super::march::Piece;
 use crate::num::Parabola;
 
+/// So far from the middle of a piece, in halves of it, roots are expected.
+pub(super) const FARTHEST: f64 = 8.0;
+
 /// What the field is like around a piece: middles of an answer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sketch {
@@ -62,5 +65,5 @@ fn descent([c, b, a]: [f64; 3]) -> Option<f64> {
     }
     // The root next to the straight line's; where the parabola has none, the line's.
     let root = -2.0 * c / (b - (b * b - 4.0 * a * c).max(0.0).sqrt());
-    (root.abs() < 8.0).then_some(root)
+    (root.abs() < FARTHEST).then_some(root)
 }

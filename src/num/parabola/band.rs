@@ -30,4 +30,26 @@ impl<const B: usize> Band<B> {
     pub fn set(&mut self, i: usize, x: Interval) {
         (self.lo[i], self.hi[i]) = (x.lo, x.hi);
     }
+
+    /// Of the intervals in each lane.
+    #[inline(always)]
+    pub fn map(&self, f: impl Fn(Interval) -> Interval) -> Self {
+        self.with(self, |x, _| f(x))
+    }
+
+    /// Of both intervals in each lane.
+    #[inline(always)]
+    pub fn with(&self, other: &Self, f: impl Fn(Interval, Interval) -> Interval) -> Self {
+        let mut out = *self;
+        for i in 0..B {
+            out.set(i, f(self.lane(i), other.lane(i)));
+        }
+        out
+    }
+
+    /// Whether something holds of both intervals in every lane.
+    #[inline(always)]
+    pub fn every(&self, other: &Self, holds: impl Fn(Interval, Interval) -> bool) -> bool {
+        (0..B).all(|i| holds(self.lane(i), other.lane(i)))
+    }
 }

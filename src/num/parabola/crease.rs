@@ -10,8 +10,8 @@
 //!
 //! and a minimum or maximum of two bows along their difference.
 
-use super::lift::{point, points};
-use super::{CHARGE, choose, pick};
+use super::lift::points;
+use super::{CHARGE, TINY, choose, pick};
 use crate::num::{Function, Interval};
 
 /// The slopes of the chords from a point to all others of a range, of a function that has these derivatives there: of one
@@ -24,15 +24,22 @@ pub(super) fn chords<F: Function<N>, const N: usize>(
     derivatives: Interval,
 ) -> Interval {
     let Some(x) = f.bows(x) else { return derivatives };
-    let to = |e: f64| {
-        let mut end = m;
-        end[0] = e;
-        let rise = f.range(points(end)) - f.range(points(m));
-        // To where the chord has no length there are no others.
-        pick(e == m[0], derivatives, rise / (point(e) - point(m[0])))
-    };
-    let all = to(x.lo).hull(to(x.hi));
+    let all = chord(f, m, x.lo, derivatives).hull(chord(f, m, x.hi, derivatives));
     pick(all.lo.is_finite() & all.hi.is_finite(), all.meet(derivatives), derivatives)
+}
+
+/// The slope of the chord from a point to another; where it has no length there are no other ones than these derivatives.
+#[inline(always)]
+fn chord<F: Function<N>, const N: usize>(f: &F, m: [f64; N], e: f64, derivatives: Interval) -> Interval {
+    let mut end = m;
+    end[0] = e;
+    let rise = f.range(points(end)) - f.range(points(m));
+    let run = e - m[0];
+    let run = choose(run.is_finite(), run, f64::NAN);
+    let (x, y) = (rise.lo / run, rise.hi / run);
+    let (lo, hi) = (choose(x < y, x, y), choose(x < y, y, x));
+    let slope = Interval { lo: lo - CHARGE * lo.abs() - TINY, hi: hi + CHARGE * hi.abs() + TINY };
+    pick(run == 0.0, derivatives, slope)
 }
 
 /// Between which shares of its first argument's departure, the rest being the second's, one of two that are `apart` departs

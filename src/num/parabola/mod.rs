@@ -28,6 +28,7 @@
 
 mod band;
 mod batch;
+mod classify;
 mod crease;
 mod kernel;
 mod lift;
@@ -37,6 +38,7 @@ mod sign;
 use super::interval::{choose, pick};
 use super::{Interval, ROUNDOFF};
 pub use batch::Parabolas;
+pub use classify::{Classifier, Part, Sign, Signs};
 pub(super) use lift::known;
 pub use sign::Half;
 
@@ -198,7 +200,7 @@ impl<const K: usize> Parabola<K> {
 
     /// `-self`
     #[inline(always)]
-    fn negated(mut self) -> Self {
+    pub fn negated(mut self) -> Self {
         for j in 0..3 {
             self.mid[j] = -self.mid[j];
         }

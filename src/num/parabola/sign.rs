@@ -1,5 +1,6 @@
 //! Where a parabola is positive or negative for certain.
 
+use super::classify::Stretch;
 use super::{Parabola, Parabolas, choose};
 use crate::num::ROUNDOFF;
 use crate::num::simd::widest;
@@ -39,12 +40,13 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
     pub fn halves(&self) -> [[Half; 2]; B] {
         let mut out = [[Half { above: [1.0; 2], below: 1.0, reach: 1.0 }; 2]; B];
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
-            let ([from, to, reach], below) = widest(
+            let [above, below] = widest(
                 #[inline(always)]
-                || (self.above(sign), self.below(sign)),
+                || [self.above(sign), self.below(sign)],
             );
             for i in 0..B {
-                out[i][side] = Half { above: [from[i], to[i]], below: below[i], reach: reach[i] };
+                out[i][side] =
+                    Half { above: [above.from[i], above.to[i]], below: below.from[i], reach: above.reach[i] };
             }
         }
         out
@@ -52,26 +54,40 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
 
     /// Where each lane is positive on the side that `sign` says, and its reach.
     #[inline(always)]
-    fn above(&self, sign: f64) -> [[f64; B]; 3] {
-        let mut out = [[1.0; B]; 3];
+    pub(super) fn above(&self, sign: f64) -> Stretch<B> {
+        let mut out = Stretch::NONE;
         for i in 0..B {
             let x = self.lane(i);
-            let [from, to, reach] = positive(ends(x.mid, sign, &x));
-            let known = x.range.lo > 0.0;
-            (out[0][i], out[1][i]) = (choose(known, 0.0, from), choose(known, 1.0, to));
-            out[2][i] = choose(reach > 1.0, reach, 1.0);
+            out.set(i, positive(ends(x.mid, sign, &x)), x.range.lo > 0.0);
         }
         out
     }
 
-    /// From where on each lane is negative on the side that `sign` says.
+    /// Where each lane is negative on the side that `sign` says.
     #[inline(always)]
-    fn below(&self, sign: f64) -> [f64; B] {
-        let mut out = [1.0; B];
+    pub(super) fn below(&self, sign: f64) -> Stretch<B> {
+        let mut out = Stretch::NONE;
         for i in 0..B {
             let x = self.lane(i);
-            let [from, ..] = positive(ends([-x.mid[0], -x.mid[1], -x.mid[2]], sign, &x));
-            out[i] = choose(x.range.hi < 0.0, 0.0, from);
+            let [c, b, a] = x.mid;
+            out.set(i, positive(ends([-c, -b, -a], sign, &x)), x.range.hi < 0.0);
+        }
+        out
+    }
+
+    /// Where each lane is expected to be negative: from a place to another, in halves of the piece from the middle.
+    #[inline(always)]
+    pub(super) fn expected(&self) -> [[f64; B]; 2] {
+        let mut out = [[0.0; B]; 2];
+        for i in 0..B {
+            let [c, b, a] = self.lane(i).mid;
+            let falls = b < 0.0;
+            // The root next to the straight line's; where the parabola has none, the line's.
+            let square = b * b - 4.0 * a * c;
+            let speed = choose(square > 0.0, square, 0.0).sqrt();
+            let root = -2.0 * c / (b + choose(falls, -speed, speed));
+            out[0][i] = choose(falls & !root.is_nan(), root, f64::NEG_INFINITY);
+            out[1][i] = choose(!falls & !root.is_nan(), root, f64::INFINITY);
         }
         out
     }

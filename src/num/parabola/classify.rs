@@ -1,0 +1,326 @@
+//! Where solids that are put together are inside and outside for certain.
+//!
+//! The minimum of fields is negative where one of them is, and their maximum where all are. So along a line what is known of
+//! the signs of each is put together as sets of places (S. D. Roth, *Ray casting for modeling solids*, 1982), and nothing is
+//! lost where one takes over from the other, as it is of values: along a line past the edge of a box one of its faces is above
+//! it up to a place, and the next one from a place before that. Forms are needed of the *leaves* alone, what is put together.
+//!
+//! Most leaves are far away: where a field is on one side of zero all over the pieces of a batch the other one decides alone.
+
+use super::band::Band;
+use super::{Half, Parabolas, choose};
+use crate::num::simd::widest;
+use crate::num::{Interval, Real};
+
+/// What fields are put together, each after its arguments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// A field, by a number of the caller's.
+    Leaf(u32),
+    /// The negative of the last one.
+    Turned,
+    /// Of the last one, and of the one before that, which is so many parts earlier: the maximum,
+    All(u32),
+    /// or the minimum.
+    Any(u32),
+}
+
+/// What is certain of one half of each piece of a batch: as of [`Half::above`], and where it would end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch<const B: usize> {
+    pub(super) from: [f64; B],
+    pub(super) to: [f64; B],
+    pub(super) reach: [f64; B],
+}
+
+impl<const B: usize> Stretch<B> {
+    pub(super) const NONE: Self = Stretch { from: [1.0; B], to: [1.0; B], reach: [1.0; B] };
+
+    /// Sets a lane to a stretch and its reach; or to all of the half, if that is known.
+    #[inline(always)]
+    pub(super) fn set(&mut self, i: usize, [from, to, reach]: [f64; 3], all: bool) {
+        (self.from[i], self.to[i]) = (choose(all, 0.0, from), choose(all, 1.0, to));
+        self.reach[i] = choose(reach > 1.0, reach, 1.0);
+    }
+
+    /// Where either is certain, as far as that is one stretch: else the one nearer to the middle.
+    #[inline(always)]
+    fn or(&mut self, other: &Self) {
+        for i in 0..B {
+            let (a, b) = ([self.from[i], self.to[i]], [other.from[i], other.to[i]]);
+            let first = a[0] <= b[0];
+            let [from, end] = [choose(first, a[0], b[0]), choose(first, a[1], b[1])];
+            let [start, to] = [choose(first, b[0], a[0]), choose(first, b[1], a[1])];
+            self.from[i] = from;
+            self.to[i] = choose((start <= end) & (to > end), to, end);
+            self.reach[i] = choose(self.reach[i] > other.reach[i], self.reach[i], other.reach[i]);
+        }
+    }
+
+    /// Where both are.
+    #[inline(always)]
+    fn and(&mut self, other: &Self) {
+        for i in 0..B {
+            let from = choose(self.from[i] > other.from[i], self.from[i], other.from[i]);
+            let to = choose(self.to[i] < other.to[i], self.to[i], other.to[i]);
+            let some = from < to;
+            (self.from[i], self.to[i]) = (choose(some, from, 1.0), choose(some, to, 1.0));
+            self.reach[i] = choose(self.reach[i] < other.reach[i], self.reach[i], other.reach[i]);
+        }
+    }
+}
+
+/// What is known of the signs of a field along the pieces of a batch.
+#[derive(Clone, Copy, Debug)]
+pub struct Signs<const B: usize> {
+    /// Of the field, as far as it matters for its sign.
+    range: Band<B>,
+    /// Backwards, then forwards.
+    pub(super) above: [Stretch<B>; 2],
+    pub(super) below: [Stretch<B>; 2],
+    /// Where it is expected to be negative, in halves of the piece from the middle: from a place to another.
+    expected: [[f64; B]; 2],
+    /// The leaf that begins there, and whether it is its negative that does.
+    leaf: [u32; B],
+    turned: [bool; B],
+    /// Whether that one alone has the same sign wherever it is certain.
+    alone: [bool; B],
+}
+
+/// What is expected of pieces matters from here on: they reach back behind what is known already.
+const BEHIND: f64 = -0.5;
+
+impl<const B: usize> Signs<B> {
+    pub(super) fn of_leaf<const K: usize>(x: &Parabolas<B, K>, leaf: u32) -> Signs<B> {
+        widest(
+            #[inline(always)]
+            || Signs {
+                range: x.range,
+                above: [x.above(-1.0), x.above(1.0)],
+                below: [x.below(-1.0), x.below(1.0)],
+                expected: x.expected(),
+                leaf: [leaf; B],
+                turned: [false; B],
+                alone: [true; B],
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn turn(&mut self) {
+        std::mem::swap(&mut self.above, &mut self.below);
+        for i in 0..B {
+            let [from, to] = [self.expected[0][i], self.expected[1][i]];
+            // Of what is on both sides, the one that is ahead.
+            let ends = (from > f64::NEG_INFINITY) & ((to == f64::INFINITY) | (from > BEHIND));
+            let some = from < to;
+            self.expected[0][i] = choose(some & !ends, to, f64::NEG_INFINITY);
+            self.expected[1][i] = choose(some & ends, from, f64::INFINITY);
+            self.turned[i] = !self.turned[i];
+        }
+    }
+
+    /// Those of the maximum.
+    #[inline(always)]
+    fn all(&mut self, other: &Self, [a, b]: [&Band<B>; 2]) {
+        for k in 0..2 {
+            self.above[k].or(&other.above[k]);
+            self.below[k].and(&other.below[k]);
+        }
+        for i in 0..B {
+            let [x, y] = [self.expect(i), other.expect(i)];
+            let later = y[0] > x[0];
+            let both = [choose(later, y[0], x[0]), choose(y[1] < x[1], y[1], x[1])];
+            let alone = [a.lane(i).lo > 0.0 || b.lane(i).hi < 0.0, b.lane(i).lo > 0.0 || a.lane(i).hi < 0.0];
+            self.join(other, i, alone, later, both);
+        }
+    }
+
+    /// Those of the minimum.
+    #[inline(always)]
+    fn any(&mut self, other: &Self, [a, b]: [&Band<B>; 2]) {
+        for k in 0..2 {
+            self.above[k].and(&other.above[k]);
+            self.below[k].or(&other.below[k]);
+        }
+        for i in 0..B {
+            let [x, y] = [self.expect(i), other.expect(i)];
+            let counts = [x, y].map(|[from, to]| from < to && to > BEHIND);
+            let other_first = counts[1] && (!counts[0] || y[0] < x[0]);
+            let both = match counts {
+                [true, true] if x[0] <= y[1] && y[0] <= x[1] => [x[0].min(y[0]), x[1].max(y[1])],
+                _ if other_first => y,
+                _ => x,
+            };
+            let alone = [b.lane(i).lo > 0.0 || a.lane(i).hi < 0.0, a.lane(i).lo > 0.0 || b.lane(i).hi < 0.0];
+            self.join(other, i, alone, other_first, both);
+        }
+    }
+
+    #[inline(always)]
+    fn expect(&self, i: usize) -> [f64; 2] {
+        [self.expected[0][i], self.expected[1][i]]
+    }
+
+    /// Takes from another one, in a lane, what is expected of it: of both, or of the one that decides alone.
+    #[inline(always)]
+    fn join(&mut self, other: &Self, i: usize, alone: [bool; 2], is_others: bool, both: [f64; 2]) {
+        let is_same = self.leaf[i] == other.leaf[i] && self.turned[i] == other.turned[i];
+        let (from_other, expected, alone) = match alone {
+            [true, _] => (false, self.expect(i), self.alone[i]),
+            [_, true] => (true, other.expect(i), other.alone[i]),
+            _ => (is_others, both, is_same && self.alone[i] && other.alone[i]),
+        };
+        (self.expected[0][i], self.expected[1][i], self.alone[i]) = (expected[0], expected[1], alone);
+        if from_other {
+            (self.leaf[i], self.turned[i]) = (other.leaf[i], other.turned[i]);
+        }
+    }
+
+    /// What is known of a piece.
+    #[inline]
+    pub fn lane(&self, i: usize) -> Sign {
+        let half = |k: usize| Half {
+            above: [self.above[k].from[i], self.above[k].to[i]],
+            below: self.below[k].from[i],
+            reach: self.above[k].reach[i],
+        };
+        let [from, to] = self.expect(i);
+        Sign {
+            halves: [half(0), half(1)],
+            fall: Some(from).filter(|_| from < to),
+            range: self.range.lane(i),
+            leaf: self.leaf[i],
+            is_turned: self.turned[i],
+            is_alone: self.alone[i],
+        }
+    }
+}
+
+/// What is known of the sign of a field along a piece.
+#[derive(Clone, Copy, Debug)]
+pub struct Sign {
+    /// Backwards, then forwards.
+    pub halves: [Half; 2],
+    /// Where it is expected to become negative, in halves of the piece from the middle, if it is.
+    pub fall: Option<f64>,
+    /// Encloses the field, as far as it matters for its sign.
+    pub range: Interval,
+    /// The leaf that does so, and whether it is its negative that does.
+    pub leaf: u32,
+    pub is_turned: bool,
+    /// Whether that one alone has the same sign as the field all over the piece.
+    pub is_alone: bool,
+}
+
+/// What becomes of a part.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Use {
+    /// It does not matter.
+    None,
+    /// It has the signs of one of its arguments.
+    Through,
+    Whole,
+}
+
+/// Puts together the signs of a batch, with memory of its own.
+#[derive(Debug)]
+pub struct Classifier<const B: usize> {
+    ranges: Vec<Band<B>>,
+    uses: Vec<Use>,
+    stack: Vec<Signs<B>>,
+}
+
+impl<const B: usize> Default for Classifier<B> {
+    fn default() -> Self {
+        Classifier { ranges: Vec::new(), uses: Vec::new(), stack: Vec::new() }
+    }
+}
+
+impl<const B: usize> Classifier<B> {
+    /// The signs of the last of the parts, of which there is one at least; `leaf` knows the forms of leaves.
+    pub fn classify<'a, const K: usize>(
+        &mut self,
+        parts: &[Part],
+        leaf: impl Fn(u32) -> &'a Parabolas<B, K>,
+    ) -> Signs<B> {
+        if let [Part::Leaf(number)] = *parts {
+            return Signs::of_leaf(leaf(number), number);
+        }
+        self.enclose(parts, &leaf);
+        self.choose(parts);
+        self.stack.clear();
+        for (i, part) in parts.iter().enumerate().filter(|(i, _)| self.uses[*i] == Use::Whole) {
+            match *part {
+                Part::Leaf(number) => self.stack.push(Signs::of_leaf(leaf(number), number)),
+                Part::Turned => self.stack.iter_mut().last().into_iter().for_each(|last| {
+                    widest(
+                        #[inline(always)]
+                        || last.turn(),
+                    );
+                }),
+                Part::All(before) | Part::Any(before) => {
+                    let (Some(b), Some(a)) = (self.stack.pop(), self.stack.last_mut()) else { continue };
+                    let bands = [&self.ranges[i - before as usize], &self.ranges[i - 1]];
+                    let is_all = matches!(part, Part::All(_));
+                    widest(
+                        #[inline(always)]
+                        || if is_all { a.all(&b, bands) } else { a.any(&b, bands) },
+                    );
+                }
+            }
+        }
+        let mut signs = self.stack[0];
+        signs.range = self.ranges[parts.len() - 1];
+        signs
+    }
+
+    /// The ranges of all parts.
+    fn enclose<'a, const K: usize>(&mut self, parts: &[Part], leaf: &impl Fn(u32) -> &'a Parabolas<B, K>) {
+        self.ranges.clear();
+        for (i, part) in parts.iter().enumerate() {
+            let band = match *part {
+                Part::Leaf(number) => leaf(number).range,
+                Part::Turned => self.ranges[i - 1].map(|x| -x),
+                Part::All(before) | Part::Any(before) => {
+                    let (a, b) = (self.ranges[i - before as usize], self.ranges[i - 1]);
+                    let is_all = matches!(part, Part::All(_));
+                    a.with(&b, |a, b| if is_all { a.max(b) } else { a.min(b) })
+                }
+            };
+            self.ranges.push(band);
+        }
+    }
+
+    /// Decides what becomes of each part, from the last one back.
+    fn choose(&mut self, parts: &[Part]) {
+        self.uses.clear();
+        self.uses.resize(parts.len(), Use::None);
+        self.uses[parts.len() - 1] = Use::Whole;
+        for i in (0..parts.len()).rev() {
+            if self.uses[i] == Use::None {
+                continue;
+            }
+            match parts[i] {
+                Part::Leaf(_) => {}
+                Part::Turned => self.uses[i - 1] = Use::Whole,
+                Part::All(before) | Part::Any(before) => {
+                    let first = i - before as usize;
+                    let (a, b) = (&self.ranges[first], &self.ranges[i - 1]);
+                    let is_all = matches!(parts[i], Part::All(_));
+                    // Where one of a maximum is below zero, or of a minimum above, the other one decides alone; and where
+                    // that one is on the other side.
+                    let yields = |x: Interval| if is_all { x.hi < 0.0 } else { x.lo > 0.0 };
+                    let decides = |x: Interval| if is_all { x.lo > 0.0 } else { x.hi < 0.0 };
+                    if a.every(b, |a, b| decides(a) | yields(b)) {
+                        (self.uses[i], self.uses[first]) = (Use::Through, Use::Whole);
+                    } else if a.every(b, |a, b| decides(b) | yields(a)) {
+                        (self.uses[i], self.uses[i - 1]) = (Use::Through, Use::Whole);
+                    } else {
+                        (self.uses[first], self.uses[i - 1]) = (Use::Whole, Use::Whole);
+                    }
+                }
+            }
+        }
+    }
+}
