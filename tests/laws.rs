@@ -6,11 +6,14 @@
 
 #![allow(clippy::disallowed_methods)] // boxes of random size need not be the same on every platform
 
+use orogen::expr::{Graph, NodeId};
 use orogen::num::{
-    Affine, Class, Dual, Function, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Slope,
+    Affine, Class, Dual, Function, Half, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Slope,
 };
-use orogen::op::{Abs, Corner, Max, Melt, Min, Op, Ramp, Visitor};
+use orogen::op::{Abs, Add, Corner, Max, Melt, Min, Mul, Neg, Op, Ramp, Square, Sub, Visitor};
+use orogen::tape::{Evaluator, Signer, Tape};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
+use std::sync::Arc;
 
 /// Boxes tried per operation.
 const BOXES: usize = 400;
@@ -227,6 +230,113 @@ fn corners_near_the_end_of_a_piece_blur_its_middle_little() {
         let rest = Parabolas::lift(&Abs, x.each_ref()).lane(0).rest;
         assert!(rest[1] + rest[2] < 0.11 && rest[0] < 1e-9, "{rest:?}");
     }
+}
+
+/// A solid of planes, balls and products that are put together at random.
+fn put_together(graph: &mut Graph, rng: &mut StdRng, depth: u32) -> NodeId {
+    if depth == 0 || rng.random_bool(0.15) {
+        let p = graph.point().unwrap();
+        let c: [f64; 3] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+        let size = graph.constant(rng.random_range(-0.5..1.0)).unwrap();
+        let leaf = match rng.random_range(0..4) {
+            0 => graph.op(Op::Mul(Mul), &[p[0], p[2]]),
+            1 => {
+                let squares = [0, 1, 2].map(|i| {
+                    let off = graph.constant(c[i]).unwrap();
+                    let off = graph.op(Op::Sub(Sub), &[p[i], off]).unwrap();
+                    graph.op(Op::Square(Square), &[off]).unwrap()
+                });
+                let sum = graph.op(Op::Add(Add), &squares[..2]).unwrap();
+                graph.op(Op::Add(Add), &[sum, squares[2]])
+            }
+            _ => {
+                let parts = [0, 1, 2].map(|i| {
+                    let c = graph.constant(c[i]).unwrap();
+                    graph.op(Op::Mul(Mul), &[p[i], c]).unwrap()
+                });
+                let sum = graph.op(Op::Add(Add), &parts[..2]).unwrap();
+                graph.op(Op::Add(Add), &[sum, parts[2]])
+            }
+        };
+        return graph.op(Op::Sub(Sub), &[leaf.unwrap(), size]).unwrap();
+    }
+    let a = put_together(graph, rng, depth - 1);
+    match rng.random_range(0..8) {
+        0 => graph.op(Op::Neg(Neg), &[a]).unwrap(),
+        1 => {
+            let k = graph.constant(rng.random_range(-2.0..2.0)).unwrap();
+            graph.op(Op::Mul(Mul), &[a, k]).unwrap()
+        }
+        kind => {
+            let b = put_together(graph, rng, depth - 1);
+            let op = if kind % 2 == 0 { Op::Min(Min) } else { Op::Max(Max) };
+            graph.op(op, &[a, b]).unwrap()
+        }
+    }
+}
+
+/// What is certain of the signs of solids that are put together holds along every ray of a beam, and is more than their
+/// forms say.
+#[test]
+fn signs_of_what_is_put_together_hold_along_lines() {
+    let mut rng = seeded("signs");
+    let (mut positive, mut by_signs, mut by_forms, mut alone) = (0, 0, 0, 0);
+    for solid in 0..600 {
+        let mut graph = Graph::default();
+        let root = put_together(&mut graph, &mut rng, 5);
+        let tape = Arc::new(Tape::new(&graph, &[root]));
+        let mut signer = Signer::<4, 2>::new(&tape);
+        let mut forms = Evaluator::<Parabolas<4, 2>>::new(tape.clone());
+        let mut values = Evaluator::<f64>::keeping_all(tape.clone());
+        let width = if solid % 2 == 0 { 0.0 } else { 0.05 };
+        let mut some =
+            |size: f64| -> [f64; 3] { std::array::from_fn(|_| size * rng.random_range(-1.0..1.0)) };
+        let pieces: [[[f64; 3]; 4]; 4] =
+            std::array::from_fn(|_| [some(1.5), some(0.8), some(width), some(width)]);
+        let p = [0, 1, 2].map(|axis| {
+            let mut all = Parabolas::all(Parabola::coordinate(0.0, 0.0, [0.0; 2], 0.0, 0.0));
+            for (lane, [mid, slope, u, v]) in pieces.iter().enumerate() {
+                all.set(lane, &Parabola::coordinate(mid[axis], slope[axis], [u[axis], v[axis]], 0.0, 0.0));
+            }
+            all
+        });
+        let signs = signer.eval(&p);
+        let halves = forms.eval(&p).halves();
+        for (lane, [mid, slope, u, v]) in pieces.iter().enumerate() {
+            let sign = signs.lane(lane);
+            alone += i32::from(sign.is_alone);
+            let mut value = |e: f64, [x, y]: [f64; 2]| {
+                let at = [0, 1, 2].map(|k| mid[k] + e * slope[k] + x * u[k] + y * v[k]);
+                let f = *values.eval(&at);
+                let leaf = *values.value(sign.leaf) * if sign.is_turned { -1.0 } else { 1.0 };
+                assert!(
+                    !sign.is_alone || f.abs() < 1e-12 || (f > 0.0) == (leaf > 0.0),
+                    "{f} {leaf}: {sign:?}"
+                );
+                assert!(!(sign.range.lo > 0.0 && f <= 0.0) && !(sign.range.hi < 0.0 && f >= 0.0));
+                f
+            };
+            for k in 0..60 {
+                let aside = [0; 2].map(|_| rng.random_range(-1.0..=1.0));
+                let (side, e) = (k % 2, rng.random_range(0.0..=1.0));
+                let back = if side == 0 { -1.0 } else { 1.0 };
+                let f = value(back * e, aside);
+                let holds = |half: Half| (half.above[0]..=half.above[1]).contains(&e) && half.above[0] < 1.0;
+                let [own, form] = [sign.halves[side], halves[lane][side]];
+                assert!(!holds(own) || f > 0.0, "{f} at {e}: {own:?}");
+                if own.below < 1.0 {
+                    let below = value(back * own.below, aside);
+                    assert!(below < 0.0, "{below}: {own:?}");
+                }
+                positive += i32::from(f > 0.0);
+                by_signs += i32::from(holds(own));
+                by_forms += i32::from(holds(form));
+            }
+        }
+    }
+    assert!(alone > 500 && alone < 2000, "{alone}");
+    eprintln!("{positive} {by_signs} {by_forms} {alone}");
+    assert!(f64::from(by_signs) > 0.9 * f64::from(positive), "{by_signs} {by_forms} {positive}");
 }
 
 /// Points of meshes lie exactly on edges.

@@ -215,9 +215,10 @@ impl Cells {
         &own.unwrap_or(&self.whole).tape
     }
 
-    /// How much [work](Tape::work) that tape is, or nothing where there is known to be no solid.
-    pub fn work_around(&self, at: [f64; 3], reach: f64) -> Option<u64> {
-        Some(self.descend(at, reach, Through::Occupied)?.work)
+    /// That tape and how much [work](Tape::work) it is, or nothing where there is known to be no solid.
+    pub fn occupied_around(&self, at: [f64; 3], reach: f64) -> Option<(&Arc<Tape>, u64)> {
+        let own = self.descend(at, reach, Through::Occupied)?;
+        Some((&own.tape, own.work))
     }
 
     /// The own tape of the smallest cell that has all within `reach` of a place; nothing where the way there ends at one

@@ -2,7 +2,7 @@
 
 use super::march::{Answer, Piece};
 use crate::num::{Parabola, Parabolas};
-use crate::tape::{Cells, Signer, Tape};
+use crate::tape::{Signer, Tape};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -23,39 +23,28 @@ impl<const K: usize> Batches<K> {
         Batches { many: Signer::new(tape), few: Signer::new(tape), one: Signer::new(tape) }
     }
 
-    /// Asks about a piece of each of the `active` entries of a list. `around` is a place and how far the
-    /// piece reaches from it, `ask` the piece and its coordinates, `tell` gets the answer, and the form of what is expected
-    /// to fall to zero there. Returns the work. Once `cancel`
-    /// is set, no more are answered.
+    /// Asks about a piece of each of some entries of a list, each by its tape. `ask` is the piece and its coordinates, `tell`
+    /// gets the answer, and the form of what is expected to fall to zero there. Returns the work. Once `cancel` is set, no
+    /// more are answered.
     pub(super) fn answer<I>(
         &mut self,
-        cells: &Cells,
-        (items, active): (&mut [I], &[usize]),
-        around: impl Fn(&I) -> ([f64; 3], f64),
+        (items, mut asked): (&mut [I], Vec<(&Arc<Tape>, usize)>),
         ask: impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
         mut tell: impl FnMut(&mut I, &Parabola<K>, Answer),
         cancel: &AtomicBool,
     ) -> u64 {
-        let goes_on = || !cancel.load(Ordering::Relaxed);
         let mut work = 0;
-        if cells.is_uniform() {
-            // So few that are left over fill lanes of few better, in about the same time.
-            let (whole, rest) = active.split_at(active.len() - active.len() % MANY);
-            let size = if rest.len() <= 2 * FEW { FEW } else { MANY };
-            for batch in whole.chunks(MANY).chain(rest.chunks(size)).take_while(|_| goes_on()) {
-                work += self.answer_alike(cells.tape(), items, batch.iter().copied(), &ask, &mut tell);
-            }
-            return work;
-        }
         // No lane depends on its neighbours, so their order does not matter.
-        let places = active.iter().take_while(|_| goes_on()).map(|&i| {
-            let (at, reach) = around(&items[i]);
-            (i, at, reach)
-        });
-        for same in cells.tapes_around(places).chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
-            for batch in same.chunks(MANY).take_while(|_| goes_on()) {
-                let entries = batch.iter().map(|(_, i)| *i);
-                work += self.answer_alike(same[0].0, items, entries, &ask, &mut tell);
+        asked.sort_unstable_by_key(|(tape, i)| (Arc::as_ptr(tape), *i));
+        for same in asked.chunk_by(|a, b| Arc::ptr_eq(a.0, b.0)) {
+            // So few that are left over fill lanes of few better, in about the same time.
+            let (whole, rest) = same.split_at(same.len() - same.len() % MANY);
+            let size = if rest.len() <= 2 * FEW { FEW } else { MANY };
+            for batch in whole.chunks(MANY).chain(rest.chunks(size)) {
+                if cancel.load(Ordering::Relaxed) {
+                    return work;
+                }
+                work += self.answer_alike(items, batch, &ask, &mut tell);
             }
         }
         work
@@ -64,16 +53,16 @@ impl<const K: usize> Batches<K> {
     /// Asks about entries that have one tape, no more than [`MANY`], in no more lanes than they need, and returns the work.
     fn answer_alike<I>(
         &mut self,
-        tape: &Arc<Tape>,
         items: &mut [I],
-        batch: impl ExactSizeIterator<Item = usize> + Clone,
+        batch: &[(&Arc<Tape>, usize)],
         ask: &impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
         tell: &mut impl FnMut(&mut I, &Parabola<K>, Answer),
     ) -> u64 {
+        let (tape, entries) = (batch[0].0, batch.iter().map(|(_, i)| *i));
         match batch.len() {
-            1 => answer(self.one.turn_to(tape), items, batch, ask, tell),
-            2..=FEW => answer(self.few.turn_to(tape), items, batch, ask, tell),
-            _ => answer(self.many.turn_to(tape), items, batch, ask, tell),
+            1 => answer(self.one.turn_to(tape), items, entries, ask, tell),
+            2..=FEW => answer(self.few.turn_to(tape), items, entries, ask, tell),
+            _ => answer(self.many.turn_to(tape), items, entries, ask, tell),
         }
     }
 }

@@ -5,12 +5,13 @@ use super::close::closes;
 use super::frame::{Frame, Place, Section};
 use super::march::{Answer, March, Next, Piece};
 use super::sketch::Sketch;
-use super::worth::{is_too_much, worthwhile};
+use super::worth::{Question, is_too_much, worthwhile};
 use crate::cast::{CastStats, Tolerance};
 use crate::num::Parabola;
 use crate::scene::Aabb;
-use crate::tape::Cells;
+use crate::tape::{Cells, Tape};
 use glam::DVec3;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A bundle marches while its pieces are longer than this share of its radius, and while they are no more work
@@ -61,6 +62,16 @@ pub(in crate::cast) enum State {
     Free,
     /// Its parts go on, or its rays end by what was seen last.
     Ended,
+}
+
+/// What a bundle asks next.
+#[derive(Clone, Copy)]
+enum Asked<'a> {
+    /// All that is left of it is free.
+    Nothing,
+    /// The next piece is too short or too much to be looked at.
+    Narrow,
+    By(&'a Arc<Tape>),
 }
 
 impl Bundle {
@@ -158,34 +169,40 @@ impl Bundle {
         self.section.spine_at(&self.frame, expected.unwrap_or(free))
     }
 
-    /// Decides which piece to look at, or that the bundle is too wide to go on.
-    fn place(&mut self, cells: &Cells) {
+    /// Decides which piece to look at, and by which tape; or that nothing is left, or that the bundle is too wide to go on.
+    fn place<'a>(&mut self, cells: &'a Cells) -> Option<&'a Arc<Tape>> {
         let radius = self.section.radius(self.march.free);
         let seen = self.piece.half;
-        let mut is_narrow = self.take_piece(cells);
-        if is_narrow && self.is_whole && seen > radius {
+        let mut next = self.take_piece(cells);
+        if matches!(next, Asked::Narrow) && self.is_whole && seen > radius {
             // What was seen last was so long that it says nothing of pieces as long as the bundle is wide.
             self.march.stretch = CLOSER * radius;
-            is_narrow = self.take_piece(cells);
+            next = self.take_piece(cells);
         }
-        if is_narrow && self.state == State::Marching {
-            self.state = State::Ended;
-        }
+        self.state = match next {
+            Asked::Nothing => State::Free,
+            Asked::Narrow => State::Ended,
+            Asked::By(tape) => return Some(tape),
+        };
+        None
     }
 
-    /// Takes the next piece, and says whether it is too short or too much to be looked at.
-    fn take_piece(&mut self, cells: &Cells) -> bool {
+    /// Takes the next piece.
+    fn take_piece<'a>(&mut self, cells: &'a Cells) -> Asked<'a> {
         let around = |piece| self.section.around_piece(&self.frame, piece);
-        let Some((piece, work)) = worthwhile(&mut self.march, cells, self.tolerance, around) else {
-            self.state = State::Free;
-            return false;
+        let Some(question) = worthwhile(&mut self.march, cells, self.tolerance, around) else {
+            return Asked::Nothing;
         };
+        let Question { piece, tape, work } = question;
         self.piece = piece;
         let free = self.march.free;
         let (at, _) = around(Piece { mid: free, half: 0.0 });
         let is_last = self.is_whole && piece.mid + piece.half >= self.march.far;
         let is_narrow = !is_last && piece.half < NARROW * self.section.radius(piece.mid);
-        is_narrow || is_too_much(work, self.rays, cells, self.tolerance, (at, free))
+        if is_narrow || is_too_much(work, self.rays, cells, self.tolerance, (at, free)) {
+            return Asked::Narrow;
+        }
+        Asked::By(tape)
     }
 
     fn tell(&mut self, f: &Parabola<2>, answer: &Answer, cells: &Cells) {
@@ -259,25 +276,20 @@ pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
     active.extend((0..items.len()).filter(|&i| is_marching(&items[i])));
     let goes_on = || !cancel.load(Ordering::Relaxed);
     while goes_on() {
+        let mut asked_by = Vec::with_capacity(active.len());
         for &i in active.iter().take_while(|_| goes_on()) {
             let bundle = items[i].as_mut();
-            bundle.place(cells);
+            asked_by.extend(bundle.place(cells).map(|tape| (tape, i)));
             stats.culled += u64::from(bundle.is_free());
         }
-        active.retain(|&i| is_marching(&items[i]));
-        if active.is_empty() {
+        if asked_by.is_empty() {
             break;
         }
-        stats.evaluations += active.len() as u64;
-        stats.shared += active.len() as u64;
-        stats.steps += active.len() as u64;
+        let count = asked_by.len() as u64;
+        (stats.evaluations, stats.shared, stats.steps) =
+            (stats.evaluations + count, stats.shared + count, stats.steps + count);
         stats.work += wide.answer(
-            cells,
-            (&mut *items, &active[..]),
-            |item| {
-                let bundle = item.as_ref();
-                bundle.section.around_piece(&bundle.frame, bundle.piece)
-            },
+            (&mut *items, asked_by),
             |item| {
                 let bundle = item.as_ref();
                 (bundle.piece, bundle.section.coordinates(&bundle.frame, bundle.piece))

@@ -221,16 +221,14 @@ impl Beams {
         active.extend(0..thin.len());
         let goes_on = || !cancel.load(Ordering::Relaxed);
         while !active.is_empty() && goes_on() {
+            let mut asked_by = Vec::with_capacity(active.len());
             for &i in active.iter().take_while(|_| goes_on()) {
-                thin[i].place(&self.cells);
+                asked_by.extend(thin[i].place(&self.cells).map(|tape| (tape, i)));
             }
-            active.retain(|&i| thin[i].hit.is_none());
-            stats.evaluations += active.len() as u64;
-            stats.steps += active.len() as u64;
+            stats.evaluations += asked_by.len() as u64;
+            stats.steps += asked_by.len() as u64;
             stats.work += self.thin.answer(
-                &self.cells,
-                (&mut thin[..], &active[..]),
-                Thin::around,
+                (&mut thin[..], asked_by),
                 |thin| (thin.piece, thin.coordinates()),
                 |thin, _, answer| {
                     let mut value = |at: DVec3| *self.points.eval(&at.to_array());

@@ -74,13 +74,15 @@ impl Thin {
         Thin { ray, line, march, piece: Piece::default(), passed: Passed::Nothing, hit: None }
     }
 
-    /// Decides which piece to look at.
-    pub(super) fn place(&mut self, cells: &Cells) {
+    /// Decides which piece to look at, and by which tape; or ends.
+    pub(super) fn place<'a>(&mut self, cells: &'a Cells) -> Option<&'a Arc<Tape>> {
         let line = &self.line;
-        match worthwhile(&mut self.march, cells, line.tolerance, |piece| around(line, piece)) {
-            Some((piece, _)) => self.piece = piece,
+        let next = worthwhile(&mut self.march, cells, line.tolerance, |piece| around(line, piece));
+        match &next {
+            Some(question) => self.piece = question.piece,
             None => self.hit = Some(Hit { certified: self.passed == Passed::Nothing, ..Hit::MISS }),
         }
+        next.map(|question| question.tape)
     }
 
     /// Where it is inside, if that is known, as `t` of a ray that it is or that it is the other way round.
@@ -89,14 +91,9 @@ impl Thin {
         Some(if self.line.direction == ray.direction { t } else { -t })
     }
 
-    /// A place and how far, at most, the piece reaches from it along any axis.
-    pub(super) fn around(&self) -> ([f64; 3], f64) {
-        around(&self.line, self.piece)
-    }
-
     /// Whether the field is known to have a value all over the piece, without another evaluation.
     pub(super) fn is_defined(&self, cells: &Cells) -> bool {
-        let (at, reach) = self.around();
+        let (at, reach) = around(&self.line, self.piece);
         cells.is_defined_around(at, reach)
     }
 
