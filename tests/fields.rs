@@ -108,7 +108,7 @@ fn cells_have_the_whole_tape_as_far_as_they_reach() {
         let at: [f64; 3] = std::array::from_fn(|_| rng.random_range(-1.1..1.1));
         let reach = 0.5 * libm::exp2(-rng.random_range(0.0..10.0));
         // Asked for first, so that free cells get their tapes later.
-        let work = cells.work_around(at, reach);
+        let work = cells.occupied_around(at, reach).map(|(_, work)| work);
         let part = cells.tape_around(at, reach);
         assert!(work.is_none_or(|work| work == part.work()), "{work:?} and {} at {at:?}", part.work());
         if reach < 0.02 && at.iter().all(|c| c.abs() < 1.0) {

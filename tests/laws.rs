@@ -313,7 +313,8 @@ fn signs_of_what_is_put_together_hold_along_lines() {
                     !sign.is_alone || f.abs() < 1e-12 || (f > 0.0) == (leaf > 0.0),
                     "{f} {leaf}: {sign:?}"
                 );
-                assert!(!(sign.range.lo > 0.0 && f <= 0.0) && !(sign.range.hi < 0.0 && f >= 0.0));
+                assert!(f > 0.0 || sign.range.lo <= 0.0, "{f}: {sign:?}");
+                assert!(f < 0.0 || sign.range.hi >= 0.0, "{f}: {sign:?}");
                 f
             };
             for k in 0..60 {
@@ -324,8 +325,9 @@ fn signs_of_what_is_put_together_hold_along_lines() {
                 let holds = |half: Half| (half.above[0]..=half.above[1]).contains(&e) && half.above[0] < 1.0;
                 let [own, form] = [sign.halves[side], halves[lane][side]];
                 assert!(!holds(own) || f > 0.0, "{f} at {e}: {own:?}");
-                if own.below < 1.0 {
-                    let below = value(back * own.below, aside);
+                if own.below[0] < 1.0 {
+                    let [from, to] = own.below;
+                    let below = value(back * (from + (to - from) * e), aside);
                     assert!(below < 0.0, "{below}: {own:?}");
                 }
                 positive += i32::from(f > 0.0);
@@ -999,7 +1001,8 @@ mod composites {
                 assert_eq!(format!("{z:?}"), format!("{alone:?}"), "a lane depends on its neighbours");
                 let halves = z.halves();
                 // Places at random, and those said to be negative.
-                let said = [-halves[0].below, halves[1].below].into_iter().filter(|e| e.abs() < 1.0);
+                let ends = [halves[0].below.map(|e| -e), halves[1].below];
+                let said = ends.into_iter().flatten().filter(|e| e.abs() < 1.0);
                 let anywhere: Vec<f64> = (0..20).map(|_| inside(rng, Interval::new(-1.0, 1.0))).collect();
                 for e in anywhere.into_iter().chain(said) {
                     let u = std::array::from_fn(|_| inside(rng, Interval::new(-1.0, 1.0)));
@@ -1020,17 +1023,18 @@ mod composites {
                             "{v:?} is outside {allowed:?} at {e}, {u:?} of {piece:?}"
                         );
                     }
-                    if line.is_below_at(e) {
+                    let holds = |[from, to]: [f64; 2]| from <= e.abs() && e.abs() <= to && from < to;
+                    let side = usize::from(e > 0.0);
+                    if holds(line.halves()[side].below) {
                         inside_lines += 1;
                         assert!(v.lo < 0.0, "{v:?} at {e}, said to be negative by {line:?}");
                     }
-                    let half = &halves[usize::from(e > 0.0)];
-                    let [from, to] = half.above;
-                    if from <= e.abs() && e.abs() <= to && from < to {
+                    let half = &halves[side];
+                    if holds(half.above) {
                         above += 1;
                         assert!(v.hi > 0.0, "{v:?} at {e}, said to be positive by {z:?}");
                     }
-                    if half.below == e.abs() && half.below < 1.0 {
+                    if holds(half.below) {
                         below += 1;
                         assert!(v.lo < 0.0, "{v:?} at {e}, said to be negative by {z:?}");
                     }

@@ -68,7 +68,7 @@ pub use local::{Bounds, Lean, Local};
 pub use many::Many;
 pub use morton::{morton2, morton3};
 pub use number::{Centred, Growing, Jets, Kernel, Number, Order, Plain, Point};
-pub use parabola::{Classifier, Half, Parabola, Parabolas, Part, Sign, Signs};
+pub use parabola::{Classifier, Half, Joint, Mix, Parabola, Parabolas, Part, Sign, Signs, parts_of};
 pub use pointwise::{Jets4, Point4, Pointwise};
 pub use real::{Real, power};
 pub use reduced::Reduced;

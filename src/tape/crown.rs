@@ -6,8 +6,9 @@
 
 use super::eval::{Registers, allocate};
 use super::{Evaluator, Instr, Tape};
-use crate::num::{Classifier, Parabolas, Part, Signs};
+use crate::num::{Classifier, Joint, Mix, Parabolas, Part, Signs, parts_of};
 use crate::op::Op;
+use std::cell::RefCell;
 use std::sync::Arc;
 
 /// How a tape puts its leaves together, and where their values are kept.
@@ -44,65 +45,33 @@ impl Crown {
             code[slot as usize].each_arg(|a| count += counts[a as usize]);
             counts[slot as usize] = count;
         }
-        let (mut parts, mut leaves, mut skipped) = (Vec::new(), Vec::new(), vec![false; code.len()]);
-        // From the last part to the first.
-        let mut left = vec![Step::Visit(tape.outputs[0])];
-        while let Some(step) = left.pop() {
-            let slot = match step {
-                Step::Visit(slot) => slot,
-                Step::Before(last) => {
-                    // This is where the first argument ends.
-                    let before = (parts.len() - last) as u32;
-                    match &mut parts[last] {
-                        Part::All(first) | Part::Any(first) => *first = before,
-                        Part::Leaf(_) | Part::Turned => {}
-                    }
-                    continue;
-                }
-            };
-            if !is_joint(slot) {
-                parts.push(Part::Leaf(slot));
-                leaves.push(slot);
-                continue;
+        let joint = |slot: u32| match &code[slot as usize] {
+            _ if !is_joint(slot) => Joint::Leaf(slot),
+            Instr::Scale(a, k) if *k > 0.0 => Joint::Same(*a),
+            Instr::Scale(a, _) | Instr::Op(Op::Neg(_), [a, ..]) => Joint::Turned(*a),
+            Instr::Op(op, [a, b, ..]) => {
+                // The larger one comes first, so that few are pending at a time.
+                let is_larger = counts[*a as usize] >= counts[*b as usize];
+                let (first, last) = if is_larger { (*a, *b) } else { (*b, *a) };
+                if matches!(op, Op::Max(_)) { Joint::All(first, last) } else { Joint::Any(first, last) }
             }
-            skipped[slot as usize] = true;
-            match &code[slot as usize] {
-                Instr::Scale(a, k) => {
-                    if *k < 0.0 {
-                        parts.push(Part::Turned);
-                    }
-                    left.push(Step::Visit(*a));
-                }
-                Instr::Op(op, [a, b, ..]) => match op {
-                    Op::Min(_) | Op::Max(_) => {
-                        // The larger one comes first, so that few are pending at a time.
-                        let is_larger = counts[*a as usize] >= counts[*b as usize];
-                        let (first, last) = if is_larger { (*a, *b) } else { (*b, *a) };
-                        left.extend([Step::Visit(first), Step::Before(parts.len()), Step::Visit(last)]);
-                        parts.push(if matches!(op, Op::Max(_)) { Part::All(0) } else { Part::Any(0) });
-                    }
-                    _ => {
-                        parts.push(Part::Turned);
-                        left.push(Step::Visit(*a));
-                    }
-                },
-                _ => {}
-            }
-        }
-        parts.reverse();
+            _ => Joint::Leaf(slot),
+        };
+        let skipped = RefCell::new(vec![false; code.len()]);
+        let parts = parts_of(tape.outputs[0], |slot| {
+            skipped.borrow_mut()[slot as usize] = is_joint(slot);
+            joint(slot)
+        });
+        let leaf = |part: &Part| if let Part::Leaf(slot) = part { Some(*slot) } else { None };
         let registers = match parts[..] {
             [_] => tape.registers().clone(),
-            _ => allocate(tape, &leaves, &skipped),
+            _ => {
+                let leaves: Vec<u32> = parts.iter().filter_map(leaf).collect();
+                allocate(tape, &leaves, &skipped.into_inner())
+            }
         };
         Crown { parts, registers }
     }
-}
-
-/// What is left to do of a crown.
-enum Step {
-    Visit(u32),
-    /// Tell a part where the one begins that is before its last argument.
-    Before(usize),
 }
 
 /// Evaluates the signs of the first output of a tape along pieces of lines, with memory of its own; one per thread.
@@ -142,5 +111,11 @@ impl<const B: usize, const K: usize> Signer<B, K> {
     /// The form of a leaf in the last evaluation.
     pub fn leaf(&self, leaf: u32) -> &Parabolas<B, K> {
         self.leaves.value(leaf)
+    }
+
+    /// What decides of the sign in a lane of the last evaluation; `None` if that is more than so many leaves.
+    pub fn mix(&self, lane: usize, most: usize) -> Option<Mix<K>> {
+        let leaves = &self.leaves;
+        self.classifier.mix(&leaves.tape().crown().parts, (lane, most), |slot| leaves.value(slot))
     }
 }

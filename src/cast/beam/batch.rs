@@ -1,7 +1,7 @@
 //! Questions about many pieces, answered in batches by the tapes of the places where they lie.
 
 use super::march::{Answer, Piece};
-use crate::num::{Parabola, Parabolas};
+use crate::num::{Mix, Parabola, Parabolas};
 use crate::tape::{Signer, Tape};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,6 +10,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// that none is idle.
 const MANY: usize = 16;
 const FEW: usize = 4;
+
+/// Of so many leaves it is told what decides of the sign over a piece.
+const MIXED: usize = 8;
 
 /// Evaluators for as many pieces at once.
 pub(in crate::cast) struct Batches<const K: usize> {
@@ -24,13 +27,14 @@ impl<const K: usize> Batches<K> {
     }
 
     /// Asks about a piece of each of some entries of a list, each by its tape. `ask` is the piece and its coordinates, `tell`
-    /// gets the answer, and the form of what is expected to fall to zero there. Returns the work. Once `cancel` is set, no
+    /// gets the answer, the form of what is expected to fall to zero there, and all forms that matter if it wants
+    /// them. Returns the work. Once `cancel` is set, no
     /// more are answered.
     pub(super) fn answer<I>(
         &mut self,
         (items, mut asked): (&mut [I], Vec<(&Arc<Tape>, usize)>),
         ask: impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
-        mut tell: impl FnMut(&mut I, &Parabola<K>, Answer),
+        mut tell: impl FnMut(&mut I, &Parabola<K>, Answer, &dyn Fn() -> Option<Mix<K>>),
         cancel: &AtomicBool,
     ) -> u64 {
         let mut work = 0;
@@ -56,7 +60,7 @@ impl<const K: usize> Batches<K> {
         items: &mut [I],
         batch: &[(&Arc<Tape>, usize)],
         ask: &impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
-        tell: &mut impl FnMut(&mut I, &Parabola<K>, Answer),
+        tell: &mut impl FnMut(&mut I, &Parabola<K>, Answer, &dyn Fn() -> Option<Mix<K>>),
     ) -> u64 {
         let (tape, entries) = (batch[0].0, batch.iter().map(|(_, i)| *i));
         match batch.len() {
@@ -73,7 +77,7 @@ fn answer<I, const B: usize, const K: usize>(
     items: &mut [I],
     batch: impl Iterator<Item = usize> + Clone,
     ask: &impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
-    tell: &mut impl FnMut(&mut I, &Parabola<K>, Answer),
+    tell: &mut impl FnMut(&mut I, &Parabola<K>, Answer, &dyn Fn() -> Option<Mix<K>>),
 ) -> u64 {
     let mut places = batch.clone().map(|i| ask(&items[i]));
     let Some((piece, first)) = places.next() else { return 0 };
@@ -91,7 +95,7 @@ fn answer<I, const B: usize, const K: usize>(
         let sign = signs.lane(lane);
         let leaf = signer.leaf(sign.leaf).lane(lane);
         let leaf = if sign.is_turned { leaf.negated() } else { leaf };
-        tell(&mut items[i], &leaf, Answer::of(&sign, pieces[lane]));
+        tell(&mut items[i], &leaf, Answer::new(&sign, pieces[lane]), &|| signer.mix(lane, MIXED));
     }
     signer.tape().work() * B as u64
 }

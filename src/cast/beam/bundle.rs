@@ -1,13 +1,13 @@
 //! Bundles: lines of sight of one frame that march as one, until their own width is what limits them.
 
 use super::batch::Batches;
-use super::close::closes;
+use super::close::{all_close, closes};
 use super::frame::{Frame, Place, Section};
 use super::march::{Answer, March, Next, Piece};
 use super::sketch::Sketch;
 use super::worth::{Question, is_too_much, worthwhile};
 use crate::cast::{CastStats, Tolerance};
-use crate::num::Parabola;
+use crate::num::{Mix, Parabola};
 use crate::scene::Aabb;
 use crate::tape::{Cells, Tape};
 use glam::DVec3;
@@ -46,7 +46,7 @@ pub struct Bundle {
     last: Option<(Sketch, Section)>,
     /// Whether its rays may end by an answer about it, and the one that they do end by.
     closes: bool,
-    closed: Option<Parabola<2>>,
+    closed: Option<Box<Mix<2>>>,
     rays: usize,
     tolerance: Tolerance,
     /// Whether a piece that is short because little of the way is left is looked at however wide the bundle is: for
@@ -131,7 +131,7 @@ impl Bundle {
             return self.onward(section, rays);
         }
         // What was seen last was seen through other planes.
-        let mut turned = Bundle { frame: *frame, last: None, ..*self };
+        let mut turned = Bundle { frame: *frame, last: None, ..self.clone() };
         turned.march.free = frame.onward(&self.frame, self.march.free, section.slant());
         turned.onward(section, rays)
     }
@@ -205,7 +205,7 @@ impl Bundle {
         Asked::By(tape)
     }
 
-    fn tell(&mut self, f: &Parabola<2>, answer: &Answer, cells: &Cells) {
+    fn tell(&mut self, f: &Parabola<2>, answer: &Answer, mix: impl Fn() -> Option<Mix<2>>, cells: &Cells) {
         self.last = Some((Sketch::new(f, self.piece), self.section));
         self.state = match self.march.tell(self.piece, answer, 0.0) {
             Next::Free => State::Free,
@@ -215,10 +215,19 @@ impl Bundle {
         let wanted = self.tolerance.at(self.march.free);
         let radius = self.section.radius(self.march.free);
         let bracket = if self.rays <= FEW { wanted.max(radius) } else { wanted };
-        let may_close =
-            self.closes && answer.alone && self.state != State::Free && closes(f, self.piece, bracket);
-        if may_close && self.is_defined(cells) {
-            (self.state, self.closed) = (State::Ended, Some(*f));
+        if !self.closes || self.state == State::Free || !self.is_defined(cells) {
+            return;
+        }
+        self.closed = if answer.alone {
+            closes(f, self.piece, bracket).then(|| Box::new(Mix::of(*f)))
+        } else {
+            let Piece { mid, half } = self.piece;
+            let is_here = answer.root.is_some_and(|root| (root - mid).abs() <= half);
+            let mix = mix().filter(|mix| is_here && all_close(mix, self.piece, bracket));
+            mix.map(Box::new)
+        };
+        if self.closed.is_some() {
+            self.state = State::Ended;
         }
     }
 
@@ -229,8 +238,8 @@ impl Bundle {
     }
 
     /// The answer that its rays end by, if one closes in on their roots, and the piece that it is about.
-    pub(super) fn closed(&self) -> Option<(&Parabola<2>, Piece)> {
-        Some((self.closed.as_ref()?, self.piece))
+    pub(super) fn closed(&self) -> Option<(&Mix<2>, Piece)> {
+        Some((self.closed.as_deref()?, self.piece))
     }
 
     /// The depths between which it is expected to be zero on its lines, as far as its middle and its corners tell.
@@ -294,8 +303,8 @@ pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
                 let bundle = item.as_ref();
                 (bundle.piece, bundle.section.coordinates(&bundle.frame, bundle.piece))
             },
-            |item, f, answer| {
-                item.as_mut().tell(f, &answer, cells);
+            |item, f, answer, mix| {
+                item.as_mut().tell(f, &answer, mix, cells);
                 stats.culled += u64::from(item.as_ref().is_free());
                 asked(item);
             },

@@ -7,13 +7,11 @@
 
 use super::Beam;
 use super::frame::Line;
-use super::gather::is_real;
 use super::march::{Answer, March, Next, Piece};
 use super::sketch::Fall;
 use super::thin::Thin;
 use crate::cast::{Hit, Ray};
-use crate::num::{Half, Parabola, Parabolas};
-use std::ops::ControlFlow;
+use crate::num::{Classifier, Mix, Parabola, Parabolas};
 
 /// Rays that are answered side by side.
 const LANES: usize = 16;
@@ -22,57 +20,105 @@ const LANES: usize = 16;
 pub(super) fn closes(f: &Parabola<2>, piece: Piece, bracket: f64) -> bool {
     Fall::of(f).is_some_and(|fall| {
         let farthest = fall.at.abs() + (f.side[0].abs() + f.side[1].abs()) / fall.slope;
-        farthest <= 1.0 && 2.0 * WIDER * fall.doubt(f, farthest) * piece.half <= bracket
+        farthest <= 1.0 && is_close(f, fall, farthest, piece, bracket)
     })
 }
 
-/// How far behind a root a place is looked for that is inside for certain, as a share of how far it may be.
+/// Whether it brackets what becomes of its rays, where several surfaces meet: each of them is known to within the bracket,
+/// or rays go along it and hardly any of them is too close to tell.
+pub(super) fn all_close(mix: &Mix<2>, piece: Piece, bracket: f64) -> bool {
+    mix.leaves.iter().all(|f| {
+        let across = f.side[0].abs() + f.side[1].abs();
+        let goes_along = f.rest[0] + f.rest[1] + f.rest[2] <= HARDLY * across;
+        let fall = Fall::of(f).or_else(|| Fall::of(&f.negated()));
+        goes_along || fall.is_some_and(|fall| is_close(f, fall, 1.0, piece, bracket))
+    })
+}
+
+fn is_close(f: &Parabola<2>, fall: Fall, distance: f64, piece: Piece, bracket: f64) -> bool {
+    2.0 * WIDER * fall.doubt(f, distance) * piece.half <= bracket
+}
+
+/// More than what is lost to rounding of a bracket.
 const WIDER: f64 = 1.1;
 
-impl Beam {
-    /// Ends its rays by an answer about a piece, tells where they are inside, and says how many of them hit; those that it
-    /// says too little of go on alone, from what it does say.
-    pub(super) fn close(
-        &self,
-        (f, piece): (&Parabola<2>, Piece),
-        (rays, lines): (&[Ray], &[Line]),
+/// The share of its rays that a beam may leave undecided.
+const HARDLY: f64 = 1.0 / 64.0;
+
+/// What an answer says of a ray.
+enum End {
+    /// It ends: with a hit, or without, and where it is inside.
+    Of(Hit, f64),
+    /// It is free up to the depth where the piece ends, and goes on with what is left of the beam.
+    Passes(f64),
+    /// It goes on alone.
+    Alone(March),
+}
+
+/// Ends rays of beams by answers, with memory of its own.
+#[derive(Debug, Default)]
+pub(super) struct Closing {
+    classifier: Classifier<LANES>,
+    own: Vec<usize>,
+    forms: Vec<Parabolas<LANES, 0>>,
+}
+
+impl Closing {
+    /// Ends rays of a beam by an answer about a piece, tells where they are inside, and says how many of them hit. Those that
+    /// it says too little of go on alone, from what it does say, and those that pass are left of the beam.
+    pub(super) fn end(
+        &mut self,
+        beam: &Beam,
+        (mix, piece): (&Mix<2>, Piece),
+        (rays, lines): (&[Ray], &mut [Line]),
         thin: &mut Vec<Thin>,
         (out, insides): (&mut [Hit], &mut [f64]),
     ) -> u64 {
         let mut hits = 0;
-        let own: Vec<usize> = self.rays.clone().filter(|&i| is_real(&rays[i])).collect();
+        let Closing { classifier, own, forms } = self;
+        own.clear();
+        own.extend(beam.left(lines));
         for own in own.chunks(LANES) {
-            let mut forms = Parabolas::<LANES, 0>::all(f.at([0.0; 2], [1.0; 2]));
+            let places = |lane: usize| {
+                let line = &lines[own[lane.min(own.len() - 1)]];
+                beam.bundle.section.known(&beam.bundle.frame, &line.place, piece.mid)
+            };
+            let places: [_; LANES] = std::array::from_fn(places);
+            forms.clear();
+            forms.extend(mix.leaves.iter().map(|f| {
+                let mut form = Parabolas::all(f.at([0.0; 2], [1.0; 2]));
+                for (lane, [at, blur]) in places.iter().enumerate() {
+                    form.set(lane, &f.at(*at, *blur));
+                }
+                form
+            }));
+            let signs = classifier.classify(&mix.parts, |leaf| &forms[leaf as usize]);
             for (lane, &i) in own.iter().enumerate() {
-                let [at, blur] = self.bundle.section.known(&self.bundle.frame, &lines[i].place, piece.mid);
-                forms.set(lane, &f.at(at, blur));
-            }
-            let halves = forms.halves();
-            for (lane, &i) in own.iter().enumerate() {
-                match self.ended((&rays[i], &lines[i]), piece, &forms.lane(lane), halves[lane]) {
-                    ControlFlow::Break((hit, inside)) => {
+                let answer = Answer::new(&signs.lane(lane), piece);
+                match beam.ended((&rays[i], &lines[i]), piece, &answer) {
+                    End::Passes(depth) => {
+                        lines[i].depth[0] = depth;
+                        continue;
+                    }
+                    End::Of(hit, inside) => {
                         hits += u64::from(hit.is_hit());
                         (out[i], insides[i]) = (hit, inside);
                     }
-                    ControlFlow::Continue(onward) => {
-                        thin.push(Thin::new(i, Ray { near: onward.free, ..rays[i] }, onward))
+                    End::Alone(onward) => {
+                        thin.push(Thin::new(i, Ray { near: onward.free, ..rays[i] }, onward));
                     }
                 }
+                lines[i] = Line::NOTHING;
             }
         }
         hits
     }
+}
 
-    /// How a ray ends by an answer, and where it is inside, or goes on. Its ends are rounded in depth: what is free is so as
-    /// far as these may be, and what is inside counts where the ray is for certain.
-    fn ended(
-        &self,
-        (ray, line): (&Ray, &Line),
-        piece: Piece,
-        form: &Parabola<0>,
-        halves: [Half; 2],
-    ) -> ControlFlow<(Hit, f64), March> {
-        let answer = Answer::new(form, piece, halves);
+impl Beam {
+    /// How a ray ends by an answer, or goes on. Its ends are rounded in depth: what is free is so as far as these may be, and
+    /// what is inside counts where the ray is for certain.
+    fn ended(&self, (ray, line): (&Ray, &Line), piece: Piece, answer: &Answer) -> End {
         let (frame, all, stretch) = (&self.bundle.frame, &self.bundle.march, line.stretch);
         let hair = |depth: f64| frame.hair(depth);
         let distance = |depth: f64| line.distance(depth);
@@ -80,27 +126,27 @@ impl Beam {
         let within = near + hair(near)..=far - hair(far);
         let mut march =
             March::new(all.free.max(near - hair(near)), far + hair(far), all.stretch, answer.root);
-        // Halves tell of the nearest place inside to the middle, not of the first one.
-        let behind = |fall: Fall| fall.at + WIDER * fall.doubt(form, fall.at.abs());
-        if let Some(e) = Fall::of(form).map(behind).filter(|e| form.is_below_at(*e)) {
-            let inside = piece.mid + e * piece.half;
-            march.inside =
-                if inside >= march.free && within.contains(&inside) { inside } else { f64::INFINITY };
-        }
         let tolerance = ray.tolerance.at(distance(march.free));
-        match march.tell(piece, &answer, tolerance / stretch) {
-            Next::Free => return ControlFlow::Break((Hit::MISS, f64::INFINITY)),
+        match march.tell(piece, answer, tolerance / stretch) {
+            Next::Free => return End::Of(Hit::MISS, f64::INFINITY),
             Next::Root(a, b) if within.contains(&b) => {
                 let t = distance(answer.root.unwrap_or(a).clamp(a, b)).clamp(ray.near, ray.far);
-                return ControlFlow::Break((Hit { t, certified: true }, distance(b).min(ray.far)));
+                return End::Of(Hit { t, certified: true }, distance(b).min(ray.far));
             }
             Next::Root(..) | Next::Look | Next::Stuck(_) => {}
+        }
+        let end = piece.mid + piece.half;
+        if march.free >= end - ENDS * piece.half && march.inside.is_infinite() {
+            return End::Passes(march.free);
         }
         let near = distance(march.free - hair(march.free)).clamp(ray.near, ray.far);
         let mut onward = March::new(near, ray.far, march.stretch * stretch, march.root.map(distance));
         if within.contains(&march.inside) {
             onward.inside = distance(march.inside + hair(march.inside)).min(ray.far);
         }
-        ControlFlow::Continue(onward)
+        End::Alone(onward)
     }
 }
+
+/// So close to where a piece ends, as a share of half of it, is at its end.
+const ENDS: f64 = 1e-3;

@@ -17,7 +17,6 @@
 use super::Beam;
 use super::bundle::{Bundle, State};
 use super::frame::Line;
-use super::gather::is_real;
 use super::march::Piece;
 use super::thin::{Thin, Want};
 use crate::cast::{CastStats, Hit, Ray};
@@ -307,7 +306,7 @@ impl Beam {
         let (frame, free) = (&self.bundle.frame, self.bundle.march.free);
         // What is rounded of slopes.
         let hair = 1e-12 * (grad.length() + turn);
-        for i in self.rays.clone().filter(|&i| is_real(&rays[i])) {
+        for i in self.left(lines) {
             let (ray, line) = (&rays[i], &lines[i]);
             let fall = -grad.dot(ray.direction);
             let is_steady = turn < STEADY * fall;

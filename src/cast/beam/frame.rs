@@ -212,7 +212,7 @@ impl Line {
         depth * self.stretch - self.later
     }
 
-    fn is_real(&self) -> bool {
+    pub(super) fn is_real(&self) -> bool {
         self.depth[0] <= self.depth[1]
     }
 }

@@ -22,7 +22,7 @@ pub(in crate::cast) fn gather(
     let mut open: Vec<Range<usize>> = Vec::new();
     open.extend((0..rays.len()).step_by(widest).map(|start| start..(start + widest).min(rays.len())));
     while let Some(own) = open.pop() {
-        let Some(range) = trimmed(rays, own) else { continue };
+        let Some(range) = trimmed(own, |i| is_real(&rays[i])) else { continue };
         let are_off = || rays[range.clone()].iter().all(|ray| !is_from_surface(ray));
         let goes_together = |frame: &Frame| is_from_behind || frame.is_strict() || are_off();
         match Frame::new(&rays[range.clone()]).filter(goes_together) {
@@ -55,8 +55,8 @@ pub(in crate::cast) fn quarters(range: Range<usize>) -> impl Iterator<Item = Ran
 }
 
 /// The range from the first ray of which there is anything to the last.
-pub(in crate::cast) fn trimmed(rays: &[Ray], range: Range<usize>) -> Option<Range<usize>> {
-    let first = range.clone().find(|&i| is_real(&rays[i]))?;
-    let last = range.rev().find(|&i| is_real(&rays[i]))?;
+pub(in crate::cast) fn trimmed(range: Range<usize>, is_real: impl Fn(usize) -> bool) -> Option<Range<usize>> {
+    let first = range.clone().find(|&i| is_real(i))?;
+    let last = range.rev().find(|&i| is_real(i))?;
     Some(first..last + 1)
 }

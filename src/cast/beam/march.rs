@@ -8,8 +8,8 @@
 //! ray casting, 9.4 and 9.5). One answer there closes the gap to what the curvature of the field leaves
 //! open, which is the square of what it was.
 
-use super::sketch::{FARTHEST, Fall};
-use crate::num::{Half, Parabola, Sign};
+use super::sketch::FARTHEST;
+use crate::num::{Half, Sign};
 
 /// A piece of the line: its middle and half of its length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -41,18 +41,8 @@ pub(super) struct Answer {
 }
 
 impl Answer {
-    /// By a form over the piece, and what that makes certain.
-    pub(super) fn new<const K: usize>(
-        f: &Parabola<K>,
-        Piece { mid, half }: Piece,
-        halves: [Half; 2],
-    ) -> Answer {
-        let root = Fall::of(f).map(|fall| mid + fall.at * half);
-        Answer { halves, root, whole: f.range.is_finite(), solid: f.range.hi < 0.0, alone: true }
-    }
-
     /// By what is known of signs over the piece.
-    pub(super) fn of(sign: &Sign, Piece { mid, half }: Piece) -> Answer {
+    pub(super) fn new(sign: &Sign, Piece { mid, half }: Piece) -> Answer {
         let &Sign { halves, fall, range, is_alone, .. } = sign;
         let root = fall.filter(|at| at.abs() < FARTHEST).map(|at| mid + at * half);
         Answer { halves, root, whole: range.is_finite(), solid: range.hi < 0.0, alone: is_alone }
@@ -219,7 +209,7 @@ impl March {
             // The line begins inside, and is so just behind, too, which is not on the edge of where anything is known.
             self.inside = (self.free + 0.5 * tolerance).min(mid + half).min(self.far);
         }
-        for t in [-back.below, fore.below] {
+        for t in [-back.below[1], -back.below[0], fore.below[0]] {
             // A piece may reach back beyond the frontier, and out of the line at either end.
             if t.abs() < 1.0 && (self.free..=self.far).contains(&place(t)) {
                 self.inside = self.inside.min(place(t));

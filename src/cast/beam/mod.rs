@@ -31,6 +31,7 @@ pub(super) use batch::Batches;
 pub use bundle::Bundle;
 use bundle::FIRST;
 pub(super) use bundle::{State, march_bundles};
+use close::Closing;
 use fall::Falls;
 pub use frame::Frame;
 pub(super) use frame::{Line, Section};
@@ -72,8 +73,9 @@ pub(super) struct Beams {
 struct Memory {
     beams: Vec<Beam>,
     parts: Vec<Beam>,
-    /// All rays, as they look from the frames of their beams.
+    /// All rays, as they look from the frames of their beams: what is left of them.
     lines: Vec<Line>,
+    closing: Closing,
     thin: Vec<Thin>,
     /// Numbers of the rays that belong to no beam.
     alone: Vec<usize>,
@@ -107,6 +109,11 @@ impl AsMut<Bundle> for Beam {
 }
 
 impl Beam {
+    /// Those of its rays that have not ended.
+    fn left(&self, lines: &[Line]) -> impl Iterator<Item = usize> {
+        self.rays.clone().filter(|&i| lines[i].is_real())
+    }
+
     /// Cuts the beam into parts, or into rays where these would be fewer than `smallest`.
     fn cut(
         &self,
@@ -116,17 +123,18 @@ impl Beam {
         out: &mut [Hit],
     ) {
         for all in quarters(self.rays.clone()) {
-            let Some(range) = trimmed(rays, all) else { continue };
-            let count = range.clone().filter(|&i| is_real(&rays[i])).count();
+            let Some(range) = trimmed(all, |i| lines[i].is_real()) else { continue };
+            let left = range.clone().filter(|&i| lines[i].is_real());
+            let count = left.clone().count();
             if count >= smallest {
                 let section = Section::around(&self.bundle.frame, &lines[range.clone()]);
                 match self.bundle.onward(section, count) {
                     Some(bundle) => parts.push(Beam { rays: range, bundle }),
-                    None => out[range].fill(Hit::MISS),
+                    None => left.for_each(|i| out[i] = Hit::MISS),
                 }
                 continue;
             }
-            for i in range.filter(|&i| is_real(&rays[i])) {
+            for i in left {
                 match self.onward(i, (&rays[i], &lines[i]), want) {
                     Some(ray) => thin.push(ray),
                     None => out[i] = Hit::MISS,
@@ -139,7 +147,7 @@ impl Beam {
     fn onward(&self, number: usize, (ray, line): (&Ray, &Line), want: Want) -> Option<Thin> {
         let Bundle { frame, march, .. } = &self.bundle;
         let distance = |depth: f64| line.distance(depth);
-        let free = march.free;
+        let free = march.free.max(line.depth[0]);
         let near = distance(free - frame.hair(free)).max(ray.near);
         if near > ray.far {
             return None;
@@ -230,7 +238,7 @@ impl Beams {
             stats.work += self.thin.answer(
                 (&mut thin[..], asked_by),
                 |thin| (thin.piece, thin.coordinates()),
-                |thin, _, answer| {
+                |thin, _, answer, _| {
                     let mut value = |at: DVec3| *self.points.eval(&at.to_array());
                     let tape = self.cells.tape();
                     let mut answer = if thin.is_defined(&self.cells) {
@@ -275,7 +283,10 @@ impl Beams {
                     insides[*ray] = if want == Want::Any { -t } else { t };
                 }
                 // Any hit is somewhere behind the beginning.
-                let t = if want == Want::Any && hit.is_hit() { -rays[*ray].far } else { hit.t };
+                let t = match want {
+                    Want::Any if hit.is_hit() => -rays[*ray].far,
+                    _ => hit.t.max(rays[*ray].near),
+                };
                 out[*ray] = Hit { t, ..hit };
                 stats.hits += u64::from(hit.is_hit());
                 stats.uncertified += u64::from(!hit.certified);
@@ -304,12 +315,13 @@ impl Beams {
                 falls.end(want, beams, (rays, lines), (thin, out, insides, costs), stats, cancel);
             }
             let smallest = if self.cells.is_uniform() { SMALLEST } else { SMALLEST_OF_PARTS };
-            let Memory { beams, parts, lines, thin, insides, .. } = &mut self.memory;
+            let Memory { beams, parts, lines, thin, insides, closing, .. } = &mut self.memory;
             for beam in beams.iter() {
                 match (beam.bundle.state, beam.bundle.closed()) {
-                    (State::Free, _) => out[beam.rays.clone()].fill(Hit::MISS),
+                    (State::Free, _) => beam.left(lines).for_each(|i| out[i] = Hit::MISS),
                     (_, Some(answer)) => {
-                        stats.hits += beam.close(answer, (rays, lines), thin, (out, insides));
+                        stats.hits += closing.end(beam, answer, (rays, lines), thin, (out, insides));
+                        beam.cut((rays, lines), (want, smallest), (parts, thin), out);
                     }
                     (State::Ended, _) => beam.cut((rays, lines), (want, smallest), (parts, thin), out),
                     // Given up.

@@ -119,8 +119,9 @@ impl Thin {
             answer.whole &= tape.is_defined(&[0, 1, 2].map(along));
         }
         for (side, sign) in answer.halves.iter_mut().zip([-1.0, 1.0]) {
-            if side.below < 1.0 && value(ray.at(mid + sign * side.below * half)).is_nan() {
-                side.below = 1.0;
+            let mut is_value = |t: f64| !value(ray.at(mid + sign * t * half)).is_nan();
+            if side.below[0] < 1.0 && !side.below.into_iter().all(&mut is_value) {
+                side.below = [1.0; 2];
             }
         }
         answer.solid = false;
@@ -137,7 +138,8 @@ impl Thin {
                 Some(Hit { t: self.march.inside, certified })
             }
             Next::Root(a, b) => Some(Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified }),
-            Next::Stuck(t) if answer.whole => Some(Hit { t, certified }),
+            // Seen from where nothing is met.
+            Next::Stuck(t) if answer.whole => Some(Hit { t: t - 0.5 * tolerance, certified }),
             Next::Look if self.march.pieces > PIECES => Some(Hit { t: self.march.free, certified: false }),
             Next::Stuck(_) => self.pass(value, |f| f.is_nan() || f > 0.0),
             Next::Look if self.passed == Passed::Last && self.march.free == before => {

@@ -64,7 +64,7 @@ impl Walker<Beam, EDGES> {
     /// Cuts the beam into parts, or into rays where these would be too few.
     fn cut(&self, rays: &[Ray], lines: &[Line], parts: &mut Vec<Self>, thin: &mut Vec<Thin>) {
         let Beam { rays: own, frame, .. } = &self.who;
-        for range in quarters(own.clone()).filter_map(|range| trimmed(rays, range)) {
+        for range in quarters(own.clone()).filter_map(|range| trimmed(range, |i| is_real(&rays[i]))) {
             if range.len() < SMALLEST {
                 thin.extend(range.filter_map(|i| self.ray(i, &rays[i], &lines[i])));
                 continue;

@@ -8,9 +8,10 @@
 //! Most leaves are far away: where a field is on one side of zero all over the pieces of a batch the other one decides alone.
 
 use super::band::Band;
-use super::{Half, Parabolas, choose};
+use super::{Half, Parabola, Parabolas, choose};
 use crate::num::simd::widest;
 use crate::num::{Interval, Real};
+use std::cell::RefCell;
 
 /// What fields are put together, each after its arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +24,84 @@ pub enum Part {
     All(u32),
     /// or the minimum.
     Any(u32),
+}
+
+impl Part {
+    /// Whether what is in this range decides of a maximum or minimum alone,
+    #[inline(always)]
+    fn decides(self, x: Interval) -> bool {
+        if matches!(self, Part::All(_)) { x.lo > 0.0 } else { x.hi < 0.0 }
+    }
+
+    /// or leaves it to the other one.
+    #[inline(always)]
+    fn yields(self, x: Interval) -> bool {
+        if matches!(self, Part::All(_)) { x.hi < 0.0 } else { x.lo > 0.0 }
+    }
+}
+
+/// What there is to be put together, by names of the caller's.
+pub enum Joint<N> {
+    Leaf(u32),
+    /// The same as another one, or its negative.
+    Same(N),
+    Turned(N),
+    /// The maximum of two, or the minimum.
+    All(N, N),
+    Any(N, N),
+}
+
+/// The parts of something; `joint` knows what is put together.
+pub fn parts_of<N>(root: N, joint: impl Fn(N) -> Joint<N>) -> Vec<Part> {
+    enum Step<N> {
+        Visit(N),
+        /// Tell a part where the one begins that is before its last argument.
+        Before(usize),
+    }
+    // From the last part to the first.
+    let (mut parts, mut left) = (Vec::new(), vec![Step::Visit(root)]);
+    while let Some(step) = left.pop() {
+        let name = match step {
+            Step::Visit(name) => name,
+            Step::Before(last) => {
+                let before = (parts.len() - last) as u32;
+                if let Part::All(first) | Part::Any(first) = &mut parts[last] {
+                    *first = before;
+                }
+                continue;
+            }
+        };
+        let (part, arguments) = match joint(name) {
+            Joint::Leaf(number) => (Some(Part::Leaf(number)), [None, None]),
+            Joint::Same(of) => (None, [Some(of), None]),
+            Joint::Turned(of) => (Some(Part::Turned), [Some(of), None]),
+            Joint::All(first, last) => (Some(Part::All(0)), [Some(last), Some(first)]),
+            Joint::Any(first, last) => (Some(Part::Any(0)), [Some(last), Some(first)]),
+        };
+        let [last, first] = arguments;
+        if let Some(first) = first {
+            left.extend([Step::Visit(first), Step::Before(parts.len())]);
+        }
+        left.extend(last.map(Step::Visit));
+        parts.extend(part);
+    }
+    parts.reverse();
+    parts
+}
+
+/// The forms over a piece of what decides of the sign there.
+#[derive(Clone, Debug)]
+pub struct Mix<const K: usize> {
+    /// Leaves are by their place in the list.
+    pub parts: Vec<Part>,
+    pub leaves: Vec<Parabola<K>>,
+}
+
+impl<const K: usize> Mix<K> {
+    /// A leaf that decides alone.
+    pub fn of(leaf: Parabola<K>) -> Self {
+        Mix { parts: vec![Part::Leaf(0)], leaves: vec![leaf] }
+    }
 }
 
 /// What is certain of one half of each piece of a batch: as of [`Half::above`], and where it would end.
@@ -182,7 +261,7 @@ impl<const B: usize> Signs<B> {
     pub fn lane(&self, i: usize) -> Sign {
         let half = |k: usize| Half {
             above: [self.above[k].from[i], self.above[k].to[i]],
-            below: self.below[k].from[i],
+            below: [self.below[k].from[i], self.below[k].to[i]],
             reach: self.above[k].reach[i],
         };
         let [from, to] = self.expect(i);
@@ -275,6 +354,40 @@ impl<const B: usize> Classifier<B> {
         signs
     }
 
+    /// What decides of the sign in a lane of the batch that was classified last; `None` if that is more than so many leaves.
+    pub fn mix<'a, const K: usize>(
+        &self,
+        parts: &[Part],
+        (lane, most): (usize, usize),
+        leaf: impl Fn(u32) -> &'a Parabolas<B, K>,
+    ) -> Option<Mix<K>> {
+        if let [Part::Leaf(number)] = *parts {
+            return Some(Mix::of(leaf(number).lane(lane)));
+        }
+        let leaves = RefCell::new(Vec::new());
+        let parts = parts_of(parts.len() - 1, |i| match parts[i] {
+            // Of what is too much nothing more is needed.
+            _ if leaves.borrow().len() > most => Joint::Leaf(0),
+            Part::Leaf(number) => {
+                leaves.borrow_mut().push(leaf(number).lane(lane));
+                Joint::Leaf(leaves.borrow().len() as u32 - 1)
+            }
+            Part::Turned => Joint::Turned(i - 1),
+            part @ (Part::All(before) | Part::Any(before)) => {
+                let (first, last) = (i - before as usize, i - 1);
+                let [a, b] = [first, last].map(|i| self.ranges[i].lane(lane));
+                match part {
+                    _ if part.decides(a) || part.yields(b) => Joint::Same(first),
+                    _ if part.decides(b) || part.yields(a) => Joint::Same(last),
+                    Part::All(_) => Joint::All(first, last),
+                    _ => Joint::Any(first, last),
+                }
+            }
+        });
+        let leaves = leaves.into_inner();
+        (leaves.len() <= most).then_some(Mix { parts, leaves })
+    }
+
     /// The ranges of all parts.
     fn enclose<'a, const K: usize>(&mut self, parts: &[Part], leaf: &impl Fn(u32) -> &'a Parabolas<B, K>) {
         self.ranges.clear();
@@ -307,14 +420,10 @@ impl<const B: usize> Classifier<B> {
                 Part::All(before) | Part::Any(before) => {
                     let first = i - before as usize;
                     let (a, b) = (&self.ranges[first], &self.ranges[i - 1]);
-                    let is_all = matches!(parts[i], Part::All(_));
-                    // Where one of a maximum is below zero, or of a minimum above, the other one decides alone; and where
-                    // that one is on the other side.
-                    let yields = |x: Interval| if is_all { x.hi < 0.0 } else { x.lo > 0.0 };
-                    let decides = |x: Interval| if is_all { x.lo > 0.0 } else { x.hi < 0.0 };
-                    if a.every(b, |a, b| decides(a) | yields(b)) {
+                    let part = parts[i];
+                    if a.every(b, |a, b| part.decides(a) | part.yields(b)) {
                         (self.uses[i], self.uses[first]) = (Use::Through, Use::Whole);
-                    } else if a.every(b, |a, b| decides(b) | yields(a)) {
+                    } else if a.every(b, |a, b| part.decides(b) | part.yields(a)) {
                         (self.uses[i], self.uses[i - 1]) = (Use::Through, Use::Whole);
                     } else {
                         (self.uses[first], self.uses[i - 1]) = (Use::Whole, Use::Whole);

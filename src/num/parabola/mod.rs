@@ -38,7 +38,7 @@ mod sign;
 use super::interval::{choose, pick};
 use super::{Interval, ROUNDOFF};
 pub use batch::Parabolas;
-pub use classify::{Classifier, Part, Sign, Signs};
+pub use classify::{Classifier, Joint, Mix, Part, Sign, Signs, parts_of};
 pub(super) use lift::known;
 pub use sign::Half;
 

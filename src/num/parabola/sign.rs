@@ -10,8 +10,8 @@ use crate::num::simd::widest;
 pub struct Half {
     /// The quantity is positive between these two places; `[1, 1]` where it is certain of none.
     pub above: [f64; 2],
-    /// Nearest place where the quantity is negative for certain; 1 if there is none.
-    pub below: f64,
+    /// And negative between these two.
+    pub below: [f64; 2],
     /// Where the band would come down to zero if it went on as it does within the piece: not certain,
     /// but how long a piece might be; at least 1, and infinite if nowhere.
     pub reach: f64,
@@ -24,29 +24,21 @@ impl<const K: usize> Parabola<K> {
     }
 }
 
-impl Parabola<0> {
-    /// Whether the quantity is negative for certain at a place, in units of the half length from the middle.
-    pub fn is_below_at(&self, e: f64) -> bool {
-        let ([c, b, a], [r, s, q]) = (self.mid, self.rest);
-        let value = c + e * (b + e * a);
-        let size = c.abs() + (e * b).abs() + e * e * a.abs() + r + e.abs() * s + e * e * q;
-        let above = value + r + e.abs() * s + e * e * q + 16.0 * ROUNDOFF * size;
-        e.abs() < 1.0 && above < 0.0
-    }
-}
-
 impl<const B: usize, const K: usize> Parabolas<B, K> {
     /// What is certain of both halves of every lane's piece: backwards, then forwards.
     pub fn halves(&self) -> [[Half; 2]; B] {
-        let mut out = [[Half { above: [1.0; 2], below: 1.0, reach: 1.0 }; 2]; B];
+        let mut out = [[Half { above: [1.0; 2], below: [1.0; 2], reach: 1.0 }; 2]; B];
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
             let [above, below] = widest(
                 #[inline(always)]
                 || [self.above(sign), self.below(sign)],
             );
             for i in 0..B {
-                out[i][side] =
-                    Half { above: [above.from[i], above.to[i]], below: below.from[i], reach: above.reach[i] };
+                out[i][side] = Half {
+                    above: [above.from[i], above.to[i]],
+                    below: [below.from[i], below.to[i]],
+                    reach: above.reach[i],
+                };
             }
         }
         out
