@@ -1,7 +1,7 @@
 //! Bundles: lines of sight of one frame that march as one, until their own width is what limits them.
 
 use super::batch::Batches;
-use super::close::{all_close, closes};
+use super::close::{Closing, closes, may_close};
 use super::frame::{Frame, Place, Section};
 use super::march::{Answer, March, Next, Piece};
 use super::sketch::Sketch;
@@ -205,7 +205,12 @@ impl Bundle {
         Asked::By(tape)
     }
 
-    fn tell(&mut self, f: &Parabola<2>, answer: &Answer, mix: impl Fn() -> Option<Mix<2>>, cells: &Cells) {
+    fn tell(
+        &mut self,
+        (f, answer): (&Parabola<2>, &Answer),
+        mix: impl Fn() -> Option<Mix<2>>,
+        (cells, closing): (&Cells, &mut Closing),
+    ) {
         self.last = Some((Sketch::new(f, self.piece), self.section));
         self.state = match self.march.tell(self.piece, answer, 0.0) {
             Next::Free => State::Free,
@@ -218,13 +223,13 @@ impl Bundle {
         if !self.closes || self.state == State::Free || !self.is_defined(cells) {
             return;
         }
-        self.closed = if answer.alone {
-            closes(f, self.piece, bracket).then(|| Box::new(Mix::of(*f)))
+        let piece = self.piece;
+        self.closed = if answer.alone && closes(f, piece, bracket) {
+            Some(Box::new(Mix::of(*f)))
+        } else if may_close(f, piece, bracket) {
+            mix().filter(|mix| closing.is_likely(mix, piece, &self.march, bracket)).map(Box::new)
         } else {
-            let Piece { mid, half } = self.piece;
-            let is_here = answer.root.is_some_and(|root| (root - mid).abs() <= half);
-            let mix = mix().filter(|mix| is_here && all_close(mix, self.piece, bracket));
-            mix.map(Box::new)
+            None
         };
         if self.closed.is_some() {
             self.state = State::Ended;
@@ -274,7 +279,7 @@ impl AsMut<Bundle> for Bundle {
 /// Marches what has bundles until each of these is free or too wide to go on; `asked` is told of every evaluation
 /// for one.
 pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
-    (cells, wide): (&Cells, &mut Batches<2>),
+    (cells, wide, closing): (&Cells, &mut Batches<2>, &mut Closing),
     (items, active): (&mut [I], &mut Vec<usize>),
     stats: &mut CastStats,
     cancel: &AtomicBool,
@@ -304,7 +309,7 @@ pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
                 (bundle.piece, bundle.section.coordinates(&bundle.frame, bundle.piece))
             },
             |item, f, answer, mix| {
-                item.as_mut().tell(f, &answer, mix, cells);
+                item.as_mut().tell((f, &answer), mix, (cells, closing));
                 stats.culled += u64::from(item.as_ref().is_free());
                 asked(item);
             },

@@ -6,12 +6,13 @@
 //! an evaluation of its own: the faces of a part, or a sphere looked at a few pixels at a time.
 
 use super::Beam;
+use super::bundle::Bundle;
 use super::frame::Line;
 use super::march::{Answer, March, Next, Piece};
 use super::sketch::Fall;
 use super::thin::Thin;
 use crate::cast::{Hit, Ray};
-use crate::num::{Classifier, Mix, Parabola, Parabolas};
+use crate::num::{Classifier, Mix, Parabola, Parabolas, Signs};
 
 /// Rays that are answered side by side.
 const LANES: usize = 16;
@@ -24,15 +25,9 @@ pub(super) fn closes(f: &Parabola<2>, piece: Piece, bracket: f64) -> bool {
     })
 }
 
-/// Whether it brackets what becomes of its rays, where several surfaces meet: each of them is known to within the bracket,
-/// or rays go along it and hardly any of them is too close to tell.
-pub(super) fn all_close(mix: &Mix<2>, piece: Piece, bracket: f64) -> bool {
-    mix.leaves.iter().all(|f| {
-        let across = f.side[0].abs() + f.side[1].abs();
-        let goes_along = f.rest[0] + f.rest[1] + f.rest[2] <= HARDLY * across;
-        let fall = Fall::of(f).or_else(|| Fall::of(&f.negated()));
-        goes_along || fall.is_some_and(|fall| is_close(f, fall, 1.0, piece, bracket))
-    })
+/// Whether it does so for those rays of which a root is in the piece.
+pub(super) fn may_close(f: &Parabola<2>, piece: Piece, bracket: f64) -> bool {
+    Fall::of(f).is_some_and(|fall| fall.at.abs() <= 1.0 && is_close(f, fall, 1.0, piece, bracket))
 }
 
 fn is_close(f: &Parabola<2>, fall: Fall, distance: f64, piece: Piece, bracket: f64) -> bool {
@@ -42,14 +37,14 @@ fn is_close(f: &Parabola<2>, fall: Fall, distance: f64, piece: Piece, bracket: f
 /// More than what is lost to rounding of a bracket.
 const WIDER: f64 = 1.1;
 
-/// The share of its rays that a beam may leave undecided.
-const HARDLY: f64 = 1.0 / 64.0;
+/// Of so many places in a beam it has to be known what becomes of a ray there: of all in a trial but these.
+const MOST: usize = LANES - 4;
 
 /// What an answer says of a ray.
 enum End {
     /// It ends: with a hit, or without, and where it is inside.
     Of(Hit, f64),
-    /// It is free up to the depth where the piece ends, and goes on with what is left of the beam.
+    /// It is free up to this depth, and goes on with what is left of the beam.
     Passes(f64),
     /// It goes on alone.
     Alone(March),
@@ -57,15 +52,49 @@ enum End {
 
 /// Ends rays of beams by answers, with memory of its own.
 #[derive(Debug, Default)]
-pub(super) struct Closing {
+pub(in crate::cast) struct Closing {
     classifier: Classifier<LANES>,
-    own: Vec<usize>,
     forms: Vec<Parabolas<LANES, 0>>,
 }
 
 impl Closing {
+    /// Whether an answer about a piece is likely to end most rays of a bundle, or to let them pass: it is tried on lines that
+    /// are spread over it. `march` is the bundle's, and `bracket` how closely a root is wanted.
+    pub(super) fn is_likely(&mut self, mix: &Mix<2>, piece: Piece, march: &March, bracket: f64) -> bool {
+        let place = |lane: usize| [lane % 4, lane / 4].map(|i| 0.5 * i as f64 - 0.75);
+        let signs = self.signs(mix, |lane| [place(lane), [0.0; 2]]);
+        let is_known = |lane: &usize| {
+            let answer = Answer::new(&signs.lane(*lane), piece);
+            let mut march = March::new(march.free, march.far, march.stretch, answer.root);
+            match march.tell(piece, &answer, bracket) {
+                Next::Free | Next::Root(..) => true,
+                Next::Look => {
+                    march.inside.is_infinite() && march.free >= piece.mid + (1.0 - ENDS) * piece.half
+                }
+                Next::Stuck(_) => false,
+            }
+        };
+        (0..LANES).filter(is_known).count() >= MOST
+    }
+
+    /// What is known of lines at places in the section of a bundle, in units of its extent, and how far these may be off.
+    fn signs(&mut self, mix: &Mix<2>, place: impl Fn(usize) -> [[f64; 2]; 2]) -> Signs<LANES> {
+        let Closing { classifier, forms, .. } = self;
+        let places: [_; LANES] = std::array::from_fn(place);
+        forms.clear();
+        forms.extend(mix.leaves.iter().map(|f| {
+            let mut form = Parabolas::all(f.at([0.0; 2], [1.0; 2]));
+            for (lane, [at, blur]) in places.iter().enumerate() {
+                form.set(lane, &f.at(*at, *blur));
+            }
+            form
+        }));
+        classifier.classify(&mix.parts, |leaf| &forms[leaf as usize])
+    }
+
     /// Ends rays of a beam by an answer about a piece, tells where they are inside, and says how many of them hit. Those that
-    /// it says too little of go on alone, from what it does say, and those that pass are left of the beam.
+    /// it says too little of go on alone, from what it does say, and those that it knows to be free so far are left of the
+    /// beam.
     pub(super) fn end(
         &mut self,
         beam: &Beam,
@@ -75,24 +104,11 @@ impl Closing {
         (out, insides): (&mut [Hit], &mut [f64]),
     ) -> u64 {
         let mut hits = 0;
-        let Closing { classifier, own, forms } = self;
-        own.clear();
-        own.extend(beam.left(lines));
-        for own in own.chunks(LANES) {
-            let places = |lane: usize| {
-                let line = &lines[own[lane.min(own.len() - 1)]];
-                beam.bundle.section.known(&beam.bundle.frame, &line.place, piece.mid)
-            };
-            let places: [_; LANES] = std::array::from_fn(places);
-            forms.clear();
-            forms.extend(mix.leaves.iter().map(|f| {
-                let mut form = Parabolas::all(f.at([0.0; 2], [1.0; 2]));
-                for (lane, [at, blur]) in places.iter().enumerate() {
-                    form.set(lane, &f.at(*at, *blur));
-                }
-                form
-            }));
-            let signs = classifier.classify(&mix.parts, |leaf| &forms[leaf as usize]);
+        let Bundle { frame, section, .. } = &beam.bundle;
+        let all: Vec<usize> = beam.left(lines).collect();
+        for own in all.chunks(LANES) {
+            let line = |lane: usize| &lines[own[lane.min(own.len() - 1)]];
+            let signs = self.signs(mix, |lane| section.known(frame, &line(lane).place, piece.mid));
             for (lane, &i) in own.iter().enumerate() {
                 let answer = Answer::new(&signs.lane(lane), piece);
                 match beam.ended((&rays[i], &lines[i]), piece, &answer) {
@@ -133,11 +149,8 @@ impl Beam {
                 let t = distance(answer.root.unwrap_or(a).clamp(a, b)).clamp(ray.near, ray.far);
                 return End::Of(Hit { t, certified: true }, distance(b).min(ray.far));
             }
+            Next::Look if march.inside.is_infinite() => return End::Passes(march.free),
             Next::Root(..) | Next::Look | Next::Stuck(_) => {}
-        }
-        let end = piece.mid + piece.half;
-        if march.free >= end - ENDS * piece.half && march.inside.is_infinite() {
-            return End::Passes(march.free);
         }
         let near = distance(march.free - hair(march.free)).clamp(ray.near, ray.far);
         let mut onward = March::new(near, ray.far, march.stretch * stretch, march.root.map(distance));

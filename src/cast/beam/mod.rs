@@ -31,7 +31,7 @@ pub(super) use batch::Batches;
 pub use bundle::Bundle;
 use bundle::FIRST;
 pub(super) use bundle::{State, march_bundles};
-use close::Closing;
+pub(super) use close::Closing;
 use fall::Falls;
 pub use frame::Frame;
 pub(super) use frame::{Line, Section};
@@ -209,9 +209,9 @@ impl Beams {
 
     /// Marches beams until each is free or too wide to go on.
     fn march_beams(&mut self, stats: &mut CastStats, cancel: &AtomicBool) {
-        let Memory { beams, active, costs, .. } = &mut self.memory;
+        let Memory { beams, active, costs, closing, .. } = &mut self.memory;
         march_bundles(
-            (&self.cells, &mut self.wide),
+            (&self.cells, &mut self.wide, closing),
             (beams, active),
             stats,
             cancel,

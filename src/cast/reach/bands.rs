@@ -7,7 +7,7 @@
 
 use super::Reach;
 use crate::cast::CastStats;
-use crate::cast::beam::{Batches, Bundle, march_bundles};
+use crate::cast::beam::{Batches, Bundle, Closing, march_bundles};
 use crate::tape::Cells;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -28,7 +28,9 @@ impl Bands {
 impl Reach for Bands {
     fn advance(&mut self, bundles: &mut [&mut Bundle], stats: &mut CastStats, cancel: &AtomicBool) {
         let Bands { cells, wide, active } = self;
-        march_bundles((cells, wide), (bundles, active), stats, cancel, |_| {});
+        // Regions are no rays, which could end.
+        let none = &mut Closing::default();
+        march_bundles((cells, wide, none), (bundles, active), stats, cancel, |_| {});
     }
 
     fn clone_box(&self) -> Box<dyn Reach> {
