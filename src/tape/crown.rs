@@ -8,7 +8,6 @@ use super::eval::{Registers, allocate};
 use super::{Evaluator, Instr, Tape};
 use crate::num::{Classifier, Joint, Mix, Parabolas, Part, Signs, parts_of};
 use crate::op::Op;
-use std::cell::RefCell;
 use std::sync::Arc;
 
 /// How a tape puts its leaves together, and where their values are kept.
@@ -46,7 +45,6 @@ impl Crown {
             counts[slot as usize] = count;
         }
         let joint = |slot: u32| match &code[slot as usize] {
-            _ if !is_joint(slot) => Joint::Leaf(slot),
             Instr::Scale(a, k) if *k > 0.0 => Joint::Same(*a),
             Instr::Scale(a, _) | Instr::Op(Op::Neg(_), [a, ..]) => Joint::Turned(*a),
             Instr::Op(op, [a, b, ..]) => {
@@ -57,19 +55,17 @@ impl Crown {
             }
             _ => Joint::Leaf(slot),
         };
-        let skipped = RefCell::new(vec![false; code.len()]);
+        let (mut leaves, mut skipped) = (Vec::new(), vec![false; code.len()]);
         let parts = parts_of(tape.outputs[0], |slot| {
-            skipped.borrow_mut()[slot as usize] = is_joint(slot);
-            joint(slot)
-        });
-        let leaf = |part: &Part| if let Part::Leaf(slot) = part { Some(*slot) } else { None };
-        let registers = match parts[..] {
-            [_] => tape.registers().clone(),
-            _ => {
-                let leaves: Vec<u32> = parts.iter().filter_map(leaf).collect();
-                allocate(tape, &leaves, &skipped.into_inner())
+            if is_joint(slot) {
+                skipped[slot as usize] = true;
+                return joint(slot);
             }
-        };
+            leaves.push(slot);
+            Joint::Leaf(slot)
+        });
+        let has_none = leaves == [tape.outputs[0]];
+        let registers = if has_none { tape.registers().clone() } else { allocate(tape, &leaves, &skipped) };
         Crown { parts, registers }
     }
 }

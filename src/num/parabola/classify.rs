@@ -11,7 +11,6 @@ use super::band::Band;
 use super::{Half, Parabola, Parabolas, choose};
 use crate::num::simd::widest;
 use crate::num::{Interval, Real};
-use std::cell::RefCell;
 
 /// What fields are put together, each after its arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,8 +50,8 @@ pub enum Joint<N> {
     Any(N, N),
 }
 
-/// The parts of something; `joint` knows what is put together.
-pub fn parts_of<N>(root: N, joint: impl Fn(N) -> Joint<N>) -> Vec<Part> {
+/// The parts of something; `joint` knows what is put together, and is asked once about each.
+pub fn parts_of<N>(root: N, mut joint: impl FnMut(N) -> Joint<N>) -> Vec<Part> {
     enum Step<N> {
         Visit(N),
         /// Tell a part where the one begins that is before its last argument.
@@ -364,13 +363,13 @@ impl<const B: usize> Classifier<B> {
         if let [Part::Leaf(number)] = *parts {
             return Some(Mix::of(leaf(number).lane(lane)));
         }
-        let leaves = RefCell::new(Vec::new());
+        let mut leaves = Vec::new();
         let parts = parts_of(parts.len() - 1, |i| match parts[i] {
             // Of what is too much nothing more is needed.
-            _ if leaves.borrow().len() > most => Joint::Leaf(0),
+            _ if leaves.len() > most => Joint::Leaf(0),
             Part::Leaf(number) => {
-                leaves.borrow_mut().push(leaf(number).lane(lane));
-                Joint::Leaf(leaves.borrow().len() as u32 - 1)
+                leaves.push(leaf(number).lane(lane));
+                Joint::Leaf(leaves.len() as u32 - 1)
             }
             Part::Turned => Joint::Turned(i - 1),
             part @ (Part::All(before) | Part::Any(before)) => {
@@ -384,7 +383,6 @@ impl<const B: usize> Classifier<B> {
                 }
             }
         });
-        let leaves = leaves.into_inner();
         (leaves.len() <= most).then_some(Mix { parts, leaves })
     }
 
