@@ -219,7 +219,7 @@ impl Bundle {
         };
         let wanted = self.tolerance.at(self.march.free);
         let radius = self.section.radius(self.march.free);
-        let bracket = if self.rays <= FEW { wanted.max(radius) } else { wanted };
+        let bracket = if self.is_of_few() { wanted.max(radius) } else { wanted };
         if !self.closes || self.state == State::Free || !self.is_defined(cells) {
             return;
         }
@@ -227,13 +227,20 @@ impl Bundle {
         self.closed = if answer.alone && closes(f, piece, bracket) {
             Some(Box::new(Mix::of(*f)))
         } else if may_close(f, piece, bracket) {
-            mix().filter(|mix| closing.is_likely(mix, piece, &self.march, bracket)).map(Box::new)
+            let is_likely =
+                |mix: &Mix<2>| self.is_of_few() || closing.is_likely(mix, piece, &self.march, bracket);
+            mix().filter(is_likely).map(Box::new)
         } else {
             None
         };
         if self.closed.is_some() {
             self.state = State::Ended;
         }
+    }
+
+    /// Whether its rays take what they get.
+    pub(super) fn is_of_few(&self) -> bool {
+        self.rays <= FEW
     }
 
     /// Whether the field is known to have a value all over the piece: where it may have none each ray looks for itself.

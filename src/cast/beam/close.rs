@@ -46,7 +46,7 @@ enum End {
     Of(Hit, f64),
     /// It is free up to this depth, and goes on with what is left of the beam.
     Passes(f64),
-    /// It goes on alone.
+    /// It goes on alone, from what is known of it.
     Alone(March),
 }
 
@@ -143,13 +143,14 @@ impl Beam {
         let mut march =
             March::new(all.free.max(near - hair(near)), far + hair(far), all.stretch, answer.root);
         let tolerance = ray.tolerance.at(distance(march.free));
+        let is_last = self.bundle.is_of_few();
         match march.tell(piece, answer, tolerance / stretch) {
             Next::Free => return End::Of(Hit::MISS, f64::INFINITY),
             Next::Root(a, b) if within.contains(&b) => {
                 let t = distance(answer.root.unwrap_or(a).clamp(a, b)).clamp(ray.near, ray.far);
                 return End::Of(Hit { t, certified: true }, distance(b).min(ray.far));
             }
-            Next::Look if march.inside.is_infinite() => return End::Passes(march.free),
+            Next::Look if march.inside.is_infinite() || !is_last => return End::Passes(march.free),
             Next::Root(..) | Next::Look | Next::Stuck(_) => {}
         }
         let near = distance(march.free - hair(march.free)).clamp(ray.near, ray.far);

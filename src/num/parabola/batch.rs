@@ -78,6 +78,16 @@ impl<const B: usize, const K: usize> Parabolas<B, K> {
         );
     }
 
+    /// With something added that is somewhere in an interval.
+    pub fn shifted_by(&self, c: Interval) -> Self {
+        Self::written(|out| {
+            out.fill_widest(
+                #[inline(always)]
+                |i| self.lane(i).plus(&Parabola::constant(c)),
+            );
+        })
+    }
+
     /// The batch that `job` writes.
     #[inline(always)]
     pub(super) fn written(job: impl FnOnce(&mut Self)) -> Self {
