@@ -8,7 +8,8 @@
 
 use orogen::expr::{Graph, NodeId};
 use orogen::num::{
-    Affine, Class, Dual, Function, Half, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Slope,
+    Affine, Class, Dual, Function, Half, Interval, Jet, Many, Number, Parabola, Parabolas, Reduced, Sign,
+    Slope,
 };
 use orogen::op::{Abs, Add, Corner, Max, Melt, Min, Mul, Neg, Op, Ramp, Square, Sub, Visitor};
 use orogen::tape::{Evaluator, Signer, Tape};
@@ -261,9 +262,19 @@ fn put_together(graph: &mut Graph, rng: &mut StdRng, depth: u32) -> NodeId {
         return graph.op(Op::Sub(Sub), &[leaf.unwrap(), size]).unwrap();
     }
     let a = put_together(graph, rng, depth - 1);
-    match rng.random_range(0..8) {
+    match rng.random_range(0..10) {
         0 => graph.op(Op::Neg(Neg), &[a]).unwrap(),
+        // Something that others read as well, or a number.
         1 => {
+            let c = graph.constant(rng.random_range(-0.3..0.3)).unwrap();
+            let b = if rng.random_bool(0.5) { graph.op(Op::Neg(Neg), &[a]).unwrap() } else { c };
+            graph.op(Op::Max(Max), &[a, b]).unwrap()
+        }
+        2 => {
+            let c = graph.constant(rng.random_range(-0.5..0.5)).unwrap();
+            graph.op(Op::Add(Add), &[a, c]).unwrap()
+        }
+        3 => {
             let k = graph.constant(rng.random_range(-2.0..2.0)).unwrap();
             graph.op(Op::Mul(Mul), &[a, k]).unwrap()
         }
@@ -284,10 +295,12 @@ fn signs_of_what_is_put_together_hold_along_lines() {
     for solid in 0..600 {
         let mut graph = Graph::default();
         let root = put_together(&mut graph, &mut rng, 5);
-        let tape = Arc::new(Tape::new(&graph, &[root]));
-        let mut signer = Signer::<4, 2>::new(&tape);
+        let other = put_together(&mut graph, &mut rng, 2);
+        let roots = if solid % 3 == 0 { vec![root, other] } else { vec![root] };
+        let tape = Arc::new(Tape::new(&graph, &roots));
+        let (mut signer, mut single) = (Signer::<4, 2>::default(), Signer::<1, 2>::default());
         let mut forms = Evaluator::<Parabolas<4, 2>>::new(tape.clone());
-        let mut values = Evaluator::<f64>::keeping_all(tape.clone());
+        let mut values = Evaluator::<f64>::new(tape.clone());
         let width = if solid % 2 == 0 { 0.0 } else { 0.05 };
         let mut some =
             |size: f64| -> [f64; 3] { std::array::from_fn(|_| size * rng.random_range(-1.0..1.0)) };
@@ -300,19 +313,24 @@ fn signs_of_what_is_put_together_hold_along_lines() {
             }
             all
         });
-        let signs = signer.eval(&p);
+        let signs = signer.eval(&tape, &p);
         let halves = forms.eval(&p).halves();
         for (lane, [mid, slope, u, v]) in pieces.iter().enumerate() {
             let sign = signs.lane(lane);
+            let own = single.eval(&tape, &[0, 1, 2].map(|axis| Parabolas::all(p[axis].lane(lane))));
+            let told = |sign: Sign, form: Parabola<2>| format!("{sign:?} {form:?}");
+            let both = [told(sign, signs.form(lane)), told(own.lane(0), own.form(0))];
+            assert_eq!(both[0], both[1], "a lane depends on its neighbours");
             alone += i32::from(sign.is_alone);
+            let form = signs.form(lane);
             let mut value = |e: f64, [x, y]: [f64; 2]| {
                 let at = [0, 1, 2].map(|k| mid[k] + e * slope[k] + x * u[k] + y * v[k]);
                 let f = *values.eval(&at);
-                let leaf = *values.value(sign.leaf) * if sign.is_turned { -1.0 } else { 1.0 };
-                assert!(
-                    !sign.is_alone || f.abs() < 1e-12 || (f > 0.0) == (leaf > 0.0),
-                    "{f} {leaf}: {sign:?}"
-                );
+                let leaf = form.at([x, y], [0.0; 2]);
+                let [c, b, a] = leaf.mid;
+                let (leaf, rest) = (c + e * (b + e * a), leaf.rest.iter().sum::<f64>() + 1e-12);
+                let is_known = sign.is_alone && f.abs() > 1e-12 && leaf.abs() > rest;
+                assert!(!is_known || (f > 0.0) == (leaf > 0.0), "{f} {leaf}: {sign:?}");
                 assert!(f > 0.0 || sign.range.lo <= 0.0, "{f}: {sign:?}");
                 assert!(f < 0.0 || sign.range.hi >= 0.0, "{f}: {sign:?}");
                 f
@@ -337,7 +355,6 @@ fn signs_of_what_is_put_together_hold_along_lines() {
         }
     }
     assert!(alone > 500 && alone < 2000, "{alone}");
-    eprintln!("{positive} {by_signs} {by_forms} {alone}");
     assert!(f64::from(by_signs) > 0.9 * f64::from(positive), "{by_signs} {by_forms} {positive}");
 }
 

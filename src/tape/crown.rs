@@ -6,7 +6,7 @@
 
 use super::eval::{Registers, allocate};
 use super::{Evaluator, Instr, Tape};
-use crate::num::{Classifier, Interval, Joint, Mix, Parabolas, Part, Signs, parts_of};
+use crate::num::{Classifier, Interval, Joint, Mix, Parabola, Parabolas, Part, Sign, Signs, parts_of};
 use crate::op::Op;
 use std::sync::Arc;
 
@@ -101,65 +101,83 @@ fn joints(tape: &Tape) -> (Vec<bool>, Vec<u32>) {
     (joints, counts)
 }
 
-/// Evaluates the signs of the first output of a tape along pieces of lines, with memory of its own; one per thread.
+/// Evaluates the signs of the first output of tapes along pieces of lines, with memory of its own; one per thread.
 #[derive(Debug)]
 pub struct Signer<const B: usize, const K: usize> {
-    leaves: Evaluator<Parabolas<B, K>>,
-    /// Of the last evaluation, those that something is added to.
+    /// Made when they are first needed: all leaves of a tape are kept at a time.
+    leaves: Option<Evaluator<Parabolas<B, K>>>,
+    /// Those that something is added to.
     shifted: Vec<Parabolas<B, K>>,
     classifier: Classifier<B>,
 }
 
+impl<const B: usize, const K: usize> Default for Signer<B, K> {
+    fn default() -> Self {
+        Signer { leaves: None, shifted: Vec::new(), classifier: Classifier::default() }
+    }
+}
+
 impl<const B: usize, const K: usize> Signer<B, K> {
-    /// Memory for a tape.
-    pub fn new(tape: &Arc<Tape>) -> Self {
-        let leaves = Evaluator::with(tape.clone(), &tape.crown().registers);
-        Signer { leaves, shifted: Vec::new(), classifier: Classifier::default() }
-    }
-
-    /// Evaluates another tape from now on, unless it is that tape already.
-    pub fn turn_to(&mut self, tape: &Arc<Tape>) -> &mut Self {
-        if !Arc::ptr_eq(self.tape(), tape) {
-            self.leaves.load_with(tape.clone(), &tape.crown().registers);
-        }
-        self
-    }
-
-    /// The tape.
-    pub fn tape(&self) -> &Arc<Tape> {
-        self.leaves.tape()
-    }
-
-    /// The signs along pieces with these coordinates.
-    pub fn eval(&mut self, p: &[Parabolas<B, K>; 3]) -> Signs<B> {
+    /// The signs of a tape along pieces with these coordinates.
+    pub fn eval(&mut self, tape: &Arc<Tape>, p: &[Parabolas<B, K>; 3]) -> Signed<'_, B, K> {
         let Signer { leaves, shifted, classifier } = self;
+        let Crown { parts, leaves: all, registers } = tape.crown();
+        let leaves = match leaves {
+            Some(leaves) => {
+                if !Arc::ptr_eq(leaves.tape(), tape) {
+                    leaves.load_with(tape.clone(), registers);
+                }
+                leaves
+            }
+            none => none.insert(Evaluator::with(tape.clone(), registers)),
+        };
         leaves.run(p);
-        let tape = leaves.tape();
-        let Crown { parts, leaves: all, .. } = tape.crown();
         shifted.clear();
         for leaf in all.iter().filter(|leaf| leaf.shift != ZERO) {
             shifted.push(leaves.value(leaf.slot).shifted_by(leaf.shift));
         }
-        classifier.classify(parts, |leaf| found(leaves, shifted, leaf))
-    }
-
-    /// The form of a leaf in the last evaluation.
-    pub fn leaf(&self, leaf: u32) -> &Parabolas<B, K> {
-        found(&self.leaves, &self.shifted, leaf)
-    }
-
-    /// What decides of the sign in a lane of the last evaluation; `None` if that is more than so many leaves.
-    pub fn mix(&self, lane: usize, most: usize) -> Option<Mix<K>> {
-        self.classifier.mix(&self.tape().crown().parts, (lane, most), |leaf| self.leaf(leaf))
+        let forms = Forms { leaves, shifted };
+        let signs = classifier.classify(parts, |leaf| forms.of(leaf));
+        Signed { signs, forms, classifier }
     }
 }
 
-/// The form of a leaf, of which some are shifted.
-fn found<'a, const B: usize, const K: usize>(
+/// The forms of the leaves of a tape.
+struct Forms<'a, const B: usize, const K: usize> {
     leaves: &'a Evaluator<Parabolas<B, K>>,
     shifted: &'a [Parabolas<B, K>],
-    leaf: u32,
-) -> &'a Parabolas<B, K> {
-    let Leaf { slot, order, .. } = leaves.tape().crown().leaves[leaf as usize];
-    order.map_or_else(|| leaves.value(slot), |order| &shifted[order as usize])
+}
+
+impl<'a, const B: usize, const K: usize> Forms<'a, B, K> {
+    fn of(&self, leaf: u32) -> &'a Parabolas<B, K> {
+        let Leaf { slot, order, .. } = self.leaves.tape().crown().leaves[leaf as usize];
+        order.map_or_else(|| self.leaves.value(slot), |order| &self.shifted[order as usize])
+    }
+}
+
+/// What is known of signs, piece by piece.
+pub struct Signed<'a, const B: usize, const K: usize> {
+    signs: Signs<B>,
+    forms: Forms<'a, B, K>,
+    classifier: &'a Classifier<B>,
+}
+
+impl<const B: usize, const K: usize> Signed<'_, B, K> {
+    /// What is known of the sign along a piece.
+    pub fn lane(&self, lane: usize) -> Sign {
+        self.signs.lane(lane)
+    }
+
+    /// The form of what is expected to become negative first, or else of something that may.
+    pub fn form(&self, lane: usize) -> Parabola<K> {
+        let Sign { leaf, is_turned, .. } = self.signs.lane(lane);
+        let form = self.forms.of(leaf).lane(lane);
+        if is_turned { form.negated() } else { form }
+    }
+
+    /// What decides of the sign along a piece; `None` if that is more than so many leaves.
+    pub fn mix(&self, lane: usize, most: usize) -> Option<Mix<K>> {
+        let parts = &self.forms.leaves.tape().crown().parts;
+        self.classifier.mix(parts, (lane, most), |leaf| self.forms.of(leaf))
+    }
 }

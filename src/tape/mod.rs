@@ -24,7 +24,7 @@ mod prune;
 
 pub use cells::{Cells, Prunings};
 pub use clock::{duration, seconds};
-pub use crown::Signer;
+pub use crown::{Signed, Signer};
 pub use defined::Defined;
 pub use eval::Evaluator;
 pub use inner::{Flowed, Inner};

@@ -15,6 +15,7 @@ const FEW: usize = 4;
 const MIXED: usize = 8;
 
 /// Evaluators for as many pieces at once.
+#[derive(Default)]
 pub(in crate::cast) struct Batches<const K: usize> {
     many: Signer<MANY, K>,
     few: Signer<FEW, K>,
@@ -22,10 +23,6 @@ pub(in crate::cast) struct Batches<const K: usize> {
 }
 
 impl<const K: usize> Batches<K> {
-    pub(in crate::cast) fn new(tape: &Arc<Tape>) -> Self {
-        Batches { many: Signer::new(tape), few: Signer::new(tape), one: Signer::new(tape) }
-    }
-
     /// Asks about a piece of each of some entries of a list, each by its tape. `ask` is the piece and its coordinates, `tell`
     /// gets the answer, the form of what is expected to fall to zero there, and all forms that matter if it wants
     /// them. Returns the work. Once `cancel` is set, no
@@ -64,16 +61,16 @@ impl<const K: usize> Batches<K> {
     ) -> u64 {
         let (tape, entries) = (batch[0].0, batch.iter().map(|(_, i)| *i));
         match batch.len() {
-            1 => answer(self.one.turn_to(tape), items, entries, ask, tell),
-            2..=FEW => answer(self.few.turn_to(tape), items, entries, ask, tell),
-            _ => answer(self.many.turn_to(tape), items, entries, ask, tell),
+            1 => answer((&mut self.one, tape), items, entries, ask, tell),
+            2..=FEW => answer((&mut self.few, tape), items, entries, ask, tell),
+            _ => answer((&mut self.many, tape), items, entries, ask, tell),
         }
     }
 }
 
 /// Asks about at most `B` entries at once, and returns the work.
 fn answer<I, const B: usize, const K: usize>(
-    signer: &mut Signer<B, K>,
+    (signer, tape): (&mut Signer<B, K>, &Arc<Tape>),
     items: &mut [I],
     batch: impl Iterator<Item = usize> + Clone,
     ask: &impl Fn(&I) -> (Piece, [Parabola<K>; 3]),
@@ -90,12 +87,10 @@ fn answer<I, const B: usize, const K: usize>(
             p[axis].set(lane, &place[axis]);
         }
     }
-    let signs = signer.eval(&p);
+    let signed = signer.eval(tape, &p);
     for (lane, i) in batch.enumerate() {
-        let sign = signs.lane(lane);
-        let leaf = signer.leaf(sign.leaf).lane(lane);
-        let leaf = if sign.is_turned { leaf.negated() } else { leaf };
-        tell(&mut items[i], &leaf, Answer::new(&sign, pieces[lane]), &|| signer.mix(lane, MIXED));
+        let answer = Answer::new(&signed.lane(lane), pieces[lane]);
+        tell(&mut items[i], &signed.form(lane), answer, &|| signed.mix(lane, MIXED));
     }
-    signer.tape().work() * B as u64
+    tape.work() * B as u64
 }

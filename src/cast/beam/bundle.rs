@@ -1,7 +1,7 @@
 //! Bundles: lines of sight of one frame that march as one, until their own width is what limits them.
 
 use super::batch::Batches;
-use super::close::{Closing, closes, may_close};
+use super::close::{all_close, closes};
 use super::frame::{Frame, Place, Section};
 use super::march::{Answer, March, Next, Piece};
 use super::sketch::Sketch;
@@ -131,7 +131,7 @@ impl Bundle {
             return self.onward(section, rays);
         }
         // What was seen last was seen through other planes.
-        let mut turned = Bundle { frame: *frame, last: None, ..self.clone() };
+        let mut turned = Bundle { frame: *frame, last: None, closed: None, ..*self };
         turned.march.free = frame.onward(&self.frame, self.march.free, section.slant());
         turned.onward(section, rays)
     }
@@ -209,7 +209,7 @@ impl Bundle {
         &mut self,
         (f, answer): (&Parabola<2>, &Answer),
         mix: impl Fn() -> Option<Mix<2>>,
-        (cells, closing): (&Cells, &mut Closing),
+        cells: &Cells,
     ) {
         self.last = Some((Sketch::new(f, self.piece), self.section));
         self.state = match self.march.tell(self.piece, answer, 0.0) {
@@ -220,19 +220,18 @@ impl Bundle {
         let wanted = self.tolerance.at(self.march.free);
         let radius = self.section.radius(self.march.free);
         let bracket = if self.is_of_few() { wanted.max(radius) } else { wanted };
-        if !self.closes || self.state == State::Free || !self.is_defined(cells) {
+        if !self.closes || self.state == State::Free {
             return;
         }
         let piece = self.piece;
-        self.closed = if answer.alone && closes(f, piece, bracket) {
-            Some(Box::new(Mix::of(*f)))
-        } else if may_close(f, piece, bracket) {
-            let is_likely =
-                |mix: &Mix<2>| self.is_of_few() || closing.is_likely(mix, piece, &self.march, bracket);
-            mix().filter(is_likely).map(Box::new)
+        let closed = if answer.alone {
+            closes(f, piece, bracket).then(|| Mix::of(*f))
+        } else if answer.root.is_some_and(|root| (root - piece.mid).abs() <= piece.half) {
+            mix().filter(|mix| all_close(mix, piece, bracket))
         } else {
             None
         };
+        self.closed = closed.filter(|_| self.is_defined(cells)).map(Box::new);
         if self.closed.is_some() {
             self.state = State::Ended;
         }
@@ -241,6 +240,11 @@ impl Bundle {
     /// Whether its rays take what they get.
     pub(super) fn is_of_few(&self) -> bool {
         self.rays <= FEW
+    }
+
+    /// How many rays it is made for.
+    pub(super) fn rays(&self) -> usize {
+        self.rays
     }
 
     /// Whether the field is known to have a value all over the piece: where it may have none each ray looks for itself.
@@ -286,7 +290,7 @@ impl AsMut<Bundle> for Bundle {
 /// Marches what has bundles until each of these is free or too wide to go on; `asked` is told of every evaluation
 /// for one.
 pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
-    (cells, wide, closing): (&Cells, &mut Batches<2>, &mut Closing),
+    (cells, wide): (&Cells, &mut Batches<2>),
     (items, active): (&mut [I], &mut Vec<usize>),
     stats: &mut CastStats,
     cancel: &AtomicBool,
@@ -316,7 +320,7 @@ pub(in crate::cast) fn march_bundles<I: AsRef<Bundle> + AsMut<Bundle>>(
                 (bundle.piece, bundle.section.coordinates(&bundle.frame, bundle.piece))
             },
             |item, f, answer, mix| {
-                item.as_mut().tell((f, &answer), mix, (cells, closing));
+                item.as_mut().tell((f, &answer), mix, cells);
                 stats.culled += u64::from(item.as_ref().is_free());
                 asked(item);
             },

@@ -1,9 +1,10 @@
 //! Rays that end together.
 //!
-//! What is known of a beam over a piece is a form with two symbols for where in the beam a ray is. With the place of a ray
-//! put in for these, it is what is known of that ray alone, as if it had been asked about the piece by itself. So where
-//! the field is flat enough across a beam, one answer closes in on the roots of all its rays, and none of them needs
-//! an evaluation of its own: the faces of a part, or a sphere looked at a few pixels at a time.
+//! What is known of a beam over a piece is forms of all that matters there, with two symbols for where in the beam a ray is.
+//! With the place of a ray put in for these, it is what is known of that ray alone, as if it had been asked about the piece
+//! by itself. So where surfaces are flat enough across a beam, one answer closes in on the roots of all its rays, and none of
+//! them needs an evaluation of its own: the faces and edges of a part, or a sphere looked at a few pixels at a time. Rays that
+//! pass by an edge stay in the beam, from where they are known to be free.
 
 use super::Beam;
 use super::bundle::Bundle;
@@ -25,9 +26,15 @@ pub(super) fn closes(f: &Parabola<2>, piece: Piece, bracket: f64) -> bool {
     })
 }
 
-/// Whether it does so for those rays of which a root is in the piece.
-pub(super) fn may_close(f: &Parabola<2>, piece: Piece, bracket: f64) -> bool {
-    Fall::of(f).is_some_and(|fall| fall.at.abs() <= 1.0 && is_close(f, fall, 1.0, piece, bracket))
+/// Whether it tells of all rays what becomes of them where several surfaces meet: each of these is known to within the
+/// bracket all over the piece, or goes along with the rays and hardly any of them is too close to tell.
+pub(super) fn all_close(mix: &Mix<2>, piece: Piece, bracket: f64) -> bool {
+    mix.leaves.iter().all(|f| {
+        let across = f.side[0].abs() + f.side[1].abs();
+        let goes_along = f.rest[0] + f.rest[1] + f.rest[2] <= HARDLY * across;
+        let crossing = || Fall::of(f).or_else(|| Fall::of(&f.negated()));
+        goes_along || crossing().is_some_and(|fall| is_close(f, fall, 1.0, piece, bracket))
+    })
 }
 
 fn is_close(f: &Parabola<2>, fall: Fall, distance: f64, piece: Piece, bracket: f64) -> bool {
@@ -37,13 +44,13 @@ fn is_close(f: &Parabola<2>, fall: Fall, distance: f64, piece: Piece, bracket: f
 /// More than what is lost to rounding of a bracket.
 const WIDER: f64 = 1.1;
 
-/// Of so many places in a beam it has to be known what becomes of a ray there: of all in a trial but these.
-const MOST: usize = LANES - 4;
+/// The share of its rays that a beam may leave undecided.
+const HARDLY: f64 = 1.0 / 64.0;
 
 /// What an answer says of a ray.
-enum End {
+enum Outcome {
     /// It ends: with a hit, or without, and where it is inside.
-    Of(Hit, f64),
+    Ends(Hit, f64),
     /// It is free up to this depth, and goes on with what is left of the beam.
     Passes(f64),
     /// It goes on alone, from what is known of it.
@@ -52,39 +59,21 @@ enum End {
 
 /// Ends rays of beams by answers, with memory of its own.
 #[derive(Debug, Default)]
-pub(in crate::cast) struct Closing {
+pub(super) struct Closing {
     classifier: Classifier<LANES>,
     forms: Vec<Parabolas<LANES, 0>>,
 }
 
 impl Closing {
-    /// Whether an answer about a piece is likely to end most rays of a bundle, or to let them pass: it is tried on lines that
-    /// are spread over it. `march` is the bundle's, and `bracket` how closely a root is wanted.
-    pub(super) fn is_likely(&mut self, mix: &Mix<2>, piece: Piece, march: &March, bracket: f64) -> bool {
-        let place = |lane: usize| [lane % 4, lane / 4].map(|i| 0.5 * i as f64 - 0.75);
-        let signs = self.signs(mix, |lane| [place(lane), [0.0; 2]]);
-        let is_known = |lane: &usize| {
-            let answer = Answer::new(&signs.lane(*lane), piece);
-            let mut march = March::new(march.free, march.far, march.stretch, answer.root);
-            match march.tell(piece, &answer, bracket) {
-                Next::Free | Next::Root(..) => true,
-                Next::Look => {
-                    march.inside.is_infinite() && march.free >= piece.mid + (1.0 - ENDS) * piece.half
-                }
-                Next::Stuck(_) => false,
-            }
-        };
-        (0..LANES).filter(is_known).count() >= MOST
-    }
-
     /// What is known of lines at places in the section of a bundle, in units of its extent, and how far these may be off.
     fn signs(&mut self, mix: &Mix<2>, place: impl Fn(usize) -> [[f64; 2]; 2]) -> Signs<LANES> {
         let Closing { classifier, forms, .. } = self;
         let places: [_; LANES] = std::array::from_fn(place);
         forms.clear();
         forms.extend(mix.leaves.iter().map(|f| {
-            let mut form = Parabolas::all(f.at([0.0; 2], [1.0; 2]));
-            for (lane, [at, blur]) in places.iter().enumerate() {
+            let [at, blur] = places[0];
+            let mut form = Parabolas::all(f.at(at, blur));
+            for (lane, [at, blur]) in places.iter().enumerate().skip(1) {
                 form.set(lane, &f.at(*at, *blur));
             }
             form
@@ -112,15 +101,16 @@ impl Closing {
             for (lane, &i) in own.iter().enumerate() {
                 let answer = Answer::new(&signs.lane(lane), piece);
                 match beam.ended((&rays[i], &lines[i]), piece, &answer) {
-                    End::Passes(depth) => {
-                        lines[i].depth[0] = depth;
+                    Outcome::Passes(depth) => {
+                        let begin = &mut lines[i].depth[0];
+                        *begin = begin.max(depth);
                         continue;
                     }
-                    End::Of(hit, inside) => {
+                    Outcome::Ends(hit, inside) => {
                         hits += u64::from(hit.is_hit());
                         (out[i], insides[i]) = (hit, inside);
                     }
-                    End::Alone(onward) => {
+                    Outcome::Alone(onward) => {
                         thin.push(Thin::new(i, Ray { near: onward.free, ..rays[i] }, onward));
                     }
                 }
@@ -134,7 +124,7 @@ impl Closing {
 impl Beam {
     /// How a ray ends by an answer, or goes on. Its ends are rounded in depth: what is free is so as far as these may be, and
     /// what is inside counts where the ray is for certain.
-    fn ended(&self, (ray, line): (&Ray, &Line), piece: Piece, answer: &Answer) -> End {
+    fn ended(&self, (ray, line): (&Ray, &Line), piece: Piece, answer: &Answer) -> Outcome {
         let (frame, all, stretch) = (&self.bundle.frame, &self.bundle.march, line.stretch);
         let hair = |depth: f64| frame.hair(depth);
         let distance = |depth: f64| line.distance(depth);
@@ -145,12 +135,16 @@ impl Beam {
         let tolerance = ray.tolerance.at(distance(march.free));
         let is_last = self.bundle.is_of_few();
         match march.tell(piece, answer, tolerance / stretch) {
-            Next::Free => return End::Of(Hit::MISS, f64::INFINITY),
+            Next::Free => return Outcome::Ends(Hit::MISS, f64::INFINITY),
+            // What is left is rounding.
+            Next::Look if march.inside.is_infinite() && march.free > far => {
+                return Outcome::Ends(Hit::MISS, f64::INFINITY);
+            }
             Next::Root(a, b) if within.contains(&b) => {
                 let t = distance(answer.root.unwrap_or(a).clamp(a, b)).clamp(ray.near, ray.far);
-                return End::Of(Hit { t, certified: true }, distance(b).min(ray.far));
+                return Outcome::Ends(Hit { t, certified: true }, distance(b).min(ray.far));
             }
-            Next::Look if march.inside.is_infinite() || !is_last => return End::Passes(march.free),
+            Next::Look if march.inside.is_infinite() || !is_last => return Outcome::Passes(march.free),
             Next::Root(..) | Next::Look | Next::Stuck(_) => {}
         }
         let near = distance(march.free - hair(march.free)).clamp(ray.near, ray.far);
@@ -158,9 +152,6 @@ impl Beam {
         if within.contains(&march.inside) {
             onward.inside = distance(march.inside + hair(march.inside)).min(ray.far);
         }
-        End::Alone(onward)
+        Outcome::Alone(onward)
     }
 }
-
-/// So close to where a piece ends, as a share of half of it, is at its end.
-const ENDS: f64 = 1e-3;

@@ -118,9 +118,7 @@ impl Falls {
             stats.steps += batch.len() as u64;
             stats.work += balls.tape().work() * BALLS as u64;
             for (lane, stretch) in batch.iter().enumerate() {
-                let own = beams[stretch.beam].rays.clone();
-                let share = 1.0 / own.len() as f64;
-                costs[own].iter_mut().for_each(|cost| *cost += share);
+                beams[stretch.beam].charge(rays.1, costs);
                 let before = roots.len();
                 fall[stretch.beam] = beams[stretch.beam].add_roots(&f.lane(lane), stretch, want, rays, roots);
                 if !fall[stretch.beam] {
@@ -276,7 +274,7 @@ impl Beam {
         }
         let (free, radius) = (march.free, section.radius(march.free));
         let end = match want {
-            Want::First if self.rays.len() > LAST => return None,
+            Want::First if self.bundle.rays() > LAST => return None,
             Want::First => {
                 let [first, last] = self.bundle.expected()?;
                 (last + BEHIND * (last - first) + ASIDE * radius).min(march.far)

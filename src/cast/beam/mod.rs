@@ -31,7 +31,7 @@ pub(super) use batch::Batches;
 pub use bundle::Bundle;
 use bundle::FIRST;
 pub(super) use bundle::{State, march_bundles};
-pub(super) use close::Closing;
+use close::Closing;
 use fall::Falls;
 pub use frame::Frame;
 pub(super) use frame::{Line, Section};
@@ -114,6 +114,12 @@ impl Beam {
         self.rays.clone().filter(|&i| lines[i].is_real())
     }
 
+    /// Shares an evaluation among them.
+    fn charge(&self, lines: &[Line], costs: &mut [f64]) {
+        let share = 1.0 / self.left(lines).count() as f64;
+        self.left(lines).for_each(|i| costs[i] += share);
+    }
+
     /// Cuts the beam into parts, or into rays where these would be fewer than `smallest`.
     fn cut(
         &self,
@@ -161,7 +167,7 @@ impl Beam {
 
 impl Beams {
     pub(super) fn new(cells: Arc<Cells>) -> Beams {
-        let (wide, thin) = (Batches::new(cells.tape()), Batches::new(cells.tape()));
+        let (wide, thin) = Default::default();
         let points = Evaluator::new(cells.tape().clone());
         let is_smooth = cells.is_uniform() && cells.tape().class() > Class::Jump;
         let falls = is_smooth.then(|| Falls::new(cells.clone()));
@@ -209,17 +215,10 @@ impl Beams {
 
     /// Marches beams until each is free or too wide to go on.
     fn march_beams(&mut self, stats: &mut CastStats, cancel: &AtomicBool) {
-        let Memory { beams, active, costs, closing, .. } = &mut self.memory;
-        march_bundles(
-            (&self.cells, &mut self.wide, closing),
-            (beams, active),
-            stats,
-            cancel,
-            |Beam { rays, .. }| {
-                let share = 1.0 / rays.len() as f64;
-                costs[rays.clone()].iter_mut().for_each(|cost| *cost += share);
-            },
-        );
+        let Memory { beams, lines, active, costs, .. } = &mut self.memory;
+        march_bundles((&self.cells, &mut self.wide), (beams, active), stats, cancel, |beam| {
+            beam.charge(lines, costs)
+        });
     }
 
     /// Marches rays to their ends.

@@ -119,9 +119,12 @@ impl Thin {
             answer.whole &= tape.is_defined(&[0, 1, 2].map(along));
         }
         for (side, sign) in answer.halves.iter_mut().zip([-1.0, 1.0]) {
-            let mut is_value = |t: f64| !value(ray.at(mid + sign * t * half)).is_nan();
-            if side.below[0] < 1.0 && !side.below.into_iter().all(&mut is_value) {
-                side.below = [1.0; 2];
+            // Forwards only the first place is of interest.
+            let ends = if sign < 0.0 { 2 } else { 1 };
+            for end in side.below.iter_mut().take(ends).filter(|end| **end < 1.0) {
+                if value(ray.at(mid + sign * *end * half)).is_nan() {
+                    *end = 1.0;
+                }
             }
         }
         answer.solid = false;

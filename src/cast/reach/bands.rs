@@ -7,7 +7,7 @@
 
 use super::Reach;
 use crate::cast::CastStats;
-use crate::cast::beam::{Batches, Bundle, Closing, march_bundles};
+use crate::cast::beam::{Batches, Bundle, march_bundles};
 use crate::tape::Cells;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -21,16 +21,14 @@ pub(super) struct Bands {
 
 impl Bands {
     pub(super) fn new(cells: Arc<Cells>) -> Bands {
-        Bands { wide: Batches::new(cells.tape()), cells, active: Vec::new() }
+        Bands { wide: Batches::default(), cells, active: Vec::new() }
     }
 }
 
 impl Reach for Bands {
     fn advance(&mut self, bundles: &mut [&mut Bundle], stats: &mut CastStats, cancel: &AtomicBool) {
         let Bands { cells, wide, active } = self;
-        // Regions are no rays, which could end.
-        let none = &mut Closing::default();
-        march_bundles((cells, wide, none), (bundles, active), stats, cancel, |_| {});
+        march_bundles((cells, wide), (bundles, active), stats, cancel, |_| {});
     }
 
     fn clone_box(&self) -> Box<dyn Reach> {

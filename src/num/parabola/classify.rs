@@ -26,16 +26,14 @@ pub enum Part {
 }
 
 impl Part {
-    /// Whether what is in this range decides of a maximum or minimum alone,
+    /// Which of two that are in these ranges decides of the sign of their maximum, or minimum, alone: it is on the side that
+    /// decides, or the other one is on the side that leaves it to it.
     #[inline(always)]
-    fn decides(self, x: Interval) -> bool {
-        if matches!(self, Part::All(_)) { x.lo > 0.0 } else { x.hi < 0.0 }
-    }
-
-    /// or leaves it to the other one.
-    #[inline(always)]
-    fn yields(self, x: Interval) -> bool {
-        if matches!(self, Part::All(_)) { x.hi < 0.0 } else { x.lo > 0.0 }
+    fn alone(self, [a, b]: [Interval; 2]) -> [bool; 2] {
+        let is_all = matches!(self, Part::All(_));
+        let decides = |x: Interval| if is_all { x.lo > 0.0 } else { x.hi < 0.0 };
+        let yields = |x: Interval| if is_all { x.hi < 0.0 } else { x.lo > 0.0 };
+        [decides(a) | yields(b), decides(b) | yields(a)]
     }
 }
 
@@ -123,7 +121,7 @@ impl<const B: usize> Stretch<B> {
 
     /// Where either is certain, as far as that is one stretch: else the one nearer to the middle.
     #[inline(always)]
-    fn or(&mut self, other: &Self) {
+    fn or(&mut self, other: &Self, alone: &[[bool; 2]; B]) {
         for i in 0..B {
             let (a, b) = ([self.from[i], self.to[i]], [other.from[i], other.to[i]]);
             let first = a[0] <= b[0];
@@ -131,20 +129,26 @@ impl<const B: usize> Stretch<B> {
             let [start, to] = [choose(first, b[0], a[0]), choose(first, b[1], a[1])];
             self.from[i] = from;
             self.to[i] = choose((start <= end) & (to > end), to, end);
-            self.reach[i] = choose(self.reach[i] > other.reach[i], self.reach[i], other.reach[i]);
+            self.go_on(other, i, alone[i], self.reach[i] > other.reach[i]);
         }
     }
 
     /// Where both are.
     #[inline(always)]
-    fn and(&mut self, other: &Self) {
+    fn and(&mut self, other: &Self, alone: &[[bool; 2]; B]) {
         for i in 0..B {
             let from = choose(self.from[i] > other.from[i], self.from[i], other.from[i]);
             let to = choose(self.to[i] < other.to[i], self.to[i], other.to[i]);
             let some = from < to;
             (self.from[i], self.to[i]) = (choose(some, from, 1.0), choose(some, to, 1.0));
-            self.reach[i] = choose(self.reach[i] < other.reach[i], self.reach[i], other.reach[i]);
+            self.go_on(other, i, alone[i], self.reach[i] < other.reach[i]);
         }
+    }
+
+    /// Where a lane would end: as the one does that decides alone, or else as is best.
+    #[inline(always)]
+    fn go_on(&mut self, other: &Self, i: usize, [own, others]: [bool; 2], is_own: bool) {
+        self.reach[i] = choose(own | (!others & is_own), self.reach[i], other.reach[i]);
     }
 }
 
@@ -161,7 +165,7 @@ pub struct Signs<const B: usize> {
     /// The leaf that begins there, and whether it is its negative that does.
     leaf: [u32; B],
     turned: [bool; B],
-    /// Whether that one alone has the same sign wherever it is certain.
+    /// Whether that one alone has the same sign as the field all over the piece.
     alone: [bool; B],
 }
 
@@ -198,40 +202,29 @@ impl<const B: usize> Signs<B> {
         }
     }
 
-    /// Those of the maximum.
+    /// Those of the maximum, or of the minimum, which is one of these parts, of both.
     #[inline(always)]
-    fn all(&mut self, other: &Self, [a, b]: [&Band<B>; 2]) {
-        for k in 0..2 {
-            self.above[k].or(&other.above[k]);
-            self.below[k].and(&other.below[k]);
-        }
+    fn with(&mut self, other: &Self, part: Part, [a, b]: [&Band<B>; 2]) {
+        let mut alone = [[false; 2]; B];
         for i in 0..B {
-            let [x, y] = [self.expect(i), other.expect(i)];
-            let later = y[0] > x[0];
-            let both = [choose(later, y[0], x[0]), choose(y[1] < x[1], y[1], x[1])];
-            let alone = [a.lane(i).lo > 0.0 || b.lane(i).hi < 0.0, b.lane(i).lo > 0.0 || a.lane(i).hi < 0.0];
-            self.join(other, i, alone, later, both);
+            alone[i] = part.alone([a.lane(i), b.lane(i)]);
         }
-    }
-
-    /// Those of the minimum.
-    #[inline(always)]
-    fn any(&mut self, other: &Self, [a, b]: [&Band<B>; 2]) {
+        let is_all = matches!(part, Part::All(_));
         for k in 0..2 {
-            self.above[k].and(&other.above[k]);
-            self.below[k].or(&other.below[k]);
-        }
-        for i in 0..B {
-            let [x, y] = [self.expect(i), other.expect(i)];
-            let counts = [x, y].map(|[from, to]| from < to && to > BEHIND);
-            let other_first = counts[1] && (!counts[0] || y[0] < x[0]);
-            let both = match counts {
-                [true, true] if x[0] <= y[1] && y[0] <= x[1] => [x[0].min(y[0]), x[1].max(y[1])],
-                _ if other_first => y,
-                _ => x,
+            let [or, and] = if is_all {
+                [&mut self.above[k], &mut self.below[k]]
+            } else {
+                [&mut self.below[k], &mut self.above[k]]
             };
-            let alone = [b.lane(i).lo > 0.0 || a.lane(i).hi < 0.0, a.lane(i).lo > 0.0 || b.lane(i).hi < 0.0];
-            self.join(other, i, alone, other_first, both);
+            let [others, other_ands] =
+                if is_all { [&other.above[k], &other.below[k]] } else { [&other.below[k], &other.above[k]] };
+            or.or(others, &alone);
+            and.and(other_ands, &alone);
+        }
+        for i in 0..B {
+            let both = [self.expect(i), other.expect(i)];
+            let (is_others, expected) = if is_all { later(both) } else { earlier(both) };
+            self.join(other, i, alone[i], is_others, expected);
         }
     }
 
@@ -275,6 +268,28 @@ impl<const B: usize> Signs<B> {
     }
 }
 
+/// Where both are expected to be negative, and whether the second one decides where that begins.
+#[inline(always)]
+fn later([x, y]: [[f64; 2]; 2]) -> (bool, [f64; 2]) {
+    let is_second = y[0] > x[0];
+    (is_second, [choose(is_second, y[0], x[0]), choose(y[1] < x[1], y[1], x[1])])
+}
+
+/// Where either is, as far as that matters, and whether the second one decides where that begins.
+#[inline(always)]
+fn earlier([x, y]: [[f64; 2]; 2]) -> (bool, [f64; 2]) {
+    let counts = [x, y].map(|[from, to]| from < to && to > BEHIND);
+    let is_second = counts[1] && (!counts[0] || y[0] < x[0]);
+    let all = match counts {
+        [true, true] if x[0] <= y[1] && y[0] <= x[1] => {
+            [choose(is_second, y[0], x[0]), choose(y[1] > x[1], y[1], x[1])]
+        }
+        _ if is_second => y,
+        _ => x,
+    };
+    (is_second, all)
+}
+
 /// What is known of the sign of a field along a piece.
 #[derive(Clone, Copy, Debug)]
 pub struct Sign {
@@ -282,36 +297,27 @@ pub struct Sign {
     pub halves: [Half; 2],
     /// Where it is expected to become negative, in halves of the piece from the middle, if it is.
     pub fall: Option<f64>,
-    /// Encloses the field, as far as it matters for its sign.
-    pub range: Interval,
     /// The leaf that does so, and whether it is its negative that does.
     pub leaf: u32,
     pub is_turned: bool,
     /// Whether that one alone has the same sign as the field all over the piece.
     pub is_alone: bool,
-}
-
-/// What becomes of a part.
-#[derive(Clone, Copy, PartialEq, Debug)]
-enum Use {
-    /// It does not matter.
-    None,
-    /// It has the signs of one of its arguments.
-    Through,
-    Whole,
+    /// Encloses the field, as far as it matters for its sign.
+    pub range: Interval,
 }
 
 /// Puts together the signs of a batch, with memory of its own.
 #[derive(Debug)]
 pub struct Classifier<const B: usize> {
     ranges: Vec<Band<B>>,
-    uses: Vec<Use>,
+    /// Whether it takes the signs of a part.
+    takes: Vec<bool>,
     stack: Vec<Signs<B>>,
 }
 
 impl<const B: usize> Default for Classifier<B> {
     fn default() -> Self {
-        Classifier { ranges: Vec::new(), uses: Vec::new(), stack: Vec::new() }
+        Classifier { ranges: Vec::new(), takes: Vec::new(), stack: Vec::new() }
     }
 }
 
@@ -326,9 +332,9 @@ impl<const B: usize> Classifier<B> {
             return Signs::of_leaf(leaf(number), number);
         }
         self.enclose(parts, &leaf);
-        self.choose(parts);
+        self.decide(parts);
         self.stack.clear();
-        for (i, part) in parts.iter().enumerate().filter(|(i, _)| self.uses[*i] == Use::Whole) {
+        for (i, part) in parts.iter().enumerate().filter(|(i, _)| self.takes[*i]) {
             match *part {
                 Part::Leaf(number) => self.stack.push(Signs::of_leaf(leaf(number), number)),
                 Part::Turned => self.stack.iter_mut().last().into_iter().for_each(|last| {
@@ -340,10 +346,9 @@ impl<const B: usize> Classifier<B> {
                 Part::All(before) | Part::Any(before) => {
                     let (Some(b), Some(a)) = (self.stack.pop(), self.stack.last_mut()) else { continue };
                     let bands = [&self.ranges[i - before as usize], &self.ranges[i - 1]];
-                    let is_all = matches!(part, Part::All(_));
                     widest(
                         #[inline(always)]
-                        || if is_all { a.all(&b, bands) } else { a.any(&b, bands) },
+                        || a.with(&b, *part, bands),
                     );
                 }
             }
@@ -374,11 +379,10 @@ impl<const B: usize> Classifier<B> {
             Part::Turned => Joint::Turned(i - 1),
             part @ (Part::All(before) | Part::Any(before)) => {
                 let (first, last) = (i - before as usize, i - 1);
-                let [a, b] = [first, last].map(|i| self.ranges[i].lane(lane));
-                match part {
-                    _ if part.decides(a) || part.yields(b) => Joint::Same(first),
-                    _ if part.decides(b) || part.yields(a) => Joint::Same(last),
-                    Part::All(_) => Joint::All(first, last),
+                match part.alone([first, last].map(|i| self.ranges[i].lane(lane))) {
+                    [true, _] => Joint::Same(first),
+                    [_, true] => Joint::Same(last),
+                    _ if matches!(part, Part::All(_)) => Joint::All(first, last),
                     _ => Joint::Any(first, last),
                 }
             }
@@ -403,29 +407,24 @@ impl<const B: usize> Classifier<B> {
         }
     }
 
-    /// Decides what becomes of each part, from the last one back.
-    fn choose(&mut self, parts: &[Part]) {
-        self.uses.clear();
-        self.uses.resize(parts.len(), Use::None);
-        self.uses[parts.len() - 1] = Use::Whole;
+    /// Decides which parts are taken, from the last one back: not one of which an argument decides alone in all lanes.
+    fn decide(&mut self, parts: &[Part]) {
+        let Classifier { ranges, takes, .. } = self;
+        takes.clear();
+        takes.resize(parts.len(), false);
+        takes[parts.len() - 1] = true;
         for i in (0..parts.len()).rev() {
-            if self.uses[i] == Use::None {
-                continue;
-            }
-            match parts[i] {
+            let (part, is_taken) = (parts[i], takes[i]);
+            match part {
                 Part::Leaf(_) => {}
-                Part::Turned => self.uses[i - 1] = Use::Whole,
+                Part::Turned => takes[i - 1] = is_taken,
                 Part::All(before) | Part::Any(before) => {
-                    let first = i - before as usize;
-                    let (a, b) = (&self.ranges[first], &self.ranges[i - 1]);
-                    let part = parts[i];
-                    if a.every(b, |a, b| part.decides(a) | part.yields(b)) {
-                        (self.uses[i], self.uses[first]) = (Use::Through, Use::Whole);
-                    } else if a.every(b, |a, b| part.decides(b) | part.yields(a)) {
-                        (self.uses[i], self.uses[i - 1]) = (Use::Through, Use::Whole);
-                    } else {
-                        (self.uses[first], self.uses[i - 1]) = (Use::Whole, Use::Whole);
-                    }
+                    let (first, last) = (i - before as usize, i - 1);
+                    let (a, b) = (&ranges[first], &ranges[last]);
+                    let is_first = is_taken && a.every(b, |a, b| part.alone([a, b])[0]);
+                    let is_last = is_taken && a.every(b, |a, b| part.alone([a, b]) == [false, true]);
+                    takes[i] = is_taken && !is_first && !is_last;
+                    (takes[first], takes[last]) = (is_taken && !is_last, is_taken && !is_first);
                 }
             }
         }

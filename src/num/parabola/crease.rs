@@ -28,18 +28,18 @@ pub(super) fn chords<F: Function<N>, const N: usize>(
     pick(all.lo.is_finite() & all.hi.is_finite(), all.meet(derivatives), derivatives)
 }
 
-/// The slope of the chord from a point to another; where it has no length there are no other ones than these derivatives.
+/// The slope of the chord from a point to another; where it has no length, or one that is not represented, no more is known
+/// than these derivatives.
 #[inline(always)]
 fn chord<F: Function<N>, const N: usize>(f: &F, m: [f64; N], e: f64, derivatives: Interval) -> Interval {
     let mut end = m;
     end[0] = e;
     let rise = f.range(points(end)) - f.range(points(m));
     let run = e - m[0];
-    let run = choose(run.is_finite(), run, f64::NAN);
     let (x, y) = (rise.lo / run, rise.hi / run);
     let (lo, hi) = (choose(x < y, x, y), choose(x < y, y, x));
     let slope = Interval { lo: lo - CHARGE * lo.abs() - TINY, hi: hi + CHARGE * hi.abs() + TINY };
-    pick(run == 0.0, derivatives, slope)
+    pick((run == 0.0) | !run.is_finite(), derivatives, slope)
 }
 
 /// Between which shares of its first argument's departure, the rest being the second's, one of two that are `apart` departs
