@@ -2,7 +2,8 @@
 //!
 //! A tape names its values by the instructions that compute them. An evaluator keeps them in fewer
 //! *registers*: one is taken again as soon as its value has been read for the last time, so that the
-//! registers of a long tape stay in the first-level cache, however wide the batches are. For batches of
+//! registers of a long tape stay in the first-level cache, however wide the batches are. Who asks for signs has no
+//! registers for what is put together last, and keeps all that it is put together from (`crown`). For batches of
 //! plain numbers there may be machine code in place of the loop (`native`), with the same bits.
 
 use super::{Instr, Tape};
@@ -138,8 +139,8 @@ impl<T: Number> Evaluator<T> {
         self.value(self.tape.outputs[k])
     }
 
-    /// The value of an instruction in the last evaluation; of those that are neither outputs nor
-    /// constants only if [all are kept](Self::keeping_all).
+    /// The value of an instruction in the last evaluation, if it is kept: outputs and constants are, all are if
+    /// [wished](Self::keeping_all), and else what was chosen with the registers.
     pub fn value(&self, slot: u32) -> &T {
         &self.registers[self.home[slot as usize] as usize]
     }

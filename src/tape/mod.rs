@@ -4,7 +4,8 @@
 //! slots before it. One loop evaluates a tape for every kind of number; with batches
 //! ([`Many`](crate::num::Many)) an instruction works on many points and its dispatch disappears.
 //! Over a region, [`Tape::prune`] drops what cannot matter there; [`Cells`] do so for all parts of a
-//! region as they are asked for. Tapes that are evaluated often on batches of plain numbers become machine
+//! region as they are asked for. Who wants no more than signs has those of minima and maxima put together from signs
+//! ([`Signer`]). Tapes that are evaluated often on batches of plain numbers become machine
 //! code ([`native`]). What each instruction takes is told by the clock ([`seconds`]), and what all of them do ([`duration`]).
 
 mod cells;

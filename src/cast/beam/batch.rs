@@ -24,9 +24,8 @@ pub(in crate::cast) struct Batches<const K: usize> {
 
 impl<const K: usize> Batches<K> {
     /// Asks about a piece of each of some entries of a list, each by its tape. `ask` is the piece and its coordinates, `tell`
-    /// gets the answer, the form of what is expected to fall to zero there, and all forms that matter if it wants
-    /// them. Returns the work. Once `cancel` is set, no
-    /// more are answered.
+    /// gets the answer, the form of what is expected to fall to zero there, and all forms that matter if it wants them.
+    /// Returns the work. Once `cancel` is set, no more are answered.
     pub(super) fn answer<I>(
         &mut self,
         (items, mut asked): (&mut [I], Vec<(&Arc<Tape>, usize)>),

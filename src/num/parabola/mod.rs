@@ -21,6 +21,9 @@
 //! **Kernels** (`kernel.rs`) have the best of three bounds: their jet's Taylor form, their
 //! Lipschitz bound, or their range.
 //!
+//! **Signs** (`sign.rs`) are certain where a band is above zero or below; of solids that are put together they are put
+//! together as sets of places (`classify.rs`), for which no minimum or maximum has to be computed.
+//!
 //! Middles are computed with plain numbers, and what that may have rounded away is charged to the
 //! rests. Numbers and charges are a third of what intervals would be, and are what the compiler makes
 //! vector instructions of: [`Parabolas`] are a batch as a structure of arrays, and an operation is a
@@ -38,7 +41,8 @@ mod sign;
 use super::interval::{choose, pick};
 use super::{Interval, ROUNDOFF};
 pub use batch::Parabolas;
-pub use classify::{Classifier, Joint, Mix, Part, Sign, Signs, parts_of};
+pub(crate) use classify::{Classifier, Joint, Part, Signs, parts_of};
+pub use classify::{Mix, Sign};
 pub(super) use lift::known;
 pub use sign::Half;
 
