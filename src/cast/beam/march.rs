@@ -38,6 +38,9 @@ pub(super) struct Answer {
     pub solid: bool,
     /// Whether the form that comes with it has the sign of the field all over it.
     pub alone: bool,
+    /// Whether the field is known to have a value all over it: else what is expected of roots says nothing of where the solid
+    /// begins.
+    pub defined: bool,
 }
 
 impl Answer {
@@ -45,7 +48,14 @@ impl Answer {
     pub(super) fn new(sign: &Sign, Piece { mid, half }: Piece) -> Answer {
         let &Sign { halves, fall, range, is_alone, .. } = sign;
         let root = fall.filter(|at| at.abs() < FARTHEST).map(|at| mid + at * half);
-        Answer { halves, root, whole: range.is_finite(), solid: range.hi < 0.0, alone: is_alone }
+        Answer {
+            halves,
+            root,
+            whole: range.is_finite(),
+            solid: range.hi < 0.0,
+            alone: is_alone,
+            defined: true,
+        }
     }
 }
 

@@ -127,7 +127,7 @@ impl Thin {
                 }
             }
         }
-        answer.solid = false;
+        (answer.solid, answer.defined) = (false, false);
         answer
     }
 
@@ -140,7 +140,10 @@ impl Thin {
             _ if want == Want::Any && self.march.inside.is_finite() => {
                 Some(Hit { t: self.march.inside, certified })
             }
-            Next::Root(a, b) => Some(Hit { t: answer.root.unwrap_or(a).clamp(a, b), certified }),
+            Next::Root(a, b) => {
+                let root = answer.root.filter(|_| answer.defined);
+                Some(Hit { t: root.unwrap_or(a).clamp(a, b), certified })
+            }
             // Seen from where nothing is met.
             Next::Stuck(t) if answer.whole => Some(Hit { t: t - 0.5 * tolerance, certified }),
             Next::Look if self.march.pieces > PIECES => Some(Hit { t: self.march.free, certified: false }),
