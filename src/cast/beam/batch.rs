@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const MANY: usize = 16;
 const FEW: usize = 4;
 
-/// Of so many leaves it is told what decides of the sign over a piece.
+/// What decides of the sign over a piece is told if it is no more leaves than these.
 const MIXED: usize = 8;
 
 /// Evaluators for as many pieces at once.

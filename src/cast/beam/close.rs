@@ -67,7 +67,7 @@ pub(super) struct Closing {
 impl Closing {
     /// What is known of lines at places in the section of a bundle, in units of its extent, and how far these may be off.
     fn signs(&mut self, mix: &Mix<2>, place: impl Fn(usize) -> [[f64; 2]; 2]) -> Signs<LANES> {
-        let Closing { classifier, forms, .. } = self;
+        let Closing { classifier, forms } = self;
         let places: [_; LANES] = std::array::from_fn(place);
         forms.clear();
         forms.extend(mix.leaves.iter().map(|f| {
@@ -133,7 +133,8 @@ impl Beam {
         let mut march =
             March::new(all.free.max(near - hair(near)), far + hair(far), all.stretch, answer.root);
         let tolerance = ray.tolerance.at(distance(march.free));
-        let is_last = self.bundle.is_of_few();
+        // Of more, parts of the beam look again.
+        let takes_all = self.bundle.is_of_few();
         match march.tell(piece, answer, tolerance / stretch) {
             Next::Free => return Outcome::Ends(Hit::MISS, f64::INFINITY),
             // What is left is rounding.
@@ -144,7 +145,7 @@ impl Beam {
                 let t = distance(answer.root.unwrap_or(a).clamp(a, b)).clamp(ray.near, ray.far);
                 return Outcome::Ends(Hit { t, certified: true }, distance(b).min(ray.far));
             }
-            Next::Look if march.inside.is_infinite() || !is_last => return Outcome::Passes(march.free),
+            Next::Look if march.inside.is_infinite() || !takes_all => return Outcome::Passes(march.free),
             Next::Root(..) | Next::Look | Next::Stuck(_) => {}
         }
         let near = distance(march.free - hair(march.free)).clamp(ray.near, ray.far);
