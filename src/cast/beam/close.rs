@@ -142,7 +142,8 @@ impl Beam {
                 return Outcome::Ends(Hit::MISS, f64::INFINITY);
             }
             Next::Root(a, b) if within.contains(&b) => {
-                let t = distance(answer.root.unwrap_or(a).clamp(a, b)).clamp(ray.near, ray.far);
+                let t = distance(answer.root.unwrap_or(a).clamp(a, b));
+                let t = answer.seen(t, tolerance).clamp(ray.near, ray.far);
                 return Outcome::Ends(Hit { t, certified: true }, distance(b).min(ray.far));
             }
             Next::Look if march.inside.is_infinite() || !takes_all => return Outcome::Passes(march.free),

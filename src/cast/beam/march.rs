@@ -57,6 +57,12 @@ impl Answer {
             defined: true,
         }
     }
+
+    /// Where a hit is seen whose place is known to a tolerance: a little before it, unless one surface decides alone. What
+    /// several make may be as thin as rounding, and its other side is right behind.
+    pub(super) fn seen(&self, t: f64, tolerance: f64) -> f64 {
+        if self.alone { t } else { t - 0.5 * tolerance }
+    }
 }
 
 /// An end of a line.

@@ -142,10 +142,9 @@ impl Thin {
             }
             Next::Root(a, b) => {
                 let root = answer.root.filter(|_| answer.defined);
-                Some(Hit { t: root.unwrap_or(a).clamp(a, b), certified })
+                Some(Hit { t: answer.seen(root.unwrap_or(a).clamp(a, b), tolerance), certified })
             }
-            // Seen from where nothing is met.
-            Next::Stuck(t) if answer.whole => Some(Hit { t: t - 0.5 * tolerance, certified }),
+            Next::Stuck(t) if answer.whole => Some(Hit { t: answer.seen(t, tolerance), certified }),
             Next::Look if self.march.pieces > PIECES => Some(Hit { t: self.march.free, certified: false }),
             Next::Stuck(_) => self.pass(value, |f| f.is_nan() || f > 0.0),
             Next::Look if self.passed == Passed::Last && self.march.free == before => {
