@@ -222,14 +222,15 @@ impl<const B: usize> Signs<B> {
             and.and(other_ands, &alone);
         }
         for i in 0..B {
-            let both = [self.expect(i), other.expect(i)];
+            let both = [self.fall(i), other.fall(i)];
             let (is_others, expected) = if is_all { later(both) } else { earlier(both) };
             self.join(other, i, alone[i], is_others, expected);
         }
     }
 
+    /// Where a lane is expected to be negative.
     #[inline(always)]
-    fn expect(&self, i: usize) -> [f64; 2] {
+    fn fall(&self, i: usize) -> [f64; 2] {
         [self.expected[0][i], self.expected[1][i]]
     }
 
@@ -238,8 +239,8 @@ impl<const B: usize> Signs<B> {
     fn join(&mut self, other: &Self, i: usize, alone: [bool; 2], is_others: bool, both: [f64; 2]) {
         let is_same = self.leaf[i] == other.leaf[i] && self.turned[i] == other.turned[i];
         let (from_other, expected, alone) = match alone {
-            [true, _] => (false, self.expect(i), self.alone[i]),
-            [_, true] => (true, other.expect(i), other.alone[i]),
+            [true, _] => (false, self.fall(i), self.alone[i]),
+            [_, true] => (true, other.fall(i), other.alone[i]),
             _ => (is_others, both, is_same && self.alone[i] && other.alone[i]),
         };
         (self.expected[0][i], self.expected[1][i], self.alone[i]) = (expected[0], expected[1], alone);
@@ -256,7 +257,7 @@ impl<const B: usize> Signs<B> {
             below: [self.below[k].from[i], self.below[k].to[i]],
             reach: self.above[k].reach[i],
         };
-        let [from, to] = self.expect(i);
+        let [from, to] = self.fall(i);
         Sign {
             halves: [half(0), half(1)],
             fall: Some(from).filter(|_| from < to),
