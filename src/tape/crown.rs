@@ -41,29 +41,28 @@ impl Crown {
         let (joints, counts) = joints(tape);
         let (mut leaves, mut skipped) = (Vec::new(), vec![false; code.len()]);
         let mut shifted = 0..;
+        // The larger one comes first, so that few are pending at a time.
+        let in_order =
+            |a: u32, b: u32| if counts[a as usize] >= counts[b as usize] { (a, b) } else { (b, a) };
         let parts = parts_of((tape.outputs[0], ZERO), |(slot, shift)| {
-            let with = |slot: &u32, shift: Interval| (*slot, shift);
-            skipped[slot as usize] = joints[slot as usize];
+            let is_joint = joints[slot as usize];
+            skipped[slot as usize] = is_joint;
             match &code[slot as usize] {
-                instr if joints[slot as usize] => match instr {
-                    // k x + c has the sign of x + c / k, or of its negative.
-                    Instr::Scale(a, k) => {
-                        let all = if shift == ZERO { ZERO } else { shift / Interval::point(*k) };
-                        if *k > 0.0 { Joint::Same(with(a, all)) } else { Joint::Turned(with(a, all)) }
-                    }
-                    Instr::Shift(a, c) => Joint::Same(with(a, shift + Interval::point(*c))),
-                    Instr::Op(op, [a, b, ..]) => {
-                        // The larger one comes first, so that few are pending at a time.
-                        let is_larger = counts[*a as usize] >= counts[*b as usize];
-                        let (first, last) = if is_larger { (a, b) } else { (b, a) };
-                        match op {
-                            Op::Max(_) => Joint::All(with(first, shift), with(last, shift)),
-                            Op::Min(_) => Joint::Any(with(first, shift), with(last, shift)),
-                            _ => Joint::Turned(with(a, -shift)),
-                        }
-                    }
-                    _ => Joint::Leaf(0),
-                },
+                // k x + c has the sign of x + c / k, or of its negative.
+                Instr::Scale(a, k) if is_joint => {
+                    let shift = if shift == ZERO { ZERO } else { shift / Interval::point(*k) };
+                    if *k > 0.0 { Joint::Same((*a, shift)) } else { Joint::Turned((*a, shift)) }
+                }
+                Instr::Shift(a, c) if is_joint => Joint::Same((*a, shift + Interval::point(*c))),
+                Instr::Op(Op::Neg(_), [a, ..]) if is_joint => Joint::Turned((*a, -shift)),
+                Instr::Op(Op::Max(_), [a, b, ..]) if is_joint => {
+                    let (first, last) = in_order(*a, *b);
+                    Joint::All((first, shift), (last, shift))
+                }
+                Instr::Op(Op::Min(_), [a, b, ..]) if is_joint => {
+                    let (first, last) = in_order(*a, *b);
+                    Joint::Any((first, shift), (last, shift))
+                }
                 _ => {
                     let order = if shift == ZERO { None } else { shifted.next() };
                     leaves.push(Leaf { slot, shift, order });
