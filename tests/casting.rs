@@ -636,6 +636,40 @@ fn where_the_field_has_no_value_there_is_nothing() {
     assert!(from_below > 300, "only {from_below} rays come from where there is no value");
 }
 
+/// A wall that is no thicker than rounding is met on the side that it is seen from.
+#[test]
+fn walls_of_no_thickness_are_met_from_their_front() {
+    let mut b = Build::default();
+    let weights = [0.31, 0.83, 0.47];
+    let [x, y, z] = [0, 1, 2].map(|axis| {
+        let p = b.p()[axis];
+        b.scaled(weights[axis], p)
+    });
+    let (low, high) = (b.add(x, y), b.add(y, z));
+    let (front, back) = (b.add(low, z), b.add(x, high));
+    let (front, back) = (b.shifted(front, -0.2), b.shifted(back, -0.2));
+    let back = b.scaled(-1.0, back);
+    let (wall, mut side) = (b.max(front, back), b.field(front));
+    let wall = b.field(wall);
+    let slope = |ray: &Ray| -DVec3::from_array(weights).dot(ray.direction);
+    let rays: Vec<Ray> = rays(29)[..3000]
+        .iter()
+        .filter(|ray| side.value(ray.at(ray.near)) > 0.01 && side.value(ray.at(ray.far)) < -0.01)
+        .copied()
+        .collect();
+    let mut made = caster(Kind::Beam, &wall, &Aabb::cube(REGION), &[]).expect("a caster");
+    let mut hits = vec![Hit::MISS; rays.len()];
+    made.first_hits(&rays, &mut hits, &mut CastStats::default(), &AtomicBool::new(false));
+    let mut from_behind = 0;
+    for (ray, hit) in rays.iter().zip(&hits) {
+        let at = side.value(ray.at(hit.t));
+        assert!(hit.is_hit() && hit.certified && at > 0.0 && at <= 2.0 * TOLERANCE, "{ray:?}: {hit:?}, {at}");
+        let exact = ray.near + side.value(ray.at(ray.near)) / slope(ray);
+        from_behind += usize::from(side.value(ray.at(exact)) <= 0.0);
+    }
+    assert!(rays.len() > 500 && from_behind > 100, "{} rays, {from_behind} of them by rounding", rays.len());
+}
+
 /// Where parts of a field jump and the field does not, there is no wall; where it does, there is one.
 #[test]
 fn there_are_walls_where_the_field_changes_sign_and_nowhere_else() {
